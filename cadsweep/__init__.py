@@ -1,0 +1,81 @@
+"""cadsweep: extrusion-like CAD parts become meshes of hexahedra by sweeping.
+
+Names are loaded when first used: ``import cadsweep`` imports neither OpenCASCADE nor gmsh.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ._version import __version__
+
+if TYPE_CHECKING:
+    from .errors import (
+        CadError,
+        CadSweepError,
+        InputError,
+        InvertedHexError,
+        NotSweepableError,
+        ProjectionError,
+        SurfaceMeshError,
+        WorkerError,
+    )
+    from .io import read
+    from .mesh import HexMesh
+    from .pipeline import find_sweeps, load, stream_mesh, sweep_mesh
+    from .quality import QualityReport
+    from .topology import Part, Sweep
+
+_HOMES = {
+    "CadError": "errors",
+    "CadSweepError": "errors",
+    "InputError": "errors",
+    "InvertedHexError": "errors",
+    "NotSweepableError": "errors",
+    "ProjectionError": "errors",
+    "SurfaceMeshError": "errors",
+    "WorkerError": "errors",
+    "HexMesh": "mesh",
+    "Part": "topology",
+    "QualityReport": "quality",
+    "Sweep": "topology",
+    "find_sweeps": "pipeline",
+    "load": "pipeline",
+    "read": "io",
+    "stream_mesh": "pipeline",
+    "sweep_mesh": "pipeline",
+}
+
+__all__ = [
+    "CadError",
+    "CadSweepError",
+    "HexMesh",
+    "InputError",
+    "InvertedHexError",
+    "NotSweepableError",
+    "Part",
+    "ProjectionError",
+    "QualityReport",
+    "SurfaceMeshError",
+    "Sweep",
+    "WorkerError",
+    "__version__",
+    "find_sweeps",
+    "load",
+    "read",
+    "stream_mesh",
+    "sweep_mesh",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'cadsweep' has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

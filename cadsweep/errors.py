@@ -1,0 +1,90 @@
+"""Errors: one root, few children.
+
+Every error that cadsweep raises on purpose is a :class:`CadSweepError`. A message says what is
+wrong, where (face, edge, layer) and what to try. ``assert`` is kept for defects of our own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class CadSweepError(Exception):
+    """Root of the errors that cadsweep raises on purpose."""
+
+
+class InputError(CadSweepError, ValueError):
+    """An argument, option, file or script is not what it should be."""
+
+
+class CadError(CadSweepError):
+    """The CAD model cannot be read, or is not one usable solid."""
+
+
+class NotSweepableError(CadSweepError):
+    """No pair of caps makes the solid a sweep.
+
+    Attributes
+    ----------
+    reasons : tuple of str
+        One line per rejected candidate, each naming the candidate's source face and the face or
+        edge that rules it out.
+    """
+
+    def __init__(self, message: str, *, reasons: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.reasons = tuple(reasons)
+
+
+class SurfaceMeshError(CadSweepError):
+    """A face could not be meshed with quads alone, or an edge could not be divided as needed."""
+
+
+class ProjectionError(CadSweepError):
+    """A layer cannot be placed, because its ring does not determine an affine map.
+
+    Attributes
+    ----------
+    layer : int or None
+        Node layer, 0 on the source cap.
+    loop : int or None
+        Loop of the ring, 0 for the outer one.
+    """
+
+    def __init__(self, message: str, *, layer: int | None = None, loop: int | None = None) -> None:
+        super().__init__(message)
+        self.layer = layer
+        self.loop = loop
+
+
+class InvertedHexError(CadSweepError):
+    """The mesh has hexahedra with a Jacobian that is not positive, and they could not be mended.
+
+    Attributes
+    ----------
+    hexes : tuple of int
+        Ids of the worst hexahedra, worst first.
+    min_scaled_jacobian : float
+        The least scaled Jacobian of the mesh.
+    """
+
+    def __init__(
+        self, message: str, *, hexes: Sequence[int] = (), min_scaled_jacobian: float = float("nan")
+    ) -> None:
+        super().__init__(message)
+        self.hexes = tuple(int(h) for h in hexes)
+        self.min_scaled_jacobian = float(min_scaled_jacobian)
+
+
+class WorkerError(CadSweepError):
+    """The isolated worker ended without an answer: crash, time-out or memory limit.
+
+    Attributes
+    ----------
+    stage : str
+        The stage that was under way (``"cad"``, ``"surface"``, ...).
+    """
+
+    def __init__(self, message: str, *, stage: str = "") -> None:
+        super().__init__(message)
+        self.stage = stage

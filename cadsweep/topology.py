@@ -1,0 +1,334 @@
+"""The boundary representation as ids and numbers: what every stage after ``cad`` sees.
+
+Place in the flow: ``cad`` makes these objects; ``recognition``, ``intervals`` and ``surface`` read
+them. No OpenCASCADE type appears here; geometry is met only through the small protocols
+:class:`Curve` and :class:`Surface`.
+
+Lengths are *working* lengths: ``cad`` scales and shifts a part so that its size suits OpenCASCADE
+and gmsh. :meth:`Part.to_model` brings points back to model units, bit for bit where nothing was
+scaled.
+
+Not handled here: geometry that is not a solid, and non-manifold solids; ``cad`` refuses them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+
+class Curve(Protocol):
+    """Geometry of an edge. ``fractions`` are fractions of arc length, 0 at its start, 1 at its end."""
+
+    def evaluate(self, fractions: FloatArray) -> FloatArray:
+        """Return the points (m, 3) at the given arc-length fractions (m,)."""
+        ...
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return the arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
+        ...
+
+
+class Surface(Protocol):
+    """Geometry of a face, in the surface's own parameters ``uv`` (m, 2)."""
+
+    periods: tuple[float | None, float | None]
+
+    def evaluate(self, uv: FloatArray) -> FloatArray:
+        """Return the points (m, 3) of the surface at `uv` (m, 2)."""
+        ...
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the partial derivatives (m, 3), (m, 3) by u and by v."""
+        ...
+
+    def normals(self, uv: FloatArray) -> FloatArray:
+        """Return unit normals (m, 3) that point out of the solid."""
+        ...
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return the parameters (m, 2) of the points of the *face's surface* nearest to `points`."""
+        ...
+
+    def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:
+        """Return the parameters (m, 2) of an edge of this face at arc-length fractions (m,).
+
+        On a periodic surface the values of all edges lie in one consistent branch.
+        """
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Edge:
+    """A bounded curve between two vertices (which may be the same vertex only on refused parts).
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.edges``.
+    start, end : int
+        Vertex ids.
+    length : float
+        Arc length, working units.
+    kind : str
+        ``"line"``, ``"circle"``, ``"ellipse"``, ``"bspline"``, ``"other"``.
+    faces : (int, int)
+        Ids of the two faces that share the edge.
+    dihedral : float
+        Interior angle of the solid across the edge at its middle, radians: pi where the faces are
+        tangent, below pi where the edge is convex.
+    midpoint : (3,) float64
+    tangents : (2, 3) float64
+        Unit tangents at the start and at the end, both in the direction start to end.
+    curve : Curve
+    name : str or None
+    """
+
+    id: int
+    start: int
+    end: int
+    length: float
+    kind: str
+    faces: tuple[int, int]
+    dihedral: float
+    midpoint: FloatArray
+    tangents: FloatArray
+    curve: Curve
+    name: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loop:
+    """A closed cycle of edges that bounds a face, its material on the left seen from outside.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Edge ids in cyclic order.
+    forward : tuple of bool
+        Whether edge j is run through from its start to its end.
+    angles : tuple of float
+        Interior angle of the face, in (0, 2 pi), at the vertex where edge j begins.
+    """
+
+    edges: tuple[int, ...]
+    forward: tuple[bool, ...]
+    angles: tuple[float, ...]
+
+    @property
+    def directed(self) -> tuple[tuple[int, bool], ...]:
+        """The directed edges ``(edge id, forward)`` of the loop."""
+        return tuple(zip(self.edges, self.forward, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Face:
+    """A bounded piece of a surface.
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.faces``.
+    kind : str
+        ``"plane"``, ``"cylinder"``, ``"cone"``, ``"sphere"``, ``"torus"``, ``"bspline"``,
+        ``"revolution"``, ``"extrusion"``, ``"other"``.
+    area : float
+    center : (3,) float64
+        Centroid of the face.
+    normal : (3,) float64
+        Unit normal out of the solid at the point of the face nearest to `center`.
+    loops : tuple of Loop
+        Outer loop first.
+    surface : Surface
+    name : str or None
+        The user's name for the face, if there is one.
+    key : str
+        A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
+        of a divided face share it.
+    """
+
+    id: int
+    kind: str
+    area: float
+    center: FloatArray
+    normal: FloatArray
+    loops: tuple[Loop, ...]
+    surface: Surface
+    name: str | None = None
+    key: str = ""
+
+    @property
+    def edges(self) -> tuple[int, ...]:
+        """Ids of all edges of the face."""
+        return tuple(e for loop in self.loops for e in loop.edges)
+
+    def label(self) -> str:
+        """How messages name the face: name, id, kind and place."""
+        x, y, z = (float(f"{c:.4g}") + 0.0 for c in self.center)
+        name = f" '{self.name}'" if self.name else ""
+        return f"face {self.id}{name} ({self.kind} at {x:g}, {y:g}, {z:g})"
+
+
+class BrepWriter(Protocol):
+    """Writes faces of a solid, in working units, for a mesher that reads BREP files."""
+
+    def __call__(self, path: Path, faces: Sequence[int]) -> None: ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solid:
+    """One solid: vertices, edges and faces by id, every edge shared by exactly two faces.
+
+    Attributes
+    ----------
+    vertices : (n_vertices, 3) float64
+    edges : tuple of Edge
+    faces : tuple of Face
+    volume : float
+    size : float
+        Diagonal of the bounding box.
+    write_brep : BrepWriter
+    vertex_keys, edge_keys, face_keys : int64 arrays
+        Ids within the whole part: equal keys in two solids mean the same, shared entity.
+    name : str or None
+    material : str or None
+    """
+
+    vertices: FloatArray
+    edges: tuple[Edge, ...]
+    faces: tuple[Face, ...]
+    volume: float
+    size: float
+    write_brep: BrepWriter
+    vertex_keys: IntArray
+    edge_keys: IntArray
+    face_keys: IntArray
+    name: str | None = None
+    material: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """What ``load`` returns: the solids of a model, made clean for meshing.
+
+    Attributes
+    ----------
+    solids : tuple of Solid
+    name : str
+    scale : float
+        Model units per working unit, a power of two.
+    offset : (3,) float64
+        Model coordinates of the working origin.
+    notes : tuple of str
+        What was done to the model on the way (faces divided, slivers merged, shells sewn, names
+        changed): one readable line each.
+    names : dict
+        Declared (unique, ``[A-Za-z0-9_]``) name to the name the user gave.
+    """
+
+    solids: tuple[Solid, ...]
+    name: str = "part"
+    scale: float = 1.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    notes: tuple[str, ...] = ()
+    names: dict[str, str] = field(default_factory=dict)
+
+    def to_model(self, points: FloatArray) -> FloatArray:
+        """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
+        if self.scale == 1.0 and not self.offset.any():
+            return points
+        return points * self.scale + self.offset
+
+
+DirectedEdge = tuple[int, bool]
+"""An edge id, and whether the edge is run through from its start to its end."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinkingSide:
+    """A linking face as a logical rectangle.
+
+    ::
+
+          target                  top[0] ... top[-1]
+            ^              +-------->--------+
+            |  layers      ^                 ^        left, right: along the sweep
+            |         left |      face       | right  bottom, top: along the loop
+            |              +-------->--------+
+          source              bottom[0] ... bottom[-1]
+
+    Every chain is a tuple of directed edges; ``bottom`` and ``top`` run in the direction of the
+    source loop, ``left`` and ``right`` from source to target. Opposite chains get equal sums of
+    segments; none is empty.
+    """
+
+    face: int
+    bottom: tuple[DirectedEdge, ...]
+    right: tuple[DirectedEdge, ...]
+    top: tuple[DirectedEdge, ...]
+    left: tuple[DirectedEdge, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sweep:
+    """One way to sweep a solid.
+
+    Attributes
+    ----------
+    solid : Solid
+    source, target : tuple of int
+        Face ids of the caps.
+    linking_sides : tuple of LinkingSide
+    source_loops : tuple of tuple of DirectedEdge
+        Boundary of the source cap, outer loop first, each so directed that the cap lies on its
+        left for one who looks along the sweep (from outside through the source into the solid, the
+        outer loop turns counter-clockwise about the sweep direction).
+    target_loops : tuple of tuple of DirectedEdge
+        Boundary of the target cap, loop j joined to source loop j by its linking sides, run in the
+        same direction; it begins on the rail where source loop j begins.
+    rails : tuple of int
+        Ids of the edges along the sweep.
+    stations : tuple of tuple of int
+        Closed rings of edges between stacked linking sides, each a tuple of edge ids, in the
+        order source to target.
+    score : float
+        Expected quality, best 1; candidates are listed best first.
+    notes : tuple of str
+    """
+
+    solid: Solid
+    source: tuple[int, ...]
+    target: tuple[int, ...]
+    linking_sides: tuple[LinkingSide, ...]
+    source_loops: tuple[tuple[DirectedEdge, ...], ...]
+    target_loops: tuple[tuple[DirectedEdge, ...], ...]
+    rails: tuple[int, ...]
+    stations: tuple[tuple[int, ...], ...] = ()
+    score: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Intervals:
+    """How many segments each edge gets.
+
+    Attributes
+    ----------
+    counts : (n_edges,) int64
+        Segments of every edge of the solid.
+    n_layers : int
+    size : float
+        Target edge length on the source cap, working units.
+    """
+
+    counts: IntArray
+    n_layers: int
+    size: float
