@@ -68,9 +68,7 @@ class InvertedHexError(CadSweepError):
         The least scaled Jacobian of the mesh.
     """
 
-    def __init__(
-        self, message: str, *, hexes: Sequence[int] = (), min_scaled_jacobian: float = float("nan")
-    ) -> None:
+    def __init__(self, message: str, *, hexes: Sequence[int] = (), min_scaled_jacobian: float = float("nan")) -> None:
         super().__init__(message)
         self.hexes = tuple(int(h) for h in hexes)
         self.min_scaled_jacobian = float(min_scaled_jacobian)
