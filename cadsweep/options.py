@@ -1,0 +1,127 @@
+"""What a user may ask of a sweep, as one checked value.
+
+Foundation: ``pipeline`` makes it from the keyword arguments of :func:`cadsweep.sweep_mesh`; the
+command line, batches and MPI runs hand it on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any
+
+from .errors import InputError
+
+FUNCTIONALS = ("F", "G", "H")
+STRATEGIES = ("source", "advancing", "both")
+
+
+def _positive(name: str, value: Any) -> None:
+    """Refuse what is not a positive, finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value) or value <= 0:
+        raise InputError(f"{name} must be a positive, finite number, not {value!r}")
+
+
+def _one_of(name: str, value: Any, choices: Sequence[Any]) -> None:
+    if value not in choices:
+        raise InputError(f"{name} must be one of {', '.join(map(str, choices))}, not {value!r}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepOptions:
+    """Options of :func:`cadsweep.sweep_mesh`; every length is in model units.
+
+    Attributes
+    ----------
+    size : float or None
+        Wanted edge length of the quads on the source cap; None derives it from the part.
+    layers : int or None
+        Layers of hexahedra from source to target, over all stations; None derives it from `size`.
+    bias : float, (float, float) or None
+        Grading along the sweep, within each span between stations: the ratio of the last layer's
+        thickness to the first's, or a pair (source end, target end) of ratios of the middle's to
+        each end's.
+    fractions : sequence of float or None
+        Explicit places of the layers, rising from 0 to 1, instead of `layers` and `bias`.
+    functional : {"H", "F", "G"}
+        The functional of the affine fit, equations (10), (6), (9) of the paper.
+    strategy : {"both", "source", "advancing"}
+    residual : bool
+        Carry what the affine map leaves of the rings into the interior.
+    smoothing : bool
+        Mend what the checks find wrong.
+    source, target : str, int, sequence of them, or None
+        Caps by name, id or CadQuery selector string; None finds them.
+    sizes : mapping of str to float
+        Wanted edge length on named faces or edges.
+    params : mapping or None
+        Parameters of a CadQuery script.
+    order : {1, 2}
+        Polynomial order of the hexahedra.
+    nodes : {20, 27}
+        Nodes of a hexahedron of order 2.
+    allow_inverted : bool
+        Return a mesh that is not valid, marked so, instead of raising.
+    max_hexes : int or None
+        Refuse larger meshes before work starts; None allows what the memory holds.
+    max_memory : float or None
+        Memory for the run in GB; None takes what the machine has.
+    """
+
+    size: float | None = None
+    layers: int | None = None
+    bias: float | tuple[float, float] | None = None
+    fractions: Sequence[float] | None = None
+    functional: str = "H"
+    strategy: str = "both"
+    residual: bool = True
+    smoothing: bool = True
+    source: Any = None
+    target: Any = None
+    sizes: Mapping[str, float] | None = None
+    params: Mapping[str, Any] | None = None
+    order: int = 1
+    nodes: int = 20
+    allow_inverted: bool = False
+    max_hexes: int | None = None
+    max_memory: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.size is not None:
+            _positive("size", self.size)
+        if self.layers is not None:
+            if isinstance(self.layers, bool) or not isinstance(self.layers, Integral) or self.layers < 1:
+                raise InputError(f"layers must be a whole number of at least 1, not {self.layers!r}")
+            if self.layers > 10**8:
+                raise InputError(f"layers = {self.layers} is more than any machine holds; try fewer")
+        if self.bias is not None:
+            for ratio in self.bias if isinstance(self.bias, tuple | list) else (self.bias,):
+                _positive("bias", ratio)
+                if not 1e-4 <= ratio <= 1e4:
+                    raise InputError(f"bias must lie between 1e-4 and 1e4, not {ratio!r}")
+            if isinstance(self.bias, tuple | list) and len(self.bias) != 2:
+                raise InputError(f"bias is one ratio or a pair (source end, target end), not {self.bias!r}")
+        if self.fractions is not None:
+            self._check_fractions(self.fractions)
+        _one_of("functional", self.functional, FUNCTIONALS)
+        _one_of("strategy", self.strategy, STRATEGIES)
+        _one_of("order", self.order, (1, 2))
+        _one_of("nodes", self.nodes, (20, 27))
+        for name, size in (self.sizes or {}).items():
+            _positive(f"the size of '{name}'", size)
+        for name in ("max_hexes", "max_memory"):
+            if getattr(self, name) is not None:
+                _positive(name, getattr(self, name))
+
+    def _check_fractions(self, fractions: Sequence[float]) -> None:
+        values = list(fractions)
+        if len(values) < 2 or not all(isinstance(v, Real) and math.isfinite(v) for v in values):
+            raise InputError("fractions must be at least two finite numbers")
+        if values[0] != 0 or values[-1] != 1 or any(b <= a for a, b in zip(values, values[1:], strict=False)):
+            raise InputError("fractions must rise from 0 to 1")
+        if self.bias is not None:
+            raise InputError("give bias or fractions, not both")
+        if self.layers is not None and self.layers != len(values) - 1:
+            raise InputError(f"{len(values)} fractions make {len(values) - 1} layers, not layers = {self.layers}")
