@@ -289,8 +289,9 @@ class Sweep:
     linking_sides : tuple of LinkingSide
     source_loops : tuple of tuple of DirectedEdge
         Boundary of the source cap, outer loop first, each so directed that the cap lies on its
-        left for one who looks along the sweep (from outside through the source into the solid, the
-        outer loop turns counter-clockwise about the sweep direction).
+        left for one who walks along the loop with the sweep direction upwards: the outer loop turns
+        counter-clockwise about the sweep direction (right-hand rule, pointing into the solid). This
+        is the reverse of the cap face's own loop.
     target_loops : tuple of tuple of DirectedEdge
         Boundary of the target cap, loop j joined to source loop j by its linking sides, run in the
         same direction; it begins on the rail where source loop j begins.
@@ -299,6 +300,19 @@ class Sweep:
     stations : tuple of tuple of int
         Closed rings of edges between stacked linking sides, each a tuple of edge ids, in the
         order source to target.
+    spans : tuple of tuple of tuple of int
+        For every loop, for every span between its stations (one span where it has none), the rails
+        of the span. Each span gets its own number of layers; the spans of every loop add up to the
+        same total.
+    span_lengths : tuple of tuple of float
+        Mean length of each of these spans along the sweep, working units.
+    target_faces : dict of int to int
+        Source face to the target face its mesh lands on; empty where the caps' faces do not
+        correspond one to one.
+    target_edges : dict of int to (int, bool)
+        For every edge of the source cap that corresponds to one edge of the target cap (all of
+        them, inner ones too, where `target_faces` is given): that edge, and whether source start
+        goes to target start.
     score : float
         Expected quality, best 1; candidates are listed best first.
     notes : tuple of str
@@ -312,6 +326,10 @@ class Sweep:
     target_loops: tuple[tuple[DirectedEdge, ...], ...]
     rails: tuple[int, ...]
     stations: tuple[tuple[int, ...], ...] = ()
+    spans: tuple[tuple[tuple[int, ...], ...], ...] = ()
+    span_lengths: tuple[tuple[float, ...], ...] = ()
+    target_faces: dict[int, int] = field(default_factory=dict)
+    target_edges: dict[int, DirectedEdge] = field(default_factory=dict)
     score: float = 0.0
     notes: tuple[str, ...] = ()
 
