@@ -1,0 +1,154 @@
+"""Metrics of single hexahedra and quads, as the Verdict library and VTK define them.
+
+Place in the flow: foundation; every stage may use it. Hexes are measured by compiled loops
+(:mod:`cadsweep.quality.kernels`), quads by numpy.
+
+A hexahedron whose shape is not valid never looks good: a zero edge makes its scaled Jacobian 0 (or
+less), a coordinate that is not finite makes it -1, and its condition is infinite. (VTK returns 1e30.)
+
+Not handled here: the order-2 geometry of hex20 and hex27; their corner nodes are measured, and
+:mod:`cadsweep.quality.bernstein` decides about their inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..topology import FloatArray, IntArray
+from . import kernels
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HexMetrics:
+    """Metrics of m hexahedra; every attribute is (m,) float64.
+
+    Attributes
+    ----------
+    scaled_jacobian :
+        Least over the eight corners and the centre of the Jacobian over the product of the three
+        edge lengths, in [-1, 1]; 1 for a box.
+    aspect :
+        Longest over shortest principal axis (Verdict's maximum edge ratio), 1 for a cube.
+    skew :
+        Largest cosine between two principal axes, 0 for a box.
+    taper :
+        Largest cross derivative over the shorter of its two principal axes, 0 for a parallelepiped.
+    condition :
+        Largest condition number of the corner Jacobians over 3, 1 for a cube; infinite where a
+        corner is not positive.
+    warpage :
+        Least over the six faces of the cube of the cosine between opposite corner normals, as VTK
+        gives it for quads: 1 for a flat face.
+    volume :
+        Integral of the Jacobian: exact for the trilinear hexahedron.
+    bound :
+        Lower bound of the Jacobian inside, over the product of the longest edges of each direction.
+    """
+
+    scaled_jacobian: FloatArray
+    aspect: FloatArray
+    skew: FloatArray
+    taper: FloatArray
+    condition: FloatArray
+    warpage: FloatArray
+    volume: FloatArray
+    bound: FloatArray
+
+
+def measure_hexes(points: FloatArray, hexes: IntArray) -> HexMetrics:
+    """Measure every hexahedron.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8), (m, 20) or (m, 27) int64
+        VTK node order; indices must lie in [0, n). Only the corner nodes are looked at.
+    """
+    out = np.empty((len(hexes), len(kernels.METRICS)))
+    kernels.measure_hexes(_points(points), _indices(hexes, len(points)), out)
+    return HexMetrics(**dict(zip(kernels.METRICS, out.T, strict=True)))
+
+
+def scaled_jacobians(points: FloatArray, hexes: IntArray) -> FloatArray:
+    """Least scaled Jacobian of every hexahedron over its corners and its centre.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8), (m, 20) or (m, 27) int64
+        VTK node order; indices must lie in [0, n). Only the corner nodes are looked at.
+
+    Returns
+    -------
+    (m,) float64
+        In [-1, 1]; 0 or less where an edge has no length, -1 where a coordinate is not finite.
+    """
+    out = np.empty(len(hexes))
+    kernels.scaled_jacobians_of_hexes(_points(points), _indices(hexes, len(points)), out)
+    return out
+
+
+def quad_scaled_jacobians(points: FloatArray, quads: IntArray) -> FloatArray:
+    """Least scaled Jacobian of every quad in space.
+
+    Each corner's sine of the angle, signed by the quad's mean normal: 1 for a rectangle, negative
+    where the quad is not convex, 0 or less where an edge has no length.
+
+    Parameters
+    ----------
+    points : (n, 3) or (n, 2) float64
+        In the plane the sign is that of the orientation: a clockwise quad is negative.
+    quads : (q, 4), (q, 8) or (q, 9) int64
+        Only the corner nodes are looked at.
+
+    Returns
+    -------
+    (q,) float64
+        In [-1, 1], -1 where a coordinate is not finite.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    corners = points[np.asarray(quads)[:, :4]]
+    edges = np.roll(corners, -1, axis=1) - corners
+    before = np.roll(edges, 1, axis=1)
+    lengths = np.sqrt(np.einsum("qij,qij->qi", edges, edges))
+    if points.shape[1] == 2:
+        areas = before[..., 0] * edges[..., 1] - before[..., 1] * edges[..., 0]
+    else:
+        normals = np.cross(before, edges)
+        mean = np.cross(edges[:, 0] - edges[:, 2], edges[:, 1] - edges[:, 3])
+        size = np.sqrt(np.einsum("qj,qj->q", mean, mean))
+        mean /= np.where(size > 0, size, 1.0)[:, None]
+        areas = np.einsum("qij,qj->qi", normals, mean)
+    products = lengths * np.roll(lengths, 1, axis=1)
+    with np.errstate(invalid="ignore"):
+        values = np.where(products > 0, areas / np.where(products > 0, products, 1.0), 0.0).min(axis=1)
+    values[~np.isfinite(corners).all(axis=(1, 2))] = -1.0
+    return values
+
+
+def quad_areas(points: FloatArray, quads: IntArray) -> FloatArray:
+    """Area of every bilinear quad (q,) in space, by 3 x 3 Gauss points."""
+    corners = np.asarray(points, dtype=np.float64)[np.asarray(quads)[:, :4]]
+    a, b, c, d = np.moveaxis(corners, 1, 0)
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    areas = np.zeros(len(corners))
+    for s, ws in zip(nodes, weights, strict=True):
+        for t, wt in zip(nodes, weights, strict=True):
+            du = (1 - t) * (b - a) + t * (c - d)
+            dv = (1 - s) * (d - a) + s * (c - b)
+            areas += ws * wt * np.linalg.norm(np.cross(du, dv), axis=1)
+    return areas
+
+
+def _points(points: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(points, dtype=np.float64)
+
+
+def _indices(hexes: IntArray, n_points: int) -> IntArray:
+    hexes = np.asarray(hexes)
+    if len(hexes) and (hexes.min() < 0 or hexes.max() >= n_points):
+        raise IndexError(f"hexes refer to nodes outside 0 .. {n_points - 1}")
+    return hexes
