@@ -1,0 +1,70 @@
+"""A script that outlives a killed caller: it ends the caller's worker and removes its temporary files.
+
+Run as ``python -I -S guard.py CALLER PIDFILE``, with one path to remove on each line of standard input.
+A last line ``done`` says that the caller has tidied up itself. Where standard input ends without it, or
+the caller's process is gone, the guard kills the worker's session (its process id stands in PIDFILE),
+waits for its end and removes the paths.
+"""
+
+import os
+import select
+import shutil
+import signal
+import sys
+import time
+
+
+def main() -> None:
+    caller, pid_file = int(sys.argv[1]), sys.argv[2]
+    text = b""
+    while os.getppid() == caller:
+        readable, _, _ = select.select([0], [], [], 0.5)
+        if readable:
+            more = os.read(0, 65536)
+            if not more:
+                break
+            text += more
+    lines = os.fsdecode(text).split("\n")
+    if "done" in lines:
+        return
+    kill_worker(pid_file)
+    for path in filter(None, lines):
+        if os.path.isdir(path) and not os.path.islink(path):
+            shutil.rmtree(path, ignore_errors=True)
+        elif os.path.lexists(path):
+            os.unlink(path)
+
+
+def kill_worker(pid_file: str) -> None:
+    # A worker that is just starting writes its id first and then looks whether its caller is alive.
+    for _ in range(10):
+        try:
+            with open(pid_file, encoding="ascii") as file:
+                pid = int(file.read())
+            break
+        except (OSError, ValueError):
+            time.sleep(0.05)
+    else:
+        return
+    for _ in range(100):
+        try:
+            os.killpg(pid, signal.SIGKILL)
+        except OSError:
+            return
+        if is_zombie(pid):
+            return
+        time.sleep(0.02)
+
+
+def is_zombie(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] == "Z"
+    except OSError:
+        return False
+
+
+if __name__ == "__main__":
+    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_IGN)
+    main()

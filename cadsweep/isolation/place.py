@@ -1,0 +1,108 @@
+"""The temporary folders of one isolated run, gone at its end whatever the end is."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable
+from multiprocessing import spawn
+from pathlib import Path
+from types import TracebackType
+
+MEMORY_FOLDER = Path("/dev/shm")
+"""Where files live in memory; Linux has it, and nothing needs it."""
+
+
+def remove_quietly(path: Path) -> None:
+    """Remove a file or a folder, if it is there; what cannot be removed stays."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError:
+            return
+
+
+class Workplace:
+    """Temporary folders for a worker, and a guard that removes them if this process is killed.
+
+    Parameters
+    ----------
+    remove : iterable of path
+        What else is to go where the run does not come to its end: a staged output, for instance.
+
+    Attributes
+    ----------
+    folder : Path
+        The worker's temporary folder.
+    results : tuple of Path
+        Folders for large results, best first.
+    """
+
+    def __init__(self, remove: Iterable[str | os.PathLike[str]] = ()) -> None:
+        self._extra = [Path(path).absolute() for path in remove]
+        self._own: list[Path] = []
+        try:
+            self.folder = self._make(None)
+            self.results: tuple[Path, ...] = (self.folder,)
+            if os.access(MEMORY_FOLDER, os.W_OK | os.X_OK):
+                self.results = (self._make(MEMORY_FOLDER), self.folder)
+            self._guard = self._start_guard()
+        except BaseException:
+            self._remove_own()
+            raise
+
+    def _make(self, inside: Path | None) -> Path:
+        folder = Path(tempfile.mkdtemp(prefix="cadsweep-", dir=inside)).absolute()
+        self._own.append(folder)
+        return folder
+
+    def _start_guard(self) -> subprocess.Popen[bytes]:
+        script = Path(__file__).with_name("guard.py")
+        guard = subprocess.Popen(
+            [os.fsdecode(spawn.get_executable()), "-I", "-S", str(script), str(os.getpid()), str(self.pid_file)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            cwd="/",
+        )
+        assert guard.stdin is not None
+        guard.stdin.write(b"".join(os.fsencode(path) + b"\n" for path in [*self._own, *self._extra]))
+        guard.stdin.flush()
+        return guard
+
+    @property
+    def pid_file(self) -> Path:
+        """Where the worker writes its process id, before all else."""
+        return self.folder / "worker.pid"
+
+    def worker_pid(self) -> int | None:
+        """The worker's process id, None before it has started."""
+        try:
+            return int(self.pid_file.read_text(encoding="ascii"))
+        except (OSError, ValueError):
+            return None
+
+    def __enter__(self) -> Workplace:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+        self._remove_own()
+        if kind is not None:
+            for path in self._extra:
+                remove_quietly(path)
+        assert self._guard.stdin is not None
+        try:
+            self._guard.stdin.write(b"done\n")
+            self._guard.stdin.close()
+        except BrokenPipeError:  # the guard itself was killed: there is nothing left for it to do
+            pass
+        self._guard.wait()
+
+    def _remove_own(self) -> None:
+        for folder in self._own:
+            remove_quietly(folder)
