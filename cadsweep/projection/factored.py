@@ -1,0 +1,208 @@
+"""A sweep as two small factors: any layer, any slab, any time.
+
+Place in the flow: what :func:`project_layers` returns, and what the pipeline, the streaming writers and ``expand`` make
+nodes from.
+
+Method: ``points[k] = basis @ coefficients[k]``, written by BLAS straight into the result, layer by layer; then the
+boundary nodes are overwritten with the rings, bit for bit. The same layer has the same bits in every slab.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from os import PathLike
+
+import numpy as np
+
+from ..errors import InputError
+from ..topology import FloatArray, IntArray
+
+_SLAB_BYTES = 1 << 20
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Corrections:
+    """Sparse displacements on top of the product, stored as one list over all layers.
+
+    Attributes
+    ----------
+    layers : (c,) int64
+        Layer of each entry, ascending.
+    nodes : (c,) int64
+    displacements : (c, n) float64
+    """
+
+    layers: IntArray
+    nodes: IntArray
+    displacements: FloatArray
+
+    def of_layer(self, k: int) -> slice:
+        """Where the entries of layer `k` lie."""
+        return slice(*np.searchsorted(self.layers, [k, k + 1]).tolist())
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FactoredSweep:
+    """All nodes of a sweep: ``points[k, i] = sum_j basis[i, j] * coefficients[k, j]``, boundary nodes from the rings.
+
+    Attributes
+    ----------
+    basis : (n_nodes, r) float64
+        Columns: position relative to the source centre (n), 1, position relative to the target centre (n, strategy
+        "both" alone), residual modes.
+    coefficients : (n_layers + 1, r, n) float64
+    rings : (n_layers + 1, b, n) float64
+    loops : tuple of int64 arrays
+    quads : (q, 4) int64
+    source_points : (n_nodes, n) float64
+        Layer 0.
+    target_points : (n_nodes, n) float64 or None
+        Layer n_layers, where given.
+    source_center, target_center : (n,) float64, or None
+        Centres of the caps' rings that the basis refers to; the target's where the strategy uses it.
+    ranks, conditions : (n_layers + 1,) arrays
+        Of each layer's least-squares system; the worse of both caps' for "both". Entry 0 of "advancing" is of
+        ring 0 on itself.
+    weights : (n_layers + 1,) float64
+        Share of the target cap in each layer.
+    n_modes : int
+        Residual modes among the columns of `basis`.
+    remainder : float
+        Greatest distance between a ring node and its uncorrected image, modes included.
+    functional, strategy : str
+    corrections : Corrections or None
+    """
+
+    basis: FloatArray
+    coefficients: FloatArray
+    rings: FloatArray
+    loops: tuple[IntArray, ...]
+    quads: IntArray
+    source_points: FloatArray
+    source_center: FloatArray
+    target_points: FloatArray | None = None
+    target_center: FloatArray | None = None
+    ranks: IntArray
+    conditions: FloatArray
+    weights: FloatArray
+    n_modes: int = 0
+    remainder: float = 0.0
+    functional: str = "H"
+    strategy: str = "source"
+    corrections: Corrections | None = None
+    ring_nodes: IntArray = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ring_nodes", np.concatenate(self.loops))
+
+    @property
+    def n_layers(self) -> int:
+        """Number of hexahedra along the sweep; there is one layer of nodes more."""
+        return len(self.rings) - 1
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of one layer."""
+        return len(self.basis)
+
+    def layer(self, k: int) -> FloatArray:
+        """Return the nodes (n_nodes, n) of layer `k`, counted from the end where negative.
+
+        Raises
+        ------
+        IndexError
+            There is no such layer.
+        """
+        n_node_layers = len(self.rings)
+        if not -n_node_layers <= k < n_node_layers:
+            raise IndexError(f"layer {k} of {n_node_layers} node layers")
+        k = int(k) % n_node_layers
+        return self.points(slice(k, k + 1))[0]
+
+    def points(self, layers: slice = slice(None), out: FloatArray | None = None) -> FloatArray:
+        """Return the nodes of a run of layers.
+
+        Parameters
+        ----------
+        layers : slice
+            Node layers, as a slice of ``range(n_layers + 1)``.
+        out : (len(layers), n_nodes, n) float64, optional
+            Filled and returned where given.
+
+        Returns
+        -------
+        (len(layers), n_nodes, n) float64
+
+        Raises
+        ------
+        InputError
+            `out` has another shape or type, or is read-only.
+        """
+        if not isinstance(layers, slice):
+            raise InputError(f"`layers` is a slice of node layers, not {layers!r}; for a single layer call layer(k)")
+        chosen = np.arange(len(self.rings))[layers]
+        shape = (len(chosen), *self.source_points.shape)
+        if out is None:
+            out = np.empty(shape)
+        elif not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != np.float64:
+            found = f"{out.shape}, {out.dtype}" if isinstance(out, np.ndarray) else type(out).__name__
+            raise InputError(f"`out` is {found}; wanted a float64 array of shape {shape}")
+        elif not out.flags.writeable:
+            raise InputError("`out` is read-only")
+        step = max(1, _SLAB_BYTES // max(1, self.source_points.nbytes))
+        for start in range(0, len(chosen), step):
+            ks = chosen[start : start + step]
+            slab = out[start : start + step]
+            np.matmul(self.basis, self.coefficients[ks], out=slab)
+            self._finish(slab, ks)
+        return out
+
+    def _finish(self, slab: FloatArray, ks: IntArray) -> None:
+        """Put on a slab what the product does not know: corrections, rings, caps."""
+        if self.corrections is not None:
+            for j, k in enumerate(ks):
+                entries = self.corrections.of_layer(int(k))
+                slab[j, self.corrections.nodes[entries]] += self.corrections.displacements[entries]
+        slab[:, self.ring_nodes] = self.rings[ks]
+        for j in np.flatnonzero(ks == 0).tolist():
+            slab[j] = self.source_points
+        if self.target_points is not None:
+            for j in np.flatnonzero(ks == self.n_layers).tolist():
+                slab[j] = self.target_points
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write a compressed ``.npz`` at exactly `path`, from which :func:`load` makes the same points, bit for bit.
+
+        Of the basis only the residual modes and the caps' centres are written; the rest follows from the caps.
+        """
+        from .storage import save_sweep
+
+        save_sweep(self, path)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> FactoredSweep:
+        """Read what :meth:`save` wrote.
+
+        Raises
+        ------
+        InputError
+            The file is not one of ours, or is damaged.
+        """
+        from .storage import load_sweep
+
+        return load_sweep(path)
+
+
+def make_basis(
+    source_points: FloatArray,
+    source_center: FloatArray,
+    target_points: FloatArray | None,
+    target_center: FloatArray | None,
+    modes: FloatArray,
+) -> FloatArray:
+    """Join the columns of the basis; the one place where their order is written down."""
+    columns = [source_points - source_center, np.ones((len(source_points), 1))]
+    if target_points is not None and target_center is not None:
+        columns.append(target_points - target_center)
+    columns.append(modes)
+    return np.ascontiguousarray(np.concatenate(columns, axis=1))
