@@ -6,7 +6,7 @@ few columns of the basis and their coefficients.
 Method. The residuals are one matrix (ring nodes x layers and components) of low rank. Its leading singular vectors are
 found by a randomised range finder, and each is extended into the interior by a harmonic solve on the caps' quads. The
 weights are cotangents, averaged over both diagonals of each quad (on right-angled quads the five-point stencil), and
-over both caps where both are known: the extension is then exact for residuals that are linear in the cap's own plane, and
+over both caps where both are known: the extension is then exact for residuals that are linear in the cap's plane, and
 the same whichever cap is called the source.
 
 Not handled here: residuals so large that the carry folds a layer; :mod:`.corrections` mends those.

@@ -1,0 +1,223 @@
+"""The target cap: the source mesh carried over to the target surface.
+
+Place in the flow: after ``surface`` has placed the last ring, before :func:`project_layers`.
+
+Method (the paper's reference [4]): the nodes go from the plane of the source to the parameters of the target by the
+least-squares affine map between the two images of the loops (functional H, n = 2), the residual is carried inwards, and
+the surface's own parametrisation lifts them: no root finding per node. Where that gives poor quads (a parametrisation
+that winds round a pole, or is stretched unevenly) the 3-D image of the source is projected orthogonally to the surface.
+Both are judged by their worst quad, and the better one is kept.
+
+Not handled: a target ring that is not on the surface; the ring is taken as it is.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InputError, ProjectionError
+from ..topology import FloatArray, IntArray, Surface
+from .inputs import checked_ids, checked_loops, checked_points, loop_slices
+from .layers import project_layers
+from .normals import pseudo_normal
+
+log = logging.getLogger(__name__)
+
+GOOD_ENOUGH = 0.9
+"""A method whose worst quad reaches this fraction of the source's worst quad is taken without trying the next."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TargetCap:
+    """Nodes of the target cap.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Boundary nodes are the ring, bit for bit; all others lie on the surface.
+    method : str
+        ``"parametric"`` or ``"projected"``.
+    min_quality : float
+        Worst scaled Jacobian of the quads' corners, against the surface's normal; below zero where a quad is folded.
+    qualities : dict of str to float
+        The same for every method that was tried.
+    """
+
+    points: FloatArray
+    method: str
+    min_quality: float
+    qualities: dict[str, float] = field(default_factory=dict)
+
+
+def project_target(
+    source_points: npt.ArrayLike,
+    quads: npt.ArrayLike,
+    loops: Sequence[npt.ArrayLike],
+    ring: npt.ArrayLike,
+    *,
+    surface: Surface,
+    boundary_uv: npt.ArrayLike | None = None,
+    source_uv: npt.ArrayLike | None = None,
+) -> TargetCap:
+    """Place the nodes of the target cap, or of one face of it, on its surface.
+
+    Parameters
+    ----------
+    source_points : (n, 3) array
+        Source nodes; for one face of a cap of several faces, the nodes that belong to it.
+    quads : (q, 4) int array
+        Their quads, counter-clockwise about the sweep direction.
+    loops : sequence of int arrays
+        Nodes whose targets are known, as closed cycles, outer first.
+    ring : (b, 3) array
+        Where they go, in the order of ``np.concatenate(loops)``; on the surface.
+    surface : Surface
+        Target surface: ``evaluate``, ``derivatives``, ``project`` and ``periods`` are used.
+    boundary_uv : (b, 2) array, optional
+        Parameters of `ring` on the surface; found by ``surface.project`` where not given. Jumps of a period are mended.
+    source_uv : (n, 2) array, optional
+        Plane image of the source; its projection along the pseudo-normal where not given.
+
+    Returns
+    -------
+    TargetCap
+
+    Raises
+    ------
+    InputError
+        Arrays that do not fit each other.
+    ProjectionError
+        No method gave finite points.
+    """
+    source, cap_ring = checked_points(source_points, "source_points"), checked_points(ring, "ring")
+    cap_loops, cap_quads = checked_loops(loops, len(source)), checked_ids(quads, "quads", len(source))
+    nodes = np.concatenate(cap_loops)
+    if cap_ring.shape != (len(nodes), 3) or source.shape[1] != 3:
+        raise InputError(f"`ring` has shape {cap_ring.shape}; the loops want ({len(nodes)}, 3)")
+    given = surface.project(cap_ring) if boundary_uv is None else checked_points(boundary_uv, "boundary_uv")
+    if given.shape != (len(nodes), 2):
+        raise InputError(f"`boundary_uv` has shape {given.shape}; wanted ({len(nodes)}, 2)")
+    plane = _plane_image(source, cap_loops) if source_uv is None else checked_points(source_uv, "source_uv")
+    uv_ring, winds = unwrapped(given, cap_loops, surface.periods)
+
+    methods: dict[str, Callable[[], FloatArray]] = {}
+    if not winds:
+        methods["parametric"] = lambda: _parametric_uv(plane, cap_quads, cap_loops, uv_ring, surface)
+    methods["projected"] = lambda: _projected_uv(source, cap_quads, cap_loops, cap_ring, surface)
+    wanted = GOOD_ENOUGH * worst_corner(source, cap_quads, None)
+    found: dict[str, tuple[float, FloatArray]] = {}
+    for name, place in methods.items():
+        uv = place()
+        points = surface.evaluate(uv)
+        points[nodes] = cap_ring
+        if not np.isfinite(points).all():
+            log.info("target cap by the %s way: not finite", name)
+            continue
+        quality = worst_corner(points, cap_quads, _sweep_normals(uv, surface, points, cap_quads))
+        found[name] = quality, points
+        if quality >= wanted:
+            break
+    if not found:
+        raise ProjectionError("the target cap cannot be placed: its surface gives no finite points inside the ring")
+    method = max(found, key=lambda name: found[name][0])
+    quality, points = found[method]
+    return TargetCap(
+        points=points, method=method, min_quality=quality, qualities={name: pair[0] for name, pair in found.items()}
+    )
+
+
+def unwrapped(
+    uv: FloatArray, loops: Sequence[IntArray], periods: tuple[float | None, float | None]
+) -> tuple[FloatArray, bool]:
+    """Bring the parameters of all loops into one branch; also tell whether a loop winds round the surface.
+
+    Along a loop neighbours differ by less than half a period; holes come as near to the middle of the outer loop as a
+    multiple of the period allows.
+    """
+    result, winds = uv.copy(), False
+    for axis, period in enumerate(periods):
+        if not period:
+            continue
+        middle = 0.0
+        for j, s in enumerate(loop_slices(loops)):
+            values = result[s, axis]
+            steps = np.diff(values, append=values[:1])
+            steps -= period * np.round(steps / period)
+            winds = winds or abs(steps.sum()) > 0.5 * period
+            values = values[0] + np.concatenate([[0.0], np.cumsum(steps[:-1])])
+            center = 0.5 * (values.min() + values.max())
+            if j == 0:
+                middle = center
+            result[s, axis] = values - period * np.round((center - middle) / period)
+    return result, winds
+
+
+def worst_corner(points: FloatArray, quads: IntArray, normals: FloatArray | None) -> float:
+    """Worst sine of the quads' corners about the `normals` (n, 3) at the nodes, or about each quad's own normal."""
+    corners = points[quads]
+    following, preceding = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    if normals is None:
+        across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        about = np.broadcast_to(_unit(across)[:, None], corners.shape)
+    else:
+        about = normals[quads]
+    sines = np.einsum("qci,qci->qc", np.cross(_unit(following), _unit(preceding)), about)
+    return float(np.min(sines, initial=1.0))
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
+
+
+def _sweep_normals(uv: FloatArray, surface: Surface, points: FloatArray, quads: IntArray) -> FloatArray:
+    """Normals of the surface at `uv`, on the side that most of the quads' area turns to."""
+    across_u, across_v = surface.derivatives(uv)
+    normals = _unit(np.cross(across_u, across_v))
+    corners = points[quads]
+    areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    side = np.einsum("qi,qi->", areas, normals[quads].mean(axis=1))
+    return normals if side >= 0.0 else -normals
+
+
+def _plane_image(points: FloatArray, loops: Sequence[IntArray]) -> FloatArray:
+    """Coordinates (n, 2) in the plane across the pseudo-normal."""
+    nodes = np.concatenate(loops)
+    ring = points[nodes]
+    rows = [np.arange(s.start, s.stop) for s in loop_slices(loops)]
+    normal = pseudo_normal(ring, rows)
+    axis = np.linalg.svd(ring - ring.mean(axis=0))[2][0]
+    axis = _unit(axis - (axis @ normal) * normal)
+    return np.asarray((points - ring.mean(axis=0)) @ np.stack([axis, np.cross(normal, axis)], axis=1))
+
+
+def _parametric_uv(
+    plane: FloatArray, quads: IntArray, loops: Sequence[IntArray], uv_ring: FloatArray, surface: Surface
+) -> FloatArray:
+    """The paper's way: least-squares affine map between the plane images of the loops, and its residual."""
+    scale = _mean_stretch(uv_ring, surface)
+    nodes = np.concatenate(loops)
+    sweep = project_layers(
+        plane, quads, np.stack([plane[nodes], uv_ring * scale]), loops=loops, functional="H", strategy="source"
+    )
+    return sweep.layer(1) / scale
+
+
+def _mean_stretch(uv: FloatArray, surface: Surface) -> FloatArray:
+    """Length per unit of u and of v, in the mean over the ring: so scaled, shapes are nearly those on the surface."""
+    lengths = np.array([np.linalg.norm(d, axis=1).mean() for d in surface.derivatives(uv)])
+    return np.where(np.isfinite(lengths) & (lengths > 0.0), lengths, 1.0)
+
+
+def _projected_uv(
+    source: FloatArray, quads: IntArray, loops: Sequence[IntArray], ring: FloatArray, surface: Surface
+) -> FloatArray:
+    """The 3-D affine image and its residual, projected orthogonally to the surface."""
+    nodes = np.concatenate(loops)
+    sweep = project_layers(source, quads, np.stack([source[nodes], ring]), loops=loops, strategy="source")
+    return surface.project(sweep.layer(1))
