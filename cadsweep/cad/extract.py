@@ -1,0 +1,257 @@
+"""From a healed OpenCASCADE solid to ``topology.Solid``: ids, loops, angles and numpy geometry.
+
+Place in the flow: the last step of ``cad``. The shape has been divided and checked, so that every
+edge has two vertices and two faces.
+
+Method: vertices, edges and faces are numbered in OpenCASCADE's order of exploration. A loop is
+chained from the directed edges of a wire; where several go on from one vertex the sharpest turn
+to the material's side is taken, so that a wire that touches itself falls into simple loops.
+Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepTools import BRepTools
+from OCP.GProp import GProp_GProps
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS
+
+from ..errors import CadError
+from ..topology import Edge, Face, FloatArray, Loop, Solid
+from .angles import chain_loops, corner_angles, dihedral_angle
+from .curves import EdgeCurve
+from .face_surface import FaceSurface
+from .geometry import read_curve, read_curve_2d, read_surface
+from .shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+
+_INFINITE = 1e100
+
+
+class Labels(NamedTuple):
+    """What is known of the parts of a solid besides geometry."""
+
+    face_keys: Sequence[str]
+    face_names: Sequence[str | None]
+    edge_names: Sequence[str | None]
+
+
+def extract_solid(
+    shape: Any,
+    *,
+    labels: Labels | None = None,
+    name: str | None = None,
+    material: str | None = None,
+    part_maps: tuple[Any, Any, Any] | None = None,
+) -> Solid:
+    """Read a solid into ids and numpy geometry.
+
+    Parameters
+    ----------
+    shape : TopoDS_Solid
+        Divided and checked; lengths in working units.
+    labels : Labels, optional
+        Keys and names of its faces and edges, by id.
+    name, material : str, optional
+    part_maps : three maps, optional
+        Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+
+    Raises
+    ------
+    CadError
+        An edge has no two faces, or no curve.
+    """
+    maps = index_map(shape, VERTEX), index_map(shape, EDGE), index_map(shape, FACE)
+    holder = SolidShape(
+        shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
+    )
+    n_faces = len(holder.faces)
+    if labels is None:
+        labels = Labels([f"face {j}" for j in range(n_faces)], [None] * n_faces, [None] * len(holder.edges))
+    vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
+    curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
+    ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
+
+    surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
+    frames = [_edge_frames(surface) for surface in surfaces]
+    uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
+    loops: list[tuple[Loop, ...]] = []
+    for f, face in enumerate(holder.faces):
+        loops.append(_face_loops(face, maps[1], ends, [c for c, _ in curves], frames[f]))
+        for loop in loops[-1]:
+            for e, forward in loop.directed:
+                uses[e].append((f, forward))
+
+    edges = tuple(_edge(j, ends[j], curves[j], uses[j], frames, labels.edge_names[j]) for j in range(len(holder.edges)))
+    faces = tuple(
+        _face(j, holder.faces[j], surfaces[j], loops[j], labels.face_keys[j], labels.face_names[j])
+        for j in range(n_faces)
+    )
+    box = bounds(shape)
+    shared = part_maps if part_maps is not None else maps
+    return Solid(
+        vertices=vertices,
+        edges=edges,
+        faces=faces,
+        volume=volume_of(shape),
+        size=float(np.linalg.norm(box[1] - box[0])),
+        write_brep=holder,
+        vertex_keys=_keys(shared[0], holder.vertices),
+        edge_keys=_keys(shared[1], holder.edges),
+        face_keys=_keys(shared[2], holder.faces),
+        name=name,
+        material=material,
+    )
+
+
+def volume_of(shape: Any) -> float:
+    """Signed volume of a solid: negative where its faces look inwards."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def _keys(shared: Any, own: Sequence[Any]) -> Any:
+    return np.array([shared.FindIndex(s) - 1 for s in own], dtype=np.int64)
+
+
+def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
+    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
+    if curve is None:
+        raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")
+    first, last = BRep_Tool.Range_s(edge)
+    geometry, kind, breaks, constant_speed = read_curve(curve)
+    return (
+        EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed),
+        kind,
+    )
+
+
+def _edge_ends(edge: Any, vertex_map: Any) -> tuple[int, int]:
+    forward = TopoDS.Edge_s(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    return (
+        vertex_map.FindIndex(TopExp.FirstVertex_s(forward, True)) - 1,
+        vertex_map.FindIndex(TopExp.LastVertex_s(forward, True)) - 1,
+    )
+
+
+def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> FaceSurface:
+    surface = BRep_Tool.Surface_s(face)
+    geometry, _ = read_surface(surface)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
+    limits[np.abs(limits) > _INFINITE] *= np.inf
+    for j, period in enumerate(geometry.periods):
+        if period is not None:
+            limits[:, j] = (-np.inf, np.inf)
+    in_parameters = {}
+    for edge in explore(face, EDGE):
+        number = edge_map.FindIndex(edge) - 1
+        if number < 0:
+            continue
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+        in_parameters[number] = (curves[number], None if curve is None else read_curve_2d(curve), np.zeros(2))
+    outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+    box = np.array([[u0, v0], [u1, v1]])
+    return FaceSurface(geometry=geometry, outward=outward, box=box, limits=limits, curves=in_parameters)
+
+
+def _edge_frames(surface: FaceSurface) -> dict[int, FloatArray]:
+    """For each edge of the face, the outward normals (3, 3) at its start, middle and end."""
+    numbers = list(surface.curves)
+    uv = np.concatenate([surface.edge_uv(e, np.array([0.0, 0.5, 1.0])) for e in numbers])
+    normals = surface.normals(uv).reshape(-1, 3, 3)
+    return dict(zip(numbers, normals, strict=True))
+
+
+def _face_loops(
+    face: Any,
+    edge_map: Any,
+    ends: Sequence[tuple[int, int]],
+    curves: Sequence[EdgeCurve],
+    normals: dict[int, FloatArray],
+) -> tuple[Loop, ...]:
+    outer = BRepTools.OuterWire_s(face)
+    wires = sorted(explore(face, WIRE), key=lambda wire: not wire.IsSame(outer))
+    loops = []
+    for wire in wires:
+        directed = []
+        for edge in explore(wire, EDGE):
+            number = edge_map.FindIndex(edge) - 1
+            if number >= 0 and edge.Orientation() in (
+                TopAbs_Orientation.TopAbs_FORWARD,
+                TopAbs_Orientation.TopAbs_REVERSED,
+            ):
+                directed.append((number, edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD))
+        for chain in chain_loops(directed, ends, curves, normals):
+            loops.append(
+                Loop(
+                    edges=tuple(e for e, _ in chain),
+                    forward=tuple(f for _, f in chain),
+                    angles=corner_angles(chain, curves, normals),
+                )
+            )
+    return tuple(loops)
+
+
+def _edge(
+    number: int,
+    ends: tuple[int, int],
+    curve: tuple[EdgeCurve, str],
+    uses: Sequence[tuple[int, bool]],
+    normals: Sequence[dict[int, FloatArray]],
+    name: str | None,
+) -> Edge:
+    geometry, kind = curve
+    at = np.array([0.0, 0.5, 1.0])
+    points, tangents = geometry.evaluate(at), geometry.tangents(at)
+    if len(uses) != 2:
+        x, y, z = points[1]
+        raise CadError(
+            f"Edge {number} at ({x:.4g}, {y:.4g}, {z:.4g}) bounds {len(uses)} faces instead of 2. "
+            "The solid is not closed, or is not manifold there; repair it in its CAD program."
+        )
+    # The face that runs the edge forward first: its material lies on the left of the tangent.
+    (first, _), (second, _) = sorted(uses, key=lambda use: not use[1])
+    dihedral = dihedral_angle(tangents[1], normals[first][number][1], normals[second][number][1])
+    return Edge(
+        id=number,
+        start=ends[0],
+        end=ends[1],
+        length=geometry.length,
+        kind=kind,
+        faces=(first, second),
+        dihedral=dihedral,
+        midpoint=points[1],
+        tangents=tangents[[0, 2]],
+        curve=geometry,
+        name=name,
+    )
+
+
+def _face(number: int, shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], key: str, name: str | None) -> Face:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    center = _point(properties.CentreOfMass())
+    _, kind = read_surface(BRep_Tool.Surface_s(shape))
+    return Face(
+        id=number,
+        kind=kind,
+        area=float(properties.Mass()),
+        center=center,
+        normal=surface.normals(surface.project(center[None]))[0],
+        loops=loops,
+        surface=surface,
+        name=name,
+        key=key,
+    )
+
+
+def _point(p: Any) -> FloatArray:
+    return np.array([p.X(), p.Y(), p.Z()])

@@ -1,0 +1,88 @@
+"""``load``: from whatever the user has to a ``topology.Part``.
+
+Place in the flow: the first stage. Reading (``files``, ``scripts``, ``objects``), healing
+(``heal``), normalising (``units``), dividing (``divide``), extraction (``extract``).
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ..errors import CadError, InputError
+from ..topology import Part
+from .model import Model
+
+logger = logging.getLogger(__name__)
+
+SCRIPTS = (".py",)
+FILES = (".step", ".stp", ".brep", ".brp", ".iges", ".igs")
+
+
+def load(source: Any, *, params: Mapping[str, Any] | None = None) -> Part:
+    """Load a part and make it clean for meshing.
+
+    Parameters
+    ----------
+    source : path, CadQuery object or shape
+        A ``.step``, ``.stp``, ``.brep``, ``.iges`` or ``.igs`` file; a CadQuery script (``.py``)
+        that calls ``show_object``; a ``cq.Workplane``, ``cq.Shape`` or ``cq.Assembly``; anything
+        whose ``.wrapped`` is an OpenCASCADE shape, or such a shape itself. A script is a program
+        and runs with the rights of the caller.
+    params : mapping, optional
+        Values for the parameters of a script.
+
+    Returns
+    -------
+    Part
+        With one solid. STEP and IGES files are in millimetres, whatever unit they were written
+        in; other sources keep their numbers.
+
+    Raises
+    ------
+    InputError
+        The source is of no known kind, the file is not there, or the script or its parameters are wrong.
+    CadError
+        The model cannot be read, or is not one usable solid.
+    """
+    model = read_model(source, params=params)
+    from .clean import make_part
+
+    return make_part(model)
+
+
+def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model:
+    """Read the source as it is, without healing."""
+    if isinstance(source, (str, PathLike)):
+        path = Path(fspath(source)).expanduser()
+        suffix = path.suffix.lower()
+        if suffix not in SCRIPTS + FILES:
+            raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")
+        if not path.is_file():
+            raise InputError(f"{path}: there is no such file.")
+        if suffix in SCRIPTS:
+            from .scripts import run_script
+
+            return run_script(path, params or {})
+        if params:
+            raise InputError(f"{path}: only scripts (.py) take parameters, given: {', '.join(map(str, params))}.")
+        from .files import read_file
+
+        return read_file(path)
+    if params:
+        raise InputError("Only scripts (.py) take parameters.")
+    from .objects import read_object
+
+    model = read_object(source)
+    if model is None:
+        raise InputError(
+            f"cadsweep cannot load a {type(source).__name__}: give the path of a {', '.join(FILES + SCRIPTS)} file, "
+            "a CadQuery Workplane, Shape or Assembly, or an object whose .wrapped is an OpenCASCADE shape."
+        )
+    return model
+
+
+__all__ = ["CadError", "load", "read_model"]

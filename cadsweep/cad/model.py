@@ -1,0 +1,45 @@
+"""A model as it was read: the shape, and the names that hang on its parts.
+
+Place in the flow: what the readers (files, scripts, objects) hand to healing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+
+class Named(NamedTuple):
+    """A name for a sub-shape (face, edge or solid) of the model, and where it came from."""
+
+    shape: Any
+    name: str
+
+
+@dataclass(kw_only=True, eq=False)
+class Model:
+    """A shape and its names, before healing.
+
+    Attributes
+    ----------
+    shape : TopoDS_Shape
+    source : str
+        How messages name the model: a path, or a type.
+    name : str
+        Name of the part.
+    names : list of Named
+        Names of faces and edges (and solids).
+    materials : list of Named
+        Materials of solids.
+    scale : float
+        Model units per unit of `shape`.
+    notes : list of str
+    """
+
+    shape: Any
+    source: str
+    name: str = "part"
+    names: list[Named] = field(default_factory=list)
+    materials: list[Named] = field(default_factory=list)
+    scale: float = 1.0
+    notes: list[str] = field(default_factory=list)

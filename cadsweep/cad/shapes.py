@@ -1,0 +1,136 @@
+"""Small helpers over OpenCASCADE's shapes: sub-shapes in order, casts, tolerances, writing.
+
+Place in the flow: used by every module of ``cad`` that meets a ``TopoDS_Shape``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepTools import BRepTools
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp, TopExp_Explorer
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
+from OCP.TopTools import TopTools_IndexedMapOfShape
+
+from ..errors import CadError
+from ..topology import FloatArray
+
+SOLID = TopAbs_ShapeEnum.TopAbs_SOLID
+SHELL = TopAbs_ShapeEnum.TopAbs_SHELL
+FACE = TopAbs_ShapeEnum.TopAbs_FACE
+WIRE = TopAbs_ShapeEnum.TopAbs_WIRE
+EDGE = TopAbs_ShapeEnum.TopAbs_EDGE
+VERTEX = TopAbs_ShapeEnum.TopAbs_VERTEX
+
+_CASTS = {
+    SOLID: TopoDS.Solid_s,
+    SHELL: TopoDS.Shell_s,
+    FACE: TopoDS.Face_s,
+    WIRE: TopoDS.Wire_s,
+    EDGE: TopoDS.Edge_s,
+    VERTEX: TopoDS.Vertex_s,
+}
+
+
+def index_map(shape: Any, kind: Any) -> Any:
+    """An OpenCASCADE map of the distinct sub-shapes of `kind`, numbered from 1; edges without degenerate ones."""
+    found = TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, kind, found)
+    if kind != EDGE:
+        return found
+    kept = TopTools_IndexedMapOfShape()
+    for j in range(1, found.Extent() + 1):
+        edge = TopoDS.Edge_s(found.FindKey(j))
+        if not BRep_Tool.Degenerated_s(edge):
+            kept.Add(edge)
+    return kept
+
+
+def mapped(found: Any, kind: Any) -> list[Any]:
+    """The shapes of a map from :func:`index_map`, in its order."""
+    cast = _CASTS[kind]
+    return [cast(found.FindKey(j)) for j in range(1, found.Extent() + 1)]
+
+
+def subshapes(shape: Any, kind: Any) -> list[Any]:
+    """The distinct sub-shapes of `kind`, in OpenCASCADE's order; edges without degenerate ones."""
+    return mapped(index_map(shape, kind), kind)
+
+
+def explore(shape: Any, kind: Any) -> Iterator[Any]:
+    """Every use of a sub-shape of `kind`, with the orientation it has in `shape`."""
+    cast = _CASTS[kind]
+    explorer = TopExp_Explorer(shape, kind)
+    while explorer.More():
+        yield cast(explorer.Current())
+        explorer.Next()
+
+
+def children(shape: Any) -> Iterator[Any]:
+    """The direct sub-shapes."""
+    iterator = TopoDS_Iterator(shape)
+    while iterator.More():
+        yield iterator.Value()
+        iterator.Next()
+
+
+def compound(shapes: Sequence[Any]) -> Any:
+    """A compound of `shapes`, in that order."""
+    builder = BRep_Builder()
+    out = TopoDS_Compound()
+    builder.MakeCompound(out)
+    for shape in shapes:
+        builder.Add(out, shape)
+    return out
+
+
+def bounds(shape: Any) -> FloatArray:
+    """Least and greatest coordinates (2, 3) of a box about the shape (a little larger than the shape)."""
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    if box.IsVoid():
+        raise CadError("The shape is empty: it has no vertex, edge or face.")
+    return np.array(box.Get()).reshape(2, 3)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolidShape:
+    """The OpenCASCADE side of a ``topology.Solid``; it is the solid's ``write_brep``.
+
+    Attributes
+    ----------
+    shape : TopoDS_Solid
+    faces, edges, vertices : list
+        In the order of their ids.
+    """
+
+    shape: Any
+    faces: list[Any]
+    edges: list[Any]
+    vertices: list[Any]
+
+    def __call__(self, path: Path, faces: Sequence[int]) -> None:
+        """Write a compound of the given faces, in that order, in working units, as a BREP file.
+
+        Raises
+        ------
+        CadError
+            The file could not be written.
+        """
+        chosen = compound([self.faces[f] for f in faces])
+        if not BRepTools.Write_s(chosen, str(path), False, False, _version()):
+            raise CadError(f"OpenCASCADE could not write {path}: is the folder there, writable and not full?")
+
+
+def _version() -> Any:
+    from OCP.TopTools import TopTools_FormatVersion
+
+    return TopTools_FormatVersion.TopTools_FormatVersion_VERSION_1
