@@ -1,11 +1,13 @@
 """A script that outlives a killed caller: it ends the caller's worker and removes its temporary files.
 
-Run as ``python -I -S guard.py CALLER PIDFILE``, with one path to remove on each line of standard input.
-A last line ``done`` says that the caller has tidied up itself. Where standard input ends without it, or
+Run as ``python -I -S guard.py CALLER PIDFILE``, and told on standard input what to remove: glob patterns,
+each followed by a zero byte, in which ``{pid}`` stands for the worker's process id. A last word ``done``
+says that the caller has tidied up itself. Where standard input ends without it, or
 the caller's process is gone, the guard kills the worker's session (its process id stands in PIDFILE),
 waits for its end and removes the paths.
 """
 
+import glob
 import os
 import select
 import shutil
@@ -24,28 +26,31 @@ def main() -> None:
             if not more:
                 break
             text += more
-    lines = os.fsdecode(text).split("\n")
-    if "done" in lines:
+    patterns = os.fsdecode(text).split("\0")
+    if "done" in patterns:
         return
-    kill_worker(pid_file)
-    for path in filter(None, lines):
+    pid = worker_pid(pid_file)
+    if pid is not None:
+        kill_session(pid)
+    for path in (path for p in patterns if p for path in glob.glob(p.replace("{pid}", str(pid)))):
         if os.path.isdir(path) and not os.path.islink(path):
             shutil.rmtree(path, ignore_errors=True)
         elif os.path.lexists(path):
             os.unlink(path)
 
 
-def kill_worker(pid_file: str) -> None:
+def worker_pid(pid_file: str) -> int | None:
     # A worker that is just starting writes its id first and then looks whether its caller is alive.
-    for _ in range(10):
+    for _ in range(20):
         try:
             with open(pid_file, encoding="ascii") as file:
-                pid = int(file.read())
-            break
+                return int(file.read())
         except (OSError, ValueError):
             time.sleep(0.05)
-    else:
-        return
+    return None
+
+
+def kill_session(pid: int) -> None:
     for _ in range(100):
         try:
             os.killpg(pid, signal.SIGKILL)

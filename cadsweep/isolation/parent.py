@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
 import pickle
@@ -24,6 +25,9 @@ Progress = Callable[[str, float | None], None]
 LOOK_EVERY = 0.05
 """Seconds between two looks at the worker's memory."""
 
+HEARTBEAT = 0.5
+"""Seconds after which the caller hears again of a stage that says nothing."""
+
 GIGABYTE = 10**9
 
 _ADVICE = {
@@ -41,7 +45,7 @@ def run_isolated(
     timeout: float | None = None,
     max_memory: float | None = None,
     on_progress: Progress | None = None,
-    remove: Iterable[str | os.PathLike[str]] = (),
+    remove: Iterable[str] = (),
 ) -> Any:
     """Call a function in a process of its own.
 
@@ -61,9 +65,10 @@ def run_isolated(
         Resident memory of the worker, GB (1e9 bytes). It is looked at every 50 ms; allocations beyond
         it by more than half a GB are refused by the kernel at once.
     on_progress : callable or None
-        Called in the caller's thread.
-    remove : iterable of path
-        Files and folders to remove unless the function returns, even if this process is killed.
+        Called in the caller's thread, with the same values again while nothing changes.
+    remove : iterable of str
+        Files and folders to remove unless the function returns, even if this process is killed: glob
+        patterns in which ``{pid}`` stands for the worker's process id.
 
     Returns
     -------
@@ -104,8 +109,9 @@ def run_isolated(
                     task, progress_end, chatter_end
                 )
             except (pickle.PicklingError, TypeError, AttributeError) as error:
-                raise InputError(f"this cannot be handed to a worker process ({error}): give a file, or call "
-                                 "without isolated=True") from error
+                raise InputError(
+                    f"this cannot be handed to a worker process ({error}): give a file, or call without isolated=True"
+                ) from error
             finally:
                 progress_end.close()
                 chatter_end.close()
@@ -121,10 +127,8 @@ def _end(future: Any, place: Workplace) -> None:
     """Kill what is left of the worker's session and wait until it is gone."""
     pid = place.worker_pid()
     if pid is not None:
-        try:
+        with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):
-            pass
     if future is not None and not future.done():
         future.cancel()
     # pebble reaps the worker from its own thread; files of a process that still runs would come back.
@@ -153,14 +157,21 @@ class _Watch:
         self.max_memory = max_memory
         self._last_words: deque[bytes] = deque(maxlen=8)
         self._report = on_progress
+        self._fraction: float | None = None
+        self._reported = time.monotonic()
 
     def until_done(self, future: Any, progress: Connection, chatter: Connection, place: Workplace) -> None:
         """Hand on progress and look at the memory until the worker has ended."""
         open_ends = [progress, chatter]
         while not future.done():
-            for end in wait(open_ends, timeout=LOOK_EVERY) if open_ends else [time.sleep(LOOK_EVERY)]:
-                if end is not None and not self._take(end, progress):
+            if not open_ends:
+                time.sleep(LOOK_EVERY)
+            ready = set(wait(open_ends, timeout=LOOK_EVERY))
+            for end in [end for end in (progress, chatter) if end in ready]:
+                if not self._take(end, progress):
                     open_ends.remove(end)
+            if time.monotonic() - self._reported > HEARTBEAT:
+                self._tell()
             if self.max_memory is not None and not self.too_large:
                 self._weigh(place.worker_pid())
         while progress in open_ends and progress.poll():
@@ -170,17 +181,20 @@ class _Watch:
     def _take(self, end: Any, progress: Connection) -> bool:
         """Read one message; False at the end."""
         try:
-            if end is progress:
-                self.stage, fraction = end.recv()
-                if self._report is not None:
-                    self._report(self.stage, fraction)
-            else:
+            if end is not progress:
                 data = os.read(end.fileno(), 65536)
                 self._last_words.append(data[-4096:])
                 return bool(data)
+            self.stage, self._fraction = end.recv()
         except (EOFError, OSError):
             return False
+        self._tell()
         return True
+
+    def _tell(self) -> None:
+        self._reported = time.monotonic()
+        if self._report is not None and self.stage != "start":
+            self._report(self.stage, self._fraction)
 
     def last_words(self) -> str:
         """What the worker and its libraries wrote last."""
@@ -231,9 +245,9 @@ def _answer(future: Any, watch: _Watch, timeout: float | None) -> Any:
     if answer.out_of_memory:
         raise _out_of_memory(watch)
     if answer.failure is not None:
-        error = WorkerError(f"unexpected failure {where}: {answer.failure}; {advice}", stage=stage)
-        error.add_note(answer.trace)
-        raise error
+        defect = WorkerError(f"unexpected failure {where}: {answer.failure}; {advice}", stage=stage)
+        defect.add_note(answer.trace)
+        raise defect
     return unpack(answer.value)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import shutil
 import subprocess
@@ -31,8 +32,9 @@ class Workplace:
 
     Parameters
     ----------
-    remove : iterable of path
-        What else is to go where the run does not come to its end: a staged output, for instance.
+    remove : iterable of str
+        What else is to go where the run does not come to its end, as absolute glob patterns in which
+        ``{pid}`` stands for the worker's process id.
 
     Attributes
     ----------
@@ -42,8 +44,8 @@ class Workplace:
         Folders for large results, best first.
     """
 
-    def __init__(self, remove: Iterable[str | os.PathLike[str]] = ()) -> None:
-        self._extra = [Path(path).absolute() for path in remove]
+    def __init__(self, remove: Iterable[str] = ()) -> None:
+        self._extra = list(remove)
         self._own: list[Path] = []
         try:
             self.folder = self._make(None)
@@ -71,7 +73,8 @@ class Workplace:
             cwd="/",
         )
         assert guard.stdin is not None
-        guard.stdin.write(b"".join(os.fsencode(path) + b"\n" for path in [*self._own, *self._extra]))
+        patterns = [*(glob.escape(str(path)) for path in self._own), *self._extra]
+        guard.stdin.write(b"\0".join(os.fsencode(pattern) for pattern in patterns) + b"\0")
         guard.stdin.flush()
         return guard
 
@@ -90,14 +93,18 @@ class Workplace:
     def __enter__(self) -> Workplace:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        pid = self.worker_pid()
         self._remove_own()
         if kind is not None:
-            for path in self._extra:
-                remove_quietly(path)
+            for pattern in self._extra:
+                for path in glob.glob(pattern.replace("{pid}", str(pid))):
+                    remove_quietly(Path(path))
         assert self._guard.stdin is not None
         try:
-            self._guard.stdin.write(b"done\n")
+            self._guard.stdin.write(b"done\0")
             self._guard.stdin.close()
         except BrokenPipeError:  # the guard itself was killed: there is nothing left for it to do
             pass

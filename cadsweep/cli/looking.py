@@ -1,0 +1,105 @@
+"""Commands that look at a part or a mesh: ``info``, ``check``, ``view``, ``report``."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from .making import checked_options, sweep_options
+from .show import print_info
+from .types import Assignment, is_script, parse_parameter
+from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
+
+
+@click.command(short_help="Show faces and sweeps of a part.")
+@click.argument("input_file", metavar="INPUT")
+@click.option(
+    "--param",
+    "params",
+    type=Assignment(),
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Parameter of a CadQuery script; may be repeated.",
+)
+@limits
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@QUIET
+def info(
+    *,
+    input_file: str,
+    params: tuple[tuple[str, str], ...],
+    timeout: float,
+    max_memory: float | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """List the faces of a part, the sweeps found, and why the other candidates are none."""
+    if params and not is_script(input_file):
+        raise click.UsageError(f"--param goes with a CadQuery script (.py), and {input_file} is none")
+    values = {name: parse_parameter(text) for name, text in params} or None
+    data = run("describe_part", input_file, params=values, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    if as_json:
+        click.echo(json.dumps(data))
+    else:
+        print_info(data)
+
+
+@click.command(short_help="Check a mesh file.")
+@click.argument("mesh_file", metavar="MESH")
+@limits
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@QUIET
+def check(*, mesh_file: str, timeout: float, max_memory: float | None, as_json: bool, quiet: bool) -> int:
+    """Show every quality and validity figure of a mesh file; exit code 0 if the mesh is valid, 1 if not."""
+    data = run("check_file", mesh_file, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    text = data.pop("text")
+    if as_json:
+        click.echo(json.dumps(data))
+    elif not quiet:
+        click.echo(text)
+    return 0 if data["valid"] else 1
+
+
+@click.command(short_help="Show a mesh.")
+@click.argument("mesh_file", metavar="MESH")
+@click.option("--screenshot", metavar="FILE.png", help="Write a picture instead of opening a window.")
+@QUIET
+def view(*, mesh_file: str, screenshot: str | None, quiet: bool) -> None:
+    """Show a mesh file in a window, coloured by scaled Jacobian."""
+    timeout = float("inf") if screenshot is None else DEFAULT_TIMEOUT
+    run("view_file", mesh_file, screenshot=screenshot, output=screenshot, timeout=timeout, quiet=quiet)
+
+
+@click.command(short_help="Mesh a part and write a page about it.")
+@click.argument("input_file", metavar="INPUT")
+@click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page, one file.")
+@sweep_options
+@limits
+@QUIET
+def report(
+    *, input_file: str, output: str, timeout: float, max_memory: float | None, quiet: bool, **given: Any
+) -> None:
+    """Mesh a part and write one interactive page: the mesh, the sweep, its quality, the time it took."""
+    options = checked_options(input_file, given)
+    options["max_memory"] = max_memory
+    run(
+        "report_file",
+        input_file,
+        output,
+        options=options,
+        command=_command_line(),
+        output=output,
+        timeout=timeout,
+        max_memory=max_memory,
+        quiet=quiet,
+    )
+
+
+def _command_line() -> str:
+    """The command as it was given, ready to be pasted."""
+    import shlex
+    import sys
+
+    return shlex.join(["cadsweep", *sys.argv[1:]])

@@ -1,0 +1,190 @@
+"""Commands that make files of meshes: ``mesh``, ``expand``, ``batch``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..errors import CadSweepError, InputError
+from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
+from .show import mesh_lines
+from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
+from .worker import QUIET, limits, run
+
+BIAS_HELP = (
+    "Grading along the sweep: thickness of the last layer over the first's, or 'SOURCE,TARGET', "
+    "the middle's over each end's."
+)
+
+
+def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that say how to mesh."""
+    options = [
+        click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
+        click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
+        click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
+        click.option("--fractions", type=Numbers(), help="Places of the layers, rising from 0 to 1: 0,0.1,0.4,1."),
+        click.option(
+            "--functional",
+            type=click.Choice(FUNCTIONALS, case_sensitive=False),
+            default="H",
+            show_default=True,
+            help="Functional of the affine fit.",
+        ),
+        click.option(
+            "--strategy",
+            type=click.Choice(STRATEGIES),
+            default="both",
+            show_default=True,
+            help="Where inner layers are placed from.",
+        ),
+        click.option(
+            "--residual/--no-residual",
+            default=True,
+            show_default=True,
+            help="Carry what the affine fit leaves of the boundary into the inside.",
+        ),
+        click.option(
+            "--smoothing/--no-smoothing", default=True, show_default=True, help="Mend what the checks find wrong."
+        ),
+        click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
+        click.option("--target", metavar="NAME|ID", help="Target cap."),
+        click.option(
+            "--face-size",
+            "sizes",
+            type=Assignment(Positive()),
+            multiple=True,
+            metavar="NAME=SIZE",
+            help="Edge length on a named face or edge; may be repeated.",
+        ),
+        click.option(
+            "--param",
+            "params",
+            type=Assignment(),
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Parameter of a CadQuery script; may be repeated.",
+        ),
+        click.option(
+            "--order", type=click.IntRange(1, 2), default=1, show_default=True, help="Order of the hexahedra."
+        ),
+        click.option(
+            "--nodes",
+            type=click.Choice([20, 27]),
+            default=20,
+            show_default=True,
+            help="Nodes of a hexahedron of order 2.",
+        ),
+        click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
+        click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
+    """Options of ``sweep_mesh`` from those of the command; a value out of its range is wrong usage."""
+    pairs = given.pop("params")
+    if pairs and not is_script(source):
+        raise click.UsageError(f"--param goes with a CadQuery script (.py), and {source} is none")
+    given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
+    given["sizes"] = dict(given["sizes"]) or None
+    given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
+    try:
+        SweepOptions(**given)
+    except InputError as error:
+        raise click.UsageError(str(error)) from error
+    return given
+
+
+@click.command(short_help="Mesh a part.")
+@click.argument("input_file", metavar="INPUT")
+@click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
+@sweep_options
+@click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
+@limits
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@QUIET
+def mesh(
+    *,
+    input_file: str,
+    output: str,
+    stream: bool,
+    timeout: float,
+    max_memory: float | None,
+    as_json: bool,
+    quiet: bool,
+    **given: Any,
+) -> None:
+    """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
+    options = checked_options(input_file, given)
+    options["max_memory"] = max_memory
+    check_suffix(output)
+    summary = run(
+        "mesh_file",
+        input_file,
+        output,
+        stream=stream,
+        options=options,
+        output=output,
+        timeout=timeout,
+        max_memory=max_memory,
+        quiet=quiet,
+    )
+    if as_json:
+        click.echo(json.dumps(summary))
+    elif not quiet:
+        click.echo("\n".join(mesh_lines(summary, output)))
+
+
+@click.command(short_help="Make a mesh from its factors.")
+@click.argument("factors", metavar="PART.sweep.npz")
+@click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
+@limits
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@QUIET
+def expand(*, factors: str, output: str, timeout: float, max_memory: float | None, as_json: bool, quiet: bool) -> None:
+    """Multiply the factors of a sweep out to a mesh file: the same mesh, bit for bit."""
+    check_suffix(output)
+    summary = run("expand_file", factors, output, output=output, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    if as_json:
+        click.echo(json.dumps(summary))
+    elif not quiet:
+        click.echo("\n".join(mesh_lines(summary, output)))
+
+
+def check_suffix(output: str) -> None:
+    """A name that no writer goes with is wrong usage."""
+    if not Path(output).suffix:
+        raise click.UsageError(f"the suffix of the output names the format, and '{output}' has none: try .vtu or .msh")
+
+
+@click.command(short_help="Run a parameter study.")
+@click.argument("study", metavar="STUDY.toml")
+@click.option("-o", "--output", metavar="FOLDER", help="Where the results go; by default beside the study.")
+@click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Cases at a time.")
+@click.option("--again", is_flag=True, help="Forget the results that are there.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@QUIET
+def batch(*, study: str, output: str | None, jobs: int, again: bool, as_json: bool, quiet: bool) -> None:
+    """Mesh every case of a study: a script, and a grid or a list of its parameters.
+
+    A study that was broken off goes on where it was. Exit code 1 if a case has failed.
+    """
+    from ..batch import read_study, run_study
+    from .progress import ProgressBar
+
+    plan = read_study(Path(study))
+    with ProgressBar(quiet=quiet) as bar:
+        result = run_study(plan, None if output is None else Path(output), jobs=jobs, again=again, on_progress=bar)
+    if as_json:
+        click.echo(json.dumps(result.summary()))
+    elif not quiet:
+        click.echo(result.line())
+    if result.n_failed:
+        raise CadSweepError(f"{result.n_failed} of {result.n_cases} cases failed; see {result.table}")

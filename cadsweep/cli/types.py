@@ -1,0 +1,103 @@
+"""Values of options that click does not know: what is out of range is wrong usage, exit code 2."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import click
+
+SCRIPT_SUFFIXES = (".py",)
+
+
+class Positive(click.ParamType):
+    """A positive, finite number; `infinite` allows ``inf``."""
+
+    def __init__(self, *, infinite: bool = False) -> None:
+        self.name = "number"
+        self._infinite = infinite
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        try:
+            number = float(value)
+        except ValueError:
+            self.fail(f"{value!r} is not a number", param, ctx)
+        if not number > 0 or (math.isinf(number) and not self._infinite):
+            self.fail(f"{value} is not a positive{'' if self._infinite else ', finite'} number", param, ctx)
+        return number
+
+
+class Bias(click.ParamType):
+    """One ratio, or two with a comma between them: at the source end and at the target end."""
+
+    name = "ratio[,ratio]"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            ratios = tuple(float(word) for word in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is neither a number nor two with a comma between them", param, ctx)
+        if len(ratios) > 2:
+            self.fail(f"{value!r} has more than two ratios", param, ctx)
+        return ratios[0] if len(ratios) == 1 else ratios
+
+
+class Numbers(click.ParamType):
+    """Numbers with commas between them."""
+
+    name = "number,number,..."
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            return tuple(float(word) for word in value.split(","))
+        except ValueError:
+            self.fail(f"{value!r} is no list of numbers with commas between them", param, ctx)
+
+
+class Assignment(click.ParamType):
+    """``NAME=VALUE``, a pair; the value is made by `of`."""
+
+    name = "name=value"
+
+    def __init__(self, of: click.ParamType | None = None) -> None:
+        self._of = of
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
+        if isinstance(value, tuple):
+            return value
+        name, sign, text = value.partition("=")
+        name = name.strip()
+        if not sign or not name:
+            self.fail(f"{value!r} is not of the form NAME=VALUE", param, ctx)
+        return name, text if self._of is None else self._of.convert(text, param, ctx)
+
+
+def parse_parameter(text: str) -> Any:
+    """A script parameter as Python would read it: number, truth value, quoted text; else the text itself."""
+    import ast
+
+    try:
+        value = ast.literal_eval(text)
+    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        return {"true": True, "false": False}.get(text.lower(), text)
+    return value if isinstance(value, int | float | str | bool | tuple | list) else text
+
+
+def parse_cap(text: str | None) -> Any:
+    """A cap as the user gives it: an id, several with commas, or a name or selector."""
+    if text is None:
+        return None
+    words = [word.strip() for word in text.split(",")]
+    if all(word.isdigit() for word in words):
+        ids = [int(word) for word in words]
+        return ids[0] if len(ids) == 1 else ids
+    return text
+
+
+def is_script(path: str) -> bool:
+    """Whether an input is a program."""
+    return path.lower().endswith(SCRIPT_SUFFIXES)

@@ -1,0 +1,179 @@
+"""What the worker process of a command does: plain data in, plain data out.
+
+Every function takes ``on_progress``. Nothing here prints.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..errors import NotSweepableError
+from ..mesh import HexMesh
+from ..topology import Part, Sweep
+
+Progress = Callable[[str, float | None], None]
+
+
+def mesh_file(
+    source: str, output: str, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
+) -> dict[str, Any]:
+    """Mesh a part into a file, and return the figures of ``cadsweep mesh --json``."""
+    from ..io import check_destination, write
+    from ..pipeline import stream_mesh, sweep_mesh
+
+    check_destination(output)
+    if stream:
+        return plain(stream_mesh(source, output, on_progress=on_progress, **options))
+    mesh = sweep_mesh(source, on_progress=on_progress, **options)
+    on_progress("write", 0.0)
+    start = time.perf_counter()
+    write(mesh, output)
+    mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+    return summarise(mesh)
+
+
+def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str, Any]:
+    """Multiply a file of factors out to a mesh file."""
+    from ..io import check_destination, write
+    from ..pipeline import expand
+
+    check_destination(output)
+    on_progress("expand", None)
+    mesh = expand(factors)
+    on_progress("write", 0.0)
+    write(mesh, output)
+    return summarise(mesh)
+
+
+def summarise(mesh: HexMesh) -> dict[str, Any]:
+    """The figures that every mesh is announced with."""
+    report = mesh.info.get("quality") or mesh.quality()
+    return plain(
+        {
+            "n_nodes": mesh.n_nodes,
+            "n_hexes": mesh.n_hexes,
+            "min_scaled_jacobian": report.min_scaled_jacobian,
+            "mean_scaled_jacobian": report.mean_scaled_jacobian,
+            "n_inverted": report.n_inverted,
+            "volume": report.volume,
+            "cad_volume": mesh.info.get("cad_volume"),
+            "seconds": mesh.info.get("seconds", {}),
+            "sweeps": mesh.info.get("sweeps", []),
+            "notes": mesh.info.get("notes", []),
+        }
+    )
+
+
+def describe_part(source: str, *, params: dict[str, Any] | None, on_progress: Progress) -> dict[str, Any]:
+    """Faces, sweeps and reasons of a part, as ``cadsweep info --json`` prints them."""
+    from ..pipeline import load
+
+    on_progress("cad", 0.0)
+    part = load(source, params=params)
+    on_progress("recognition", 0.0)
+    return plain(
+        {
+            "name": part.name,
+            "notes": list(part.notes),
+            "names": dict(part.names),
+            "solids": [_describe_solid(part, i) for i in range(len(part.solids))],
+        }
+    )
+
+
+def _describe_solid(part: Part, index: int) -> dict[str, Any]:
+    from ..recognition import find_sweeps
+
+    solid = part.solids[index]
+    error, reasons, sweeps = None, [], []
+    try:
+        sweeps = find_sweeps(solid)
+    except NotSweepableError as refusal:
+        error, reasons = str(refusal), list(refusal.reasons)
+    roles = _roles(sweeps[0]) if sweeps else {}
+    return {
+        "name": solid.name or f"{part.name} {index + 1}",
+        "volume": solid.volume * part.scale**3,
+        "faces": [
+            {
+                "id": face.id,
+                "name": face.name,
+                "key": face.key,
+                "type": face.kind,
+                "area": face.area * part.scale**2,
+                "center": part.to_model(face.center),
+                "role": roles.get(face.id, ""),
+            }
+            for face in solid.faces
+        ],
+        "sweeps": [
+            {
+                "source": [solid.faces[i].name or i for i in sweep.source],
+                "target": [solid.faces[i].name or i for i in sweep.target],
+                "linking_sides": [side.face for side in sweep.linking_sides],
+                "n_sides": len(sweep.linking_sides),
+                "score": sweep.score,
+                "notes": list(sweep.notes),
+            }
+            for sweep in sweeps
+        ],
+        "error": error,
+        "rejected": reasons,
+    }
+
+
+def _roles(sweep: Sweep) -> dict[int, str]:
+    roles = {side.face: "side" for side in sweep.linking_sides}
+    roles.update(dict.fromkeys(sweep.target, "target"))
+    roles.update(dict.fromkeys(sweep.source, "source"))
+    return roles
+
+
+def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
+    """Every figure of a mesh file, and the report's text."""
+    from ..io import read
+
+    on_progress("read", None)
+    mesh = read(path)
+    on_progress("quality", None)
+    report = mesh.quality()
+    return {**plain(report.as_dict()), "valid": bool(report.valid), "text": str(report)}
+
+
+def view_file(path: str, *, screenshot: str | None, on_progress: Progress) -> None:
+    """Show a mesh file in a window, or write a picture of it."""
+    from ..io import read
+
+    on_progress("read", None)
+    mesh = read(path)
+    on_progress("view", None)
+    mesh.plot(screenshot=screenshot) if screenshot else mesh.plot()
+
+
+def report_file(source: str, output: str, *, options: dict[str, Any], command: str, on_progress: Progress) -> None:
+    """Mesh a part and write the page about it."""
+    from ..pipeline import sweep_mesh
+    from ..report import write_report
+
+    mesh = sweep_mesh(source, on_progress=on_progress, **options)
+    on_progress("report", None)
+    write_report(mesh, output, command=command)
+
+
+def plain(value: Any) -> Any:
+    """A value that JSON knows: arrays become lists, numpy numbers Python's, what is not finite ``None``."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | set):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

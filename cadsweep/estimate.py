@@ -1,0 +1,235 @@
+"""What a mesh will cost, from lengths and areas of the CAD alone, before any of it is made.
+
+Place in the flow: before and after ``intervals``. A wanted size of 1e-9 would keep the integer programme
+or gmsh busy for hours before it fails; here it is refused in microseconds, with the figures and the size
+that would fit.
+
+Method: a cap of area A meshed at size h has about A / h^2 quads; layers times quads are the hexes. Bytes
+and seconds are measured rates per hex, stated below; they are estimates within a factor of two or so.
+
+Not handled: quads that the mesher makes smaller than asked for, next to small edges.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .errors import InputError
+from .topology import Intervals, Sweep
+
+BYTES_PER_HEX = 400
+"""Peak memory for a hexahedron: points, connectivity, boundaries, checks, the written bytes."""
+
+BYTES_PER_QUAD = 3000
+"""Peak memory for a quad of the source cap: gmsh's own structures and the sparse factorisation."""
+
+BASE_BYTES = 600e6
+"""Python with OpenCASCADE, gmsh and numba, before any mesh."""
+
+SECONDS_PER_HEX = 1.5e-6
+SECONDS_PER_QUAD = 1e-4
+
+GIGABYTE = 1e9
+
+LARGEST_COUNT = 10**15
+"""Counts beyond are all the same: too many."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """What a mesh is expected to be and to cost.
+
+    Attributes
+    ----------
+    n_quads : int
+        Quads on the source cap.
+    n_layers : int
+    n_hexes : int
+    n_bytes : int
+        Memory at the peak of the work.
+    seconds : float
+        Time on one ordinary core.
+    size : float
+        The edge length that the figures are for, model units.
+    streamed : bool
+        The mesh is written slab by slab; only the cap and one slab are in memory.
+    """
+
+    n_quads: int
+    n_layers: int
+    n_hexes: int
+    n_bytes: int
+    seconds: float
+    size: float
+    streamed: bool = False
+
+    def __str__(self) -> str:
+        return (
+            f"about {_count(self.n_hexes)} hexes ({_count(self.n_quads)} quads x {_count(self.n_layers)} layers), "
+            f"{_memory(self.n_bytes)}, {_time(self.seconds)}"
+        )
+
+
+def estimate(sweep: Sweep, intervals: Intervals, *, scale: float = 1.0, streamed: bool = False) -> Estimate:
+    """Estimate the cost of a sweep whose intervals are known.
+
+    Parameters
+    ----------
+    scale : float
+        Model units per working unit.
+    streamed : bool
+        See `Estimate.streamed`.
+    """
+    n_edges = sum(int(intervals.counts[edge]) for loop in sweep.source_loops for edge, _ in loop)
+    return _from_counts(sweep, intervals.size, intervals.n_layers, n_edges, scale=scale, streamed=streamed)
+
+
+def estimate_size(
+    sweep: Sweep,
+    *,
+    size: float | None = None,
+    layers: int | None = None,
+    smallest: float | None = None,
+    scale: float = 1.0,
+    streamed: bool = False,
+) -> Estimate | None:
+    """Estimate the cost of a sweep from what the user asks for, before intervals are assigned.
+
+    Parameters
+    ----------
+    size : float or None
+        Wanted edge length, working units.
+    layers : int or None
+    smallest : float or None
+        Least wanted edge length on a named face, working units.
+
+    Returns
+    -------
+    Estimate or None
+        None where nothing was asked for: the defaults are always modest.
+    """
+    if size is None and layers is None and smallest is None:
+        return None
+    area = _cap_area(sweep)
+    if size is None:
+        size = math.sqrt(area / 100.0)
+    n_edges = 0
+    if smallest is not None and smallest < size:
+        n_edges = _bounded(_loops_length(sweep) / smallest)
+    if layers is None:
+        layers = max(1, _bounded(_sweep_length(sweep) / size))
+    return _from_counts(sweep, size, layers, n_edges, scale=scale, streamed=streamed)
+
+
+def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scale: float, streamed: bool) -> Estimate:
+    n_edges = max(n_edges, _bounded(_loops_length(sweep) / size))
+    # The boundary has its own count: a cap with many short edges holds more quads than its area says.
+    n_quads = max(1, _bounded(_cap_area(sweep) / size**2 if size > 1e-150 else math.inf), n_edges // 4)
+    n_hexes = n_quads * n_layers
+    resident = min(n_hexes, 10**6) if streamed else n_hexes
+    n_bytes = int(BASE_BYTES + BYTES_PER_QUAD * n_quads + BYTES_PER_HEX * resident + 48 * n_edges * n_layers)
+    return Estimate(
+        n_quads=n_quads,
+        n_layers=n_layers,
+        n_hexes=n_hexes,
+        n_bytes=n_bytes,
+        seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
+        size=size * scale,
+        streamed=streamed,
+    )
+
+
+def check_budget(expected: Estimate, *, max_hexes: int | None = None, max_memory: float | None = None) -> None:
+    """Refuse a mesh that is too large.
+
+    Parameters
+    ----------
+    max_hexes : int or None
+        None: as many as the memory holds.
+    max_memory : float or None
+        GB; None: nine tenths of what this machine, or this container, has free.
+
+    Raises
+    ------
+    InputError
+        With the figures, and the size that would fit.
+    """
+    budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
+    if expected.n_bytes <= budget and (max_hexes is None or expected.n_hexes <= max_hexes):
+        return
+    if max_hexes is not None and expected.n_hexes > max_hexes:
+        limit, excess = f"the limit is {_count(max_hexes)} hexes", expected.n_hexes / max_hexes
+    else:
+        limit = f"the limit is {_memory(budget)} of memory"
+        excess = (expected.n_bytes - BASE_BYTES) / max(budget - BASE_BYTES, 0.01 * budget)
+    # Quads go with 1 / size^2; layers go with 1 / size too unless they were given, so this is on the safe side.
+    fitting = expected.size * math.sqrt(excess) * 1.05
+    raise InputError(
+        f"the mesh would have {expected}; {limit}: try size {_round_up(fitting):g} or more"
+        + (f", or fewer layers than {_count(expected.n_layers)}" if expected.n_layers > 1 else "")
+        + ("" if expected.streamed else ", or raise the limit")
+    )
+
+
+def free_memory() -> float:
+    """Memory that a run may take, GB: nine tenths of what the machine and the container have free."""
+    import psutil
+
+    free = float(psutil.virtual_memory().available)
+    for limit_file, used_file in (
+        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ):
+        limit, used = _read_number(limit_file), _read_number(used_file)
+        if limit is not None and used is not None:
+            free = min(free, max(limit - used, 0.0))
+    return 0.9 * free / GIGABYTE
+
+
+def _read_number(path: str) -> float | None:
+    try:
+        with open(path, encoding="ascii") as file:
+            return float(file.read())
+    except (OSError, ValueError):  # no such control group, or no limit ("max")
+        return None
+
+
+def _cap_area(sweep: Sweep) -> float:
+    return sum(sweep.solid.faces[face].area for face in sweep.source)
+
+
+def _loops_length(sweep: Sweep) -> float:
+    return sum(sweep.solid.edges[edge].length for loop in sweep.source_loops for edge, _ in loop)
+
+
+def _sweep_length(sweep: Sweep) -> float:
+    """Length from source to target: the mean of the linking sides' area over the loops' length, or the rails'."""
+    loops = _loops_length(sweep)
+    sides = sum(sweep.solid.faces[side].area for side in {s.face for s in sweep.linking_sides})
+    return sides / loops if loops > 0 else sweep.solid.size
+
+
+def _bounded(count: float) -> int:
+    return LARGEST_COUNT if not count < LARGEST_COUNT else math.ceil(count)
+
+
+def _count(n: int) -> str:
+    return f"{n:,}" if n < 10**6 else f"{n:.1e}"
+
+
+def _memory(n_bytes: float) -> str:
+    return f"{n_bytes / GIGABYTE:.3g} GB" if n_bytes < 1e15 else f"{n_bytes / GIGABYTE:.0e} GB"
+
+
+def _time(seconds: float) -> str:
+    for limit, unit, name in ((120, 1, "s"), (7200, 60, "min"), (172800, 3600, "h"), (math.inf, 86400, "days")):
+        if seconds < limit:
+            return f"{seconds / unit:.3g} {name}"
+    raise AssertionError("seconds are finite")
+
+
+def _round_up(value: float) -> float:
+    """Two digits, upwards."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / unit) * unit
