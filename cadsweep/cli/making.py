@@ -168,10 +168,13 @@ def check_suffix(output: str) -> None:
 @click.argument("study", metavar="STUDY.toml")
 @click.option("-o", "--output", metavar="FOLDER", help="Where the results go; by default beside the study.")
 @click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Cases at a time.")
-@click.option("--again", is_flag=True, help="Forget the results that are there.")
+@click.option("--again", is_flag=True, help="Do all cases, whatever results are there.")
+@click.option("--retry-failed", is_flag=True, help="Do failed cases again.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
-def batch(*, study: str, output: str | None, jobs: int, again: bool, as_json: bool, quiet: bool) -> None:
+def batch(
+    *, study: str, output: str | None, jobs: int, again: bool, retry_failed: bool, as_json: bool, quiet: bool
+) -> None:
     """Mesh every case of a study: a script, and a grid or a list of its parameters.
 
     A study that was broken off goes on where it was. Exit code 1 if a case has failed.
@@ -180,8 +183,9 @@ def batch(*, study: str, output: str | None, jobs: int, again: bool, as_json: bo
     from .progress import ProgressBar
 
     plan = read_study(Path(study))
+    folder = None if output is None else Path(output)
     with ProgressBar(quiet=quiet) as bar:
-        result = run_study(plan, None if output is None else Path(output), jobs=jobs, again=again, on_progress=bar)
+        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_progress=bar)
     if as_json:
         click.echo(json.dumps(result.summary()))
     elif not quiet:

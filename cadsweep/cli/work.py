@@ -19,20 +19,22 @@ Progress = Callable[[str, float | None], None]
 
 
 def mesh_file(
-    source: str, output: str, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
+    source: str, output: str | None, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
 ) -> dict[str, Any]:
-    """Mesh a part into a file, and return the figures of ``cadsweep mesh --json``."""
+    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
     from ..io import check_destination, write
     from ..pipeline import stream_mesh, sweep_mesh
 
-    check_destination(output)
+    if output is not None:
+        check_destination(output)
     if stream:
         return plain(stream_mesh(source, output, on_progress=on_progress, **options))
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
-    on_progress("write", 0.0)
-    start = time.perf_counter()
-    write(mesh, output)
-    mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+    if output is not None:
+        on_progress("write", None)
+        start = time.perf_counter()
+        write(mesh, output)
+        mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
     return summarise(mesh)
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import glob
 import logging
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import click
@@ -60,7 +58,7 @@ def run(
         GB; None: what the machine has.
     """
     from ..estimate import free_memory
-    from ..isolation import run_isolated
+    from ..isolation import leftovers, run_isolated
 
     logging.getLogger("cadsweep").addHandler(logging.NullHandler())
     with ProgressBar(quiet=quiet) as bar:
@@ -73,9 +71,3 @@ def run(
             on_progress=bar,
             remove=[] if output is None else leftovers(output),
         )
-
-
-def leftovers(output: str) -> list[str]:
-    """Patterns of the hidden names that a worker gives to unfinished files beside `output`."""
-    place = Path(output).resolve()
-    return [f"{glob.escape(str(place.parent / f'.{place.name[:40]}'))}.{{pid}}-*.tmp"]

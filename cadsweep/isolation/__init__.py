@@ -23,6 +23,6 @@ where limits and sessions are concerned.
 from __future__ import annotations
 
 from .parent import run_isolated
-from .place import remove_quietly
+from .place import leftovers
 
-__all__ = ["remove_quietly", "run_isolated"]
+__all__ = ["leftovers", "run_isolated"]

@@ -193,7 +193,7 @@ class _Watch:
 
     def _tell(self) -> None:
         self._reported = time.monotonic()
-        if self._report is not None and self.stage != "start":
+        if self._report is not None:
             self._report(self.stage, self._fraction)
 
     def last_words(self) -> str:

@@ -27,6 +27,12 @@ def remove_quietly(path: Path) -> None:
             return
 
 
+def leftovers(output: str | os.PathLike[str]) -> list[str]:
+    """Patterns of the hidden names that a worker gives to unfinished files beside `output` (``io.atomic``)."""
+    place = Path(output).resolve()
+    return [glob.escape(str(place.parent / f".{place.name[:40]}")) + ".{pid}-*.tmp"]
+
+
 class Workplace:
     """Temporary folders for a worker, and a guard that removes them if this process is killed.
 

@@ -1,0 +1,36 @@
+"""Parameter studies: one script, many parameters, a table of results; broken off and taken up again.
+
+Place in the flow: beside the command line, above ``pipeline``. Every case is meshed in a worker process of
+its own (:mod:`cadsweep.isolation`), so that one bad case costs one line of the table.
+
+A study is a TOML file::
+
+    script = "elbow.py"              # beside the study file; a CAD file does as well
+    format = "vtu"                   # a mesh file for every case; "none" keeps the figures alone
+    timeout = 600                    # seconds a case
+    max_memory = 4                   # GB a case
+
+    [options]                        # of cadsweep.sweep_mesh, for all cases
+    layers = 20
+
+    [grid]                           # every combination of the values
+    bend_radius = [30, 40, 50]
+    angle = [45, 90]
+    options.size = [1.0, 2.0]        # mesh options may vary too
+
+    [[cases]]                        # and single cases
+    name = "thin wall"
+    wall = 0.5
+    options.order = 2
+
+A case is known by what it is: the script's text, its parameters, its options. The record of a finished
+case is a file of its own, put in place in one step, so that a killed study loses no finished case and does
+none again; a changed script or parameter makes a new case.
+"""
+
+from __future__ import annotations
+
+from .run import StudyResult, run_study
+from .study import Case, Study, read_study
+
+__all__ = ["Case", "Study", "StudyResult", "read_study", "run_study"]
