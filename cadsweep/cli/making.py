@@ -160,8 +160,14 @@ def expand(*, factors: str, output: str, timeout: float, max_memory: float | Non
 
 def check_suffix(output: str) -> None:
     """A name that no writer goes with is wrong usage."""
-    if not Path(output).suffix:
-        raise click.UsageError(f"the suffix of the output names the format, and '{output}' has none: try .vtu or .msh")
+    from ..io import FORMATS, check_destination
+
+    if Path(output).suffix.lower() in FORMATS:
+        return  # whether the folder is there and writable is no question of usage
+    try:
+        check_destination(output)
+    except InputError as error:
+        raise click.UsageError(str(error)) from error
 
 
 @click.command(short_help="Run a parameter study.")
@@ -169,15 +175,25 @@ def check_suffix(output: str) -> None:
 @click.option("-o", "--output", metavar="FOLDER", help="Where the results go; by default beside the study.")
 @click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Cases at a time.")
 @click.option("--again", is_flag=True, help="Do all cases, whatever results are there.")
+@click.option("--strict", is_flag=True, help="Exit code 1 if any case has failed.")
 @click.option("--retry-failed", is_flag=True, help="Do failed cases again.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
 def batch(
-    *, study: str, output: str | None, jobs: int, again: bool, retry_failed: bool, as_json: bool, quiet: bool
+    *,
+    study: str,
+    output: str | None,
+    jobs: int,
+    again: bool,
+    strict: bool,
+    retry_failed: bool,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     """Mesh every case of a study: a script, and a grid or a list of its parameters.
 
-    A study that was broken off goes on where it was. Exit code 1 if a case has failed.
+    A study that was broken off goes on where it was. Failed cases stand in the table with their errors; exit
+    code 1 if there is no mesh at all, or, with --strict, if any case has failed.
     """
     from ..batch import read_study, run_study
     from .progress import ProgressBar
@@ -190,5 +206,5 @@ def batch(
         click.echo(json.dumps(result.summary()))
     elif not quiet:
         click.echo(result.line())
-    if result.n_failed:
+    if result.n_failed == result.n_cases or (strict and result.n_failed):
         raise CadSweepError(f"{result.n_failed} of {result.n_cases} cases failed; see {result.table}")
