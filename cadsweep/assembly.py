@@ -1,18 +1,26 @@
 """From layers of nodes to a named mesh: which quads bound which face, and what the face is called.
 
-Place in the flow: between ``projection`` and ``quality``. Every boundary quad belongs to exactly one
-CAD face, and every CAD face to exactly one name, so the boundaries of a mesh never overlap.
+Place in the flow: after ``projection`` and ``smoothing``, before ``quality``. A :class:`FactoredMesh` is
+the whole mesh in a few megabytes: the factors, the moved nodes, and the owner of every boundary quad.
+It is what a file of factors holds, what MPI ranks share, and what slabs are streamed from.
+
+Every boundary quad belongs to exactly one CAD face, and every CAD face to exactly one name, so the
+boundaries of a mesh never overlap.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .mesh import HexMesh, SurfaceMesh, SweptStructure, side_quads, sweep_hexes
-from .topology import FloatArray, IntArray, Sweep
+from .quality import CadReference
+from .topology import FloatArray, IntArray, Part, Solid, Sweep
+
+if TYPE_CHECKING:
+    from .projection import FactoredSweep
 
 
 def name_faces(sweep: Sweep) -> dict[int, str]:
@@ -32,97 +40,178 @@ def name_faces(sweep: Sweep) -> dict[int, str]:
     roles = [("source", sweep.source), ("target", sweep.target), ("side", [s.face for s in sweep.linking_sides])]
     names: dict[int, str] = {}
     for role, ids in roles:
-        keys = {}
+        numbers: dict[str, int] = {}
         for i in ids:
             if not faces[i].name:
-                keys.setdefault(faces[i].key or f"face {i}", len(keys) + 1)
-        alone = role != "side" and len(keys) == 1
+                numbers.setdefault(faces[i].key or f"face {i}", len(numbers) + 1)
         for i in ids:
-            face = faces[i]
-            number = keys.get(face.key or f"face {i}")
-            name = face.name or (role if alone else f"{role}_{number}")
-            while not face.name and name in taken:
-                name += "_"
+            name = faces[i].name
+            if not name:
+                number = numbers[faces[i].key or f"face {i}"]
+                name = role if role != "side" and len(numbers) == 1 else f"{role}_{number}"
+                while name in taken:
+                    name += "_"
             names[i] = name
     return names
 
 
-def group_boundaries(
-    sweep: Sweep, surfaces: SurfaceMesh, structure: SweptStructure, target_faces: IntArray
-) -> dict[str, IntArray]:
-    """Collect the outward boundary quads of the mesh by name.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FactoredMesh:
+    """A swept mesh that is not yet multiplied out.
 
-    Parameters
+    Attributes
     ----------
-    target_faces : (q,) int64
-        Face id on which each quad of the target cap lies.
-
-    Returns
-    -------
-    dict of str to (m, 4) int64
-        In the order source, target, sides.
-    """
-    names = name_faces(sweep)
-    quads = structure.quads
-    sides = side_quads(structure.loops, structure.n_nodes, structure.n_layers, periodic=structure.periodic)
-    blocks: list[tuple[IntArray, IntArray]] = []
-    if not structure.periodic:
-        blocks.append((quads[:, ::-1], surfaces.source.faces))
-        blocks.append((quads + structure.n_layers * structure.n_nodes, target_faces))
-    blocks.append((sides.reshape(-1, 4), surfaces.side_faces.reshape(-1)))
-    groups: dict[str, list[IntArray]] = {}
-    for block, owners in blocks:
-        order = np.argsort(owners, kind="stable")
-        ids, starts = np.unique(owners[order], return_index=True)
-        for face, chosen in zip(ids, np.split(order, starts[1:]), strict=True):
-            groups.setdefault(names[int(face)], []).append(block[chosen])
-    return {name: np.concatenate(parts) for name, parts in groups.items()}
-
-
-def assemble(
-    points: FloatArray,
-    structure: SweptStructure,
-    boundaries: dict[str, IntArray],
-    *,
-    part: str,
-    info: dict[str, Any],
-) -> HexMesh:
-    """Make the mesh value from its layers.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        All nodes, layer after layer, model units.
+    sweep : FactoredSweep
+        Places of the nodes, working units.
+    structure : SweptStructure
+    names : tuple of str
+        Boundary names; the owners below are indices into it.
+    source_owners, target_owners : (q,) int64
+        Owner of the quad of the source and of the target cap.
+    side_owners : (n_layers, b) int64
+    moved_nodes : (m,) int64
+        Nodes that smoothing moved; empty where none was needed.
+    moved_points : (m, 3) float64
+        Where to, working units.
     part : str
         Name of the volume.
+    scale : float
+    offset : (3,) float64
+        From working to model units, as in ``topology.Part``.
+    info : dict
     """
-    hexes = sweep_hexes(structure.quads, structure.n_nodes, structure.n_layers, periodic=structure.periodic)
-    return HexMesh(
-        points=points,
-        hexes=hexes,
-        boundaries=boundaries,
-        parts={part: np.arange(len(hexes), dtype=np.int64)},
+
+    sweep: FactoredSweep
+    structure: SweptStructure
+    names: tuple[str, ...]
+    source_owners: IntArray
+    target_owners: IntArray
+    side_owners: IntArray
+    moved_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    moved_points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    part: str = "part"
+    scale: float = 1.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def n_node_layers(self) -> int:
+        """Layers of distinct nodes: one fewer on a closed ring."""
+        return self.structure.n_layers + (not self.structure.periodic)
+
+    def points(self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None) -> FloatArray:
+        """Nodes of the layers ``start`` to ``stop`` (exclusive), (layers, n_nodes, 3), model units."""
+        stop = self.n_node_layers if stop is None else stop
+        block = self.sweep.points(slice(start, stop), out=out)
+        n = self.structure.n_nodes
+        first, last = np.searchsorted(self.moved_nodes, [start * n, stop * n])
+        if last > first:
+            block.reshape(-1, 3)[self.moved_nodes[first:last] - start * n] = self.moved_points[first:last]
+        if self.scale != 1.0:
+            block *= self.scale
+        if self.offset.any():
+            block += self.offset
+        return block
+
+    def boundaries(self) -> dict[str, IntArray]:
+        """Outward boundary quads (m, 4) by name: source, target, sides."""
+        s = self.structure
+        sides = side_quads(s.loops, s.n_nodes, s.n_layers, periodic=s.periodic).reshape(-1, 4)
+        blocks = [(sides, self.side_owners.reshape(-1))]
+        if not s.periodic:
+            blocks = [
+                (s.quads[:, ::-1], self.source_owners),
+                (s.quads + s.n_layers * s.n_nodes, self.target_owners),
+                *blocks,
+            ]
+        groups: dict[str, list[IntArray]] = {}
+        for quads, owners in blocks:
+            order = np.argsort(owners, kind="stable")
+            ids, starts = np.unique(owners[order], return_index=True)
+            for owner, chosen in zip(ids, np.split(order, starts[1:]), strict=True):
+                groups.setdefault(self.names[int(owner)], []).append(quads[chosen])
+        return {name: np.concatenate(parts) for name, parts in groups.items()}
+
+    def to_mesh(self) -> HexMesh:
+        """Multiply out."""
+        s = self.structure
+        points = np.empty((self.n_node_layers, s.n_nodes, 3))
+        self.points(out=points)
+        return HexMesh(
+            points=points.reshape(-1, 3),
+            hexes=sweep_hexes(s.quads, s.n_nodes, s.n_layers, periodic=s.periodic),
+            boundaries=self.boundaries(),
+            parts={self.part: np.arange(s.n_layers * len(s.quads), dtype=np.int64)},
+            structure=s,
+            info=self.info,
+        )
+
+
+def factor_mesh(
+    sweep: Sweep,
+    surfaces: SurfaceMesh,
+    placed: FactoredSweep,
+    target_faces: IntArray,
+    *,
+    periodic: bool = False,
+    part: str = "part",
+    scale: float = 1.0,
+    offset: FloatArray | None = None,
+    info: dict[str, Any] | None = None,
+) -> FactoredMesh:
+    """Join the placed layers with the names of the CAD faces."""
+    by_face = name_faces(sweep)
+    names = tuple(dict.fromkeys(by_face.values()))
+    index = {name: i for i, name in enumerate(names)}
+    table = np.zeros(len(sweep.solid.faces), dtype=np.int64)
+    for face, name in by_face.items():
+        table[face] = index[name]
+    source = surfaces.source
+    structure = SweptStructure(
+        quads=source.quads,
+        loops=source.loops,
+        n_nodes=len(source.points),
+        n_layers=len(surfaces.rings) - 1,
+        periodic=periodic,
+    )
+    return FactoredMesh(
+        sweep=placed,
         structure=structure,
-        info=info,
+        names=names,
+        source_owners=table[source.faces],
+        target_owners=table[target_faces],
+        side_owners=table[surfaces.side_faces],
+        part=part,
+        scale=scale,
+        offset=np.zeros(3) if offset is None else offset,
+        info={} if info is None else info,
     )
 
 
-def target_quad_faces(surfaces: SurfaceMesh, target: tuple[int, ...], matched: dict[int, int]) -> IntArray:
-    """Face id of the target cap for every source quad.
+def make_reference(part: Part, sweep: Sweep) -> CadReference:
+    """Collect what the CAD model says the mesh must be, in model units."""
+    solid = sweep.solid
+    by_name: dict[str, list[int]] = {}
+    for face, name in name_faces(sweep).items():
+        by_name.setdefault(name, []).append(face)
 
-    Parameters
-    ----------
-    target : tuple of int
-        Faces of the target cap.
-    matched : dict of int to int
-        Source face to the target face that answers it; needed where the target has several faces.
-    """
-    owners = surfaces.source.faces
-    if len(target) == 1:
-        return np.full(len(owners), target[0], dtype=np.int64)
-    missing = Counter(int(f) for f in owners if int(f) not in matched)
-    assert not missing, f"no target face for source faces {sorted(missing)}"
-    table = np.zeros(int(owners.max()) + 1, dtype=np.int64)
-    for source_face, target_face in matched.items():
-        table[source_face] = target_face
-    return table[owners]
+    def distance(points: FloatArray, name: str) -> FloatArray:
+        places = (points - part.offset) / part.scale
+        nearest = np.full(len(places), np.inf)
+        for face in by_name[name]:
+            surface = solid.faces[face].surface
+            away = np.linalg.norm(surface.evaluate(surface.project(places)) - places, axis=1)
+            np.minimum(nearest, away, out=nearest)
+        return nearest * part.scale
+
+    return CadReference(
+        volume=solid.volume * part.scale**3,
+        areas={name: sum(solid.faces[i].area for i in ids) * part.scale**2 for name, ids in by_name.items()},
+        euler=euler_characteristic(solid),
+        distance=distance,
+    )
+
+
+def euler_characteristic(solid: Solid) -> int:
+    """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""
+    return len(solid.vertices) - len(solid.edges) + sum(2 - len(face.loops) for face in solid.faces)

@@ -1,0 +1,324 @@
+"""The composition root: the only module that joins the stages.
+
+``load`` -> ``find_sweeps`` -> intervals -> surface -> projection -> smoothing -> quality. A candidate
+sweep that turns out not to mesh makes room for the next best one, and the mesh says so in its notes;
+the user's own choice of caps is never replaced.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from . import cad, estimate, intervals, recognition, surface
+from .assembly import FactoredMesh, factor_mesh, make_reference
+from .projection.caps import place_target
+from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
+from .mesh import HexMesh, SurfaceMesh
+from .options import SweepOptions
+from .projection import project_layers
+from .quality import QualityReport, check_mesh
+from .topology import FloatArray, Part, Solid, Sweep
+
+log = logging.getLogger(__name__)
+
+Progress = Callable[[str, float | None], None]
+"""Called with the stage under way and how much of it is done (0 to 1, None where unknown)."""
+
+GOOD_ENOUGH = 0.1
+"""Worst scaled Jacobian at which no other candidate sweep is tried."""
+
+SMOOTH_BELOW = 0.3
+"""Worst scaled Jacobian below which smoothing is tried."""
+
+MOST_CANDIDATES = 3
+"""Sweeps of one solid that are tried before the first one's error is raised."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Run:
+    """Seconds by stage, and the progress callback."""
+
+    on_progress: Progress
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        self.on_progress(name, 0.0)
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+        self.on_progress(name, 1.0)
+
+
+def _silent(stage: str, fraction: float | None) -> None:
+    """Progress for those who did not ask."""
+
+
+def load(source: Any, *, params: dict[str, Any] | None = None) -> Part:
+    """Read a part and make it clean for meshing.
+
+    Parameters
+    ----------
+    source : path, CadQuery object, or anything with ``.wrapped``
+        A ``.step``, ``.stp``, ``.brep``, ``.iges``, ``.igs`` or ``.py`` file; a ``cq.Workplane``,
+        ``cq.Shape`` or ``cq.Assembly``. A CadQuery script is executed.
+    params : dict or None
+        Parameters of a script.
+
+    Raises
+    ------
+    InputError
+        No such file, an unknown format, or parameters that the script does not have.
+    CadError
+        The model cannot be read, or holds no usable solid.
+    """
+    if isinstance(source, Part):
+        if params:
+            raise InputError("params go with a script; this part is loaded already")
+        return source
+    return cad.load(source, params=params)
+
+
+def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep]:
+    """List the ways in which a part can be swept, best first.
+
+    Parameters
+    ----------
+    part : Part, or whatever :func:`load` takes
+    source, target : name, id, CadQuery selector string, sequence of them, or None
+        Keep only sweeps with this cap.
+
+    Raises
+    ------
+    NotSweepableError
+        There is none; ``.reasons`` says why, a line for each candidate.
+    """
+    part = load(part)
+    solid = _only_solid(part)
+    return recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
+
+
+def _only_solid(part: Part) -> Solid:
+    if len(part.solids) != 1:
+        raise CadError(
+            f"'{part.name}' has {len(part.solids)} solids, and a sweep belongs to one: "
+            "mesh them one by one, or fuse them first"
+        )
+    return part.solids[0]
+
+
+def _resolve(part: Part, choice: Any) -> tuple[int, ...] | None:
+    """Resolve the user's word for a cap to face ids."""
+    if choice is None:
+        return None
+    choices = choice if isinstance(choice, list | tuple) else [choice]
+    return tuple(dict.fromkeys(face for one in choices for face in cad.select_faces(part, one)))
+
+
+def sweep_mesh(
+    source: Any,
+    *,
+    isolated: bool = False,
+    timeout: float | None = None,
+    on_progress: Progress | None = None,
+    **options: Any,
+) -> HexMesh:
+    """Mesh a part with hexahedra by sweeping.
+
+    Parameters
+    ----------
+    source : Part, or whatever :func:`load` takes
+        One solid.
+    isolated : bool
+        Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
+    timeout : float or None
+        Wall time of the child process, seconds.
+    on_progress : callable or None
+        Called with the stage and the done fraction of it.
+    **options
+        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
+        ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
+        ``sizes``, ``params``, ``order``, ``nodes``, ``allow_inverted``, ``max_hexes``, ``max_memory``.
+
+    Returns
+    -------
+    HexMesh
+        Valid: every check of :func:`cadsweep.quality.check_mesh` has passed, and
+        ``mesh.info["quality"]`` holds its report.
+
+    Raises
+    ------
+    InputError, CadError, NotSweepableError, SurfaceMeshError, ProjectionError, InvertedHexError, WorkerError
+        All of them ``CadSweepError``; no mesh is better than a wrong one.
+    """
+    chosen = make_options(options)
+    if isolated:
+        from .isolation import run_isolated
+
+        result: HexMesh = run_isolated(
+            "cadsweep.pipeline:sweep_mesh",
+            (source,),
+            options,
+            timeout=timeout,
+            max_memory=chosen.max_memory,
+            on_progress=on_progress,
+        )
+        return result
+    if timeout is not None:
+        raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
+    run = _Run(on_progress=on_progress or _silent)
+    part, sweeps = _find(source, chosen, run)
+    return _best_mesh(part, sweeps, chosen, run)
+
+
+def make_options(options: dict[str, Any]) -> SweepOptions:
+    """Check keyword options; an unknown one is an error that lists those there are."""
+    known = SweepOptions.__dataclass_fields__
+    for name in options:
+        if name not in known:
+            raise InputError(f"there is no option '{name}'; there are {', '.join(known)}")
+    return SweepOptions(**options)
+
+
+def _find(source: Any, options: SweepOptions, run: _Run) -> tuple[Part, list[Sweep]]:
+    with run.stage("cad"):
+        part = load(source, params=None if options.params is None else dict(options.params))
+    with run.stage("recognition"):
+        sweeps = find_sweeps(part, source=options.source, target=options.target)
+    return part, sweeps
+
+
+def _best_mesh(part: Part, sweeps: list[Sweep], options: SweepOptions, run: _Run) -> HexMesh:
+    """Mesh by the first candidate that does well, or by the best of those tried."""
+    tried: list[HexMesh] = []
+    failures: list[CadSweepError] = []
+    for sweep in sweeps[:MOST_CANDIDATES]:
+        try:
+            mesh = _mesh_by(part, sweep, options, run)
+        except (InputError, NotSweepableError):
+            raise  # what the user asked for cannot be had by another sweep either
+        except CadSweepError as error:
+            log.info("sweep from %s: %s", sweep.source, error)
+            failures.append(error)
+            continue
+        tried.append(mesh)
+        if mesh.info["quality"].valid and mesh.info["quality"].min_scaled_jacobian >= GOOD_ENOUGH:
+            break
+    if not tried:
+        raise failures[0]
+    mesh = max(tried, key=lambda m: (m.info["quality"].valid, m.info["quality"].min_scaled_jacobian))
+    mesh.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
+    mesh.info["seconds"] = run.seconds
+    return mesh
+
+
+def _mesh_by(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> HexMesh:
+    """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
+    factored, surfaces = factor_sweep(part, sweep, options, run)
+    with run.stage("assembly"):
+        mesh = factored.to_mesh()
+    reference = make_reference(part, sweep)
+    with run.stage("quality"):
+        report = check_mesh(mesh, cad=reference)
+    if options.smoothing and report.min_scaled_jacobian < SMOOTH_BELOW:
+        with run.stage("smoothing"):
+            mesh = _smoothed(factored, mesh, surfaces)
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=reference)
+    mesh.info["quality"] = report
+    if not report.valid and not options.allow_inverted:
+        raise _refusal(report)
+    if options.order == 2:
+        raise InputError("order 2 is not built yet")
+    return mesh
+
+
+def _refusal(report: QualityReport) -> InvertedHexError:
+    worst = "; ".join(str(hexahedron) for hexahedron in report.worst[:3])
+    return InvertedHexError(
+        f"no valid mesh: {'; '.join(report.problems[:3])} (worst: {worst}); "
+        "try another size, more layers, or another source face",
+        hexes=[hexahedron.id for hexahedron in report.worst],
+        min_scaled_jacobian=report.min_scaled_jacobian,
+    )
+
+
+def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> tuple[FactoredMesh, SurfaceMesh]:
+    """Everything up to the factors: the whole mesh, before it is multiplied out."""
+    size = None if options.size is None else options.size / part.scale
+    layers = options.layers if options.fractions is None else len(options.fractions) - 1
+    edge_sizes = _edge_sizes(part, sweep, options)
+    with run.stage("intervals"):
+        limits = {"max_hexes": options.max_hexes, "max_memory": options.max_memory}
+        smallest = min(edge_sizes.values(), default=None)
+        rough = estimate.estimate_size(sweep, size=size, layers=layers, smallest=smallest, scale=part.scale)
+        if rough is not None:
+            estimate.check_budget(rough, **limits)
+        counts = intervals.assign_intervals(sweep, size=size, layers=layers, edge_sizes=edge_sizes or None)
+        estimate.check_budget(estimate.estimate(sweep, counts, scale=part.scale), **limits)
+    with run.stage("surface"):
+        surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+    with run.stage("projection"):
+        target = place_target(sweep, surfaces)
+        placed = project_layers(
+            surfaces.source.points,
+            surfaces.source.quads,
+            surfaces.rings,
+            loops=surfaces.source.loops,
+            functional=options.functional,
+            strategy=options.strategy,
+            target_points=target.points,
+            residual=options.residual,
+        )
+    factored = factor_mesh(
+        sweep,
+        surfaces,
+        placed,
+        target.faces,
+        part=sweep.solid.name or part.name,
+        scale=part.scale,
+        offset=part.offset,
+        info={
+            "part": part.name,
+            "cad_volume": sweep.solid.volume * part.scale**3,
+            "sweeps": [_describe(sweep, len(surfaces.rings) - 1)],
+            "names": dict(part.names),
+            "notes": [*part.notes, *sweep.notes, *surfaces.notes, *target.notes],
+            "seconds": run.seconds,
+        },
+    )
+    return factored, surfaces
+
+
+def _edge_sizes(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, float]:
+    """Wanted sizes on the edges of named faces, working units."""
+    wanted: dict[int, float] = {}
+    for name, size in (options.sizes or {}).items():
+        for face in cad.select_faces(part, name):
+            for edge in sweep.solid.faces[face].edges:
+                wanted[edge] = min(wanted.get(edge, np.inf), size / part.scale)
+    return wanted
+
+
+def _describe(sweep: Sweep, n_layers: int) -> dict[str, Any]:
+    """What a report says of a sweep: faces by name, or by id where they have none."""
+    faces = sweep.solid.faces
+    return {
+        "source": [faces[i].name or i for i in sweep.source],
+        "target": [faces[i].name or i for i in sweep.target],
+        "layers": n_layers,
+    }
+
+
+def _smoothed(factored: FactoredMesh, mesh: HexMesh, surfaces: SurfaceMesh) -> HexMesh:
+    """Mend the worst places; the same mesh where nothing helps."""
+    raise NotImplementedError
