@@ -40,7 +40,10 @@ class Curve(Protocol):
 class Surface(Protocol):
     """Geometry of a face, in the surface's own parameters ``uv`` (m, 2)."""
 
-    periods: tuple[float | None, float | None]
+    @property
+    def periods(self) -> tuple[float | None, float | None]:
+        """Periods in u and v, None where the surface is not periodic."""
+        ...
 
     def evaluate(self, uv: FloatArray) -> FloatArray:
         """Return the points (m, 3) of the surface at `uv` (m, 2)."""
@@ -172,7 +175,7 @@ class Face:
 
     def label(self) -> str:
         """How messages name the face: name, id, kind and place."""
-        x, y, z = (float(f"{c:.4g}") + 0.0 for c in self.center)
+        x, y, z = (float(f"{c:.4g}") if abs(c) > 1e-9 else 0.0 for c in self.center)
         name = f" '{self.name}'" if self.name else ""
         return f"face {self.id}{name} ({self.kind} at {x:g}, {y:g}, {z:g})"
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -118,9 +119,7 @@ class EdgeCurve:
         """Interval ends, and the arc length from the start to each of them."""
         inner = self.breaks[(self.breaks > self.first) & (self.breaks < self.last)]
         ends = np.concatenate([[self.first], inner, [self.last]])
-        ends = np.concatenate(
-            [np.linspace(a, b, 3)[:-1] for a, b in zip(ends[:-1], ends[1:], strict=True)] + [[ends[-1]]]
-        )
+        ends = np.concatenate([np.linspace(a, b, 3)[:-1] for a, b in pairwise(ends)] + [[ends[-1]]])
         for _ in range(_MAX_HALVINGS):
             middles = (ends[:-1] + ends[1:]) / 2
             whole = self._integrate(ends[:-1], ends[1:])
@@ -189,7 +188,7 @@ class EdgeCurve:
         Where the speed vanishes (a cusp of the parametrisation) the chord to a point nearby stands in.
         """
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
-        points, tangents = self.geometry.derivatives(self.parameters(fractions), 1)
+        tangents = self.geometry.derivatives(self.parameters(fractions), 1)[1]
         norms = np.linalg.norm(tangents, axis=1)
         mean_speed = self.length / (self.last - self.first)
         for j in np.flatnonzero(norms <= 1e-9 * mean_speed):

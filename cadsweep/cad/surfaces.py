@@ -27,7 +27,10 @@ TWO_PI = 2.0 * np.pi
 class Geometry(Protocol):
     """An unbounded surface in its own parameters."""
 
-    periods: Periods
+    @property
+    def periods(self) -> Periods:
+        """Periods in u and v, None where the surface is not periodic."""
+        ...
 
     def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Points and partial derivatives by u and by v, each (m, 3)."""

@@ -1,0 +1,127 @@
+"""Names of users become names that every format carries: unique, and made of ``[A-Za-z0-9_]``.
+
+Place in the flow: the readers collect what users wrote (sub-shape names, tags, STEP labels); this
+module decides what each face is called.
+
+Rules, after ``assembly-mesh-plugin``: in an assembly a name becomes ``{part}_{name}``; a leading
+``~`` drops the part's name; ``mat:NAME`` names a material. Names that differ only in case count as
+equal, because solvers such as CalculiX do not tell them apart.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+
+MATERIAL_PREFIX = "mat:"
+_MEANINGLESS = re.compile(
+    r"^(none|null|=>\[.*|open cascade step translator.*|solid|shell|compound|face|shape|part)?$", re.I
+)
+_UUID = re.compile(r"^[0-9a-f]{8}-([0-9a-f]{4}-){3}[0-9a-f]{12}$", re.I)
+
+
+class Declared(NamedTuple):
+    """Names by entity, declared name to user's name, and notes on what was changed."""
+
+    by_entity: dict[int, str]
+    originals: dict[str, str]
+    notes: list[str]
+
+
+def is_meaningful(name: str | None) -> bool:
+    """Whether a label says something, and was not filled in by the program that wrote the file."""
+    return bool(name) and not _MEANINGLESS.match(name.strip()) and not _UUID.match(name.strip())
+
+
+def join_part(part: str | None, name: str) -> str:
+    """``{part}_{name}``; ``~name`` stands alone, as does a name whose part has none."""
+    if name.startswith("~"):
+        return name[1:]
+    return f"{part}_{name}" if is_meaningful(part) else name
+
+
+def plain(name: str, fallback: str = "name") -> str:
+    """Write a name with ``[A-Za-z0-9_]`` alone: accents are dropped, all else becomes ``_``."""
+    folded = unicodedata.normalize("NFKD", name).replace("ß", "ss")
+    ascii_only = "".join(c for c in folded if not unicodedata.combining(c))
+    out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", ascii_only))
+    if not re.search(r"[A-Za-z0-9]", out):
+        return fallback
+    # Underscores that the user wrote at the ends stay; those that stand for other signs there go.
+    head, tail = name.startswith("_"), name.endswith("_")
+    out = out if head else out.lstrip("_")
+    return out if tail else out.rstrip("_")
+
+
+def make_plain_names(names: Iterable[str], fallback: str = "name") -> tuple[dict[str, str], list[str]]:
+    """Give each distinct user's name its own plain name, in order; the second value holds notes."""
+    plain_names: dict[str, str] = {}
+    taken: set[str] = set()
+    notes = []
+    for name in names:
+        if name in plain_names:
+            continue
+        base = candidate = plain(name, fallback)
+        number = 2
+        while candidate.casefold() in taken:
+            candidate = f"{base}_{number}"
+            number += 1
+        taken.add(candidate.casefold())
+        plain_names[name] = candidate
+        if candidate != name:
+            notes.append(f"name '{name}' is written as '{candidate}'")
+    return plain_names, notes
+
+
+def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") -> Declared:
+    """Decide the name of every entity.
+
+    Parameters
+    ----------
+    groups : sequence of (name, entities)
+        As the user gave them; a name may come more than once, its entities are united.
+    what : str
+        What the entities are, for the notes.
+
+    Returns
+    -------
+    Declared
+        An entity with several names takes the one that names the fewest entities, then the first.
+    """
+    united: dict[str, dict[int, None]] = {}
+    for name, entities in groups:
+        united.setdefault(name, {}).update(dict.fromkeys(entities))
+    united = {name: entities for name, entities in united.items() if entities}
+    order = sorted(united, key=lambda name: len(united[name]))
+    chosen: dict[int, str] = {}
+    notes: list[str] = []
+    for name in order:
+        for entity in united[name]:
+            if entity in chosen:
+                notes.append(
+                    f"{what} {entity} has the names '{chosen[entity]}' and '{name}': '{chosen[entity]}' is kept"
+                )
+            else:
+                chosen[entity] = name
+    used = set(chosen.values())
+    for name in united:
+        if name not in used:
+            notes.append(f"name '{name}' is lost: each of its {what}s has a name of its own")
+    plain_names, changes = make_plain_names([name for name in united if name in used])
+    return Declared(
+        {entity: plain_names[name] for entity, name in sorted(chosen.items())},
+        {new: old for old, new in plain_names.items()},
+        notes + changes,
+    )
+
+
+def invert(mapping: Mapping[int, Key]) -> dict[Key, list[int]]:
+    """Entities by name."""
+    out: dict[Key, list[int]] = {}
+    for entity, name in mapping.items():
+        out.setdefault(name, []).append(entity)
+    return out
