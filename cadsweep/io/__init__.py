@@ -1,0 +1,146 @@
+"""Files of meshes: one module a format, chosen by the suffix, and written whole or not at all.
+
+Place in the flow: the last stage, and the way back. :func:`write` labels the mesh (portable names, groups as disjoint
+blocks), lets the format's module write to a file that has no name yet, reads that back, compares, and puts it in place
+in one step. What each format keeps stands in ``docs/formats.md``.
+
+Node orders, element types and sides are tables of the format modules, each with its source.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from struct import error as struct_error
+from types import ModuleType
+from typing import Any
+
+from ..errors import CadSweepError, InputError
+from ..mesh import HexMesh
+from .atomic import check_place, replaced_file
+
+logger = logging.getLogger(__name__)
+
+__all__ = ["FORMATS", "check_destination", "read", "write"]
+
+FORMATS: dict[str, str] = {
+    ".vtu": "VTK XML unstructured grid: ParaView, PyVista",
+    ".msh": "Gmsh MSH 4.1 binary; 2.2 text with version='2.2': gmsh, dolfinx, OpenFOAM's gmshToFoam",
+}
+"""Suffix to what it is."""
+
+_MODULES = {".vtu": "vtu", ".msh": "msh"}
+
+
+def check_destination(path: str | PathLike[str]) -> Path:
+    """Make sure that a mesh can be written to `path`, before any work is done for it.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        The suffix names no format (the message lists them), or the folder is missing or not writable.
+    """
+    path = Path(path)
+    _suffix(path)
+    place = check_place(path)
+    if place.is_dir():
+        raise InputError(f"{path} is a folder; give a file name")
+    return path
+
+
+def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **options: Any) -> None:
+    """Write a mesh; the suffix of `path` names the format.
+
+    The file appears whole or not at all: until it has been written, flushed to the disk, read back and compared, what
+    stood at `path` before still stands.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+    path : path
+    verify : bool
+        Read the file back and compare nodes, hexes, names and groups before it is put in place.
+    options
+        ``.msh``: ``version="4.1" | "2.2"``, ``binary=True | False``. The other formats have none.
+
+    Raises
+    ------
+    InputError
+        The suffix, the folder, an option, or the mesh's arrays are not what they should be.
+    CadSweepError
+        The disk is full, or what was read back differs.
+    """
+    from .compare import check_same
+    from .labels import label_mesh
+
+    path = check_destination(path)
+    module = _module(path)
+    options = {name: value for name, value in options.items() if value is not None}
+    allowed = getattr(module.write, "__kwdefaults__", None) or {}
+    for name in options:
+        if name not in allowed:
+            known = ", ".join(allowed) or "none"
+            raise InputError(f"{_suffix(path)} files have no option {name!r}; they have: {known}")
+    labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80))
+    one_group = module.one_group_a_cell(**options) if hasattr(module, "one_group_a_cell") else False
+    with replaced_file(path) as stream:
+        try:
+            module.write(stream, labelled, **options)
+            stream.flush()
+            os.fsync(stream.fileno())
+            if verify:
+                stream.seek(0)
+                check_same(labelled, module.read(stream), one_group=one_group)
+        except InputError:
+            raise
+        except CadSweepError as error:
+            raise CadSweepError(f"{path} was not written: {error}") from error
+    logger.info("wrote %s: %d nodes, %d hexes", path, mesh.n_nodes, mesh.n_hexes)
+
+
+def read(path: str | PathLike[str]) -> HexMesh:
+    """Read a mesh of hexahedra; the suffix of `path` names the format.
+
+    Returns
+    -------
+    HexMesh
+        With the boundaries and parts that the file names; hexes in the order of the file's numbers.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is not of its format, is cut short, or has no hexahedra or other solid cells too.
+    """
+    path = Path(path)
+    module = _module(path)
+    try:
+        with open(path, "rb") as stream:
+            return module.read(stream)
+    except InputError as error:
+        raise InputError(f"cannot read {path}: {error}") from error
+    except FileNotFoundError:
+        raise InputError(f"there is no file {path}") from None
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, RuntimeError, struct_error) as error:
+        # What numpy and the parsers say of damaged bytes: no defect of ours, and of no use to the user as it stands.
+        raise InputError(f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error})") from error
+
+
+def _suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        what = f"the suffix {path.suffix!r} of {path} names no format" if path.suffix else f"{path} has no suffix"
+        raise InputError(f"{what}; known: {' '.join(FORMATS)}")
+    return suffix
+
+
+def _module(path: Path) -> ModuleType:
+    return import_module(f".{_MODULES[_suffix(path)]}", __name__)

@@ -1,0 +1,299 @@
+"""A mesh made ready for writing: names made portable, every boundary quad once, groups as disjoint blocks.
+
+Place in the flow: :func:`cadsweep.io.write` labels a mesh once; every writer takes the result. Formats differ in what
+they allow: several groups on one cell (msh 4.1, MED, node and side sets), or one only (msh 2.2, OpenFOAM patches, MFEM
+attributes). The disjoint blocks serve both: a block is the set of all cells that carry the same set of names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HEX_FACES, HexMesh
+from ..topology import FloatArray, IntArray
+from .names import portable_names
+
+DEFAULT_PART = "volume"
+"""Name of the hexes that belong to no part."""
+
+HEX_SIZES = (8, 20, 27)
+QUAD_SIZES = {8: (4,), 20: (8,), 27: (9,)}
+"""Nodes of a boundary quad, by the nodes of a hex."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Blocks:
+    """Named, possibly overlapping sets of cells as disjoint blocks.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Every name, in the mesh's order.
+    members : tuple of tuple of str
+        The names that the cells of each block carry; blocks with no name have ``()``.
+    of_cell : (n,) int64
+        Block of each cell.
+    """
+
+    names: tuple[str, ...]
+    members: tuple[tuple[str, ...], ...]
+    of_cell: IntArray
+
+    def cells(self, block: int) -> IntArray:
+        """Ids of the cells of a block, ascending."""
+        if len(self.members) == 1:
+            return np.arange(len(self.of_cell))
+        return np.flatnonzero(self.of_cell == block)
+
+    def named(self, name: str) -> IntArray:
+        """Ids of the cells that carry a name, ascending."""
+        wanted = np.array([name in names for names in self.members], dtype=bool)
+        return np.flatnonzero(wanted[self.of_cell])
+
+    def exclusive_names(self) -> tuple[str, ...]:
+        """One name a block, for formats that allow one group a cell.
+
+        The rule: a block takes the first of its names that no other block shares. Where there is none its names are
+        joined by ``_and_``; and a block with one name that other blocks share too is ``<name>_only``. A block without
+        a name is ``unnamed``.
+        """
+        uses = {name: sum(name in names for names in self.members) for name in self.names}
+        chosen = []
+        for names in self.members:
+            own = [name for name in names if uses[name] == 1]
+            if own:
+                chosen.append(own[0])
+            elif not names:
+                chosen.append("unnamed")
+            else:
+                chosen.append(f"{names[0]}_only" if len(names) == 1 else "_and_".join(names))
+        return tuple(portable_names(_distinct(chosen, reserved=self.names)).values())
+
+
+def _distinct(chosen: list[str], *, reserved: tuple[str, ...]) -> list[str]:
+    result: list[str] = []
+    for name in chosen:
+        candidate, count = name, 1
+        while candidate in result or (candidate != name and candidate in reserved):
+            count += 1
+            candidate = f"{name}_{count}"
+        result.append(candidate)
+    return result
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LabelledMesh:
+    """What a writer gets.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8 | 20 | 27) int64
+        VTK order.
+    quads : (q, 4 | 8 | 9) int64
+        Every boundary quad once, in the order in which the boundaries name them.
+    faces : Blocks
+        Named boundaries, over `quads`.
+    volumes : Blocks
+        Parts, over `hexes`; every hex has a name.
+    info : dict
+    """
+
+    points: FloatArray
+    hexes: IntArray
+    quads: IntArray
+    faces: Blocks
+    volumes: Blocks
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @cached_property
+    def sides(self) -> tuple[IntArray, IntArray]:
+        """Hex and side (row of :data:`~cadsweep.mesh.HEX_FACES`) of every quad."""
+        return find_sides(self.hexes, self.quads, len(self.points))
+
+    def mesh(self) -> HexMesh:
+        """The mesh that a reader of a format without limits gives back."""
+        return HexMesh(
+            points=self.points,
+            hexes=self.hexes,
+            boundaries={name: self.quads[self.faces.named(name)] for name in self.faces.names},
+            parts={name: self.volumes.named(name) for name in self.volumes.names},
+        )
+
+
+def label_mesh(mesh: HexMesh, *, max_name: int = 80) -> LabelledMesh:
+    """Check a mesh's arrays and make them ready for writing.
+
+    Raises
+    ------
+    InputError
+        Arrays of the wrong shape, ids out of range, or coordinates that are not finite: no file of that is written.
+    """
+    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
+    hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)
+    if points.ndim != 2 or points.shape[1:] != (3,):
+        raise InputError(f"points should have the shape (n, 3), not {points.shape}")
+    if hexes.ndim != 2 or hexes.shape[1] not in HEX_SIZES:
+        raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, 27), not {hexes.shape}")
+    if len(hexes) == 0:
+        raise InputError("the mesh has no hexes; there is nothing to write")
+    if not np.isfinite(points.sum()) and not np.isfinite(points).all():
+        raise InputError("the mesh has coordinates that are not finite")
+    _check_ids(hexes, len(points), "hexes", "nodes")
+    boundaries = _renamed(mesh.boundaries, max_name)
+    n_corners = QUAD_SIZES[hexes.shape[1]]
+    for name, quads in boundaries.items():
+        if quads.ndim != 2 or quads.shape[1] not in n_corners:
+            raise InputError(f"boundary {name!r} should have the shape (q, {n_corners[0]}), not {quads.shape}")
+        _check_ids(quads, len(points), f"boundary {name!r}", "nodes")
+    parts = _renamed(mesh.parts, max_name)
+    for name, ids in parts.items():
+        if ids.ndim != 1:
+            raise InputError(f"part {name!r} should hold hex ids in one dimension, not {ids.shape}")
+        _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
+    quads, faces = _face_blocks(boundaries, n_corners[0])
+    return LabelledMesh(
+        points=points, hexes=hexes, quads=quads, faces=faces, volumes=_volume_blocks(parts, len(hexes)), info=mesh.info
+    )
+
+
+def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArray, IntArray]:
+    """Find the hex, and its side, that each quad bounds.
+
+    Of two hexes that share a quad the one for which the quad points outward is taken.
+
+    Parameters
+    ----------
+    hexes : (m, 8 | 20 | 27) int64
+    quads : (q, 4 | 8 | 9) int64
+    n_points : int
+
+    Returns
+    -------
+    (q,) int64, (q,) int64
+        Hex ids, and rows of :data:`~cadsweep.mesh.HEX_FACES`.
+
+    Raises
+    ------
+    InputError
+        A quad is a side of no hex.
+    """
+    marked = np.zeros(n_points, dtype=bool)
+    marked[quads[:, :4]] = True
+    # Only hexes with four marked corners can own a quad: a thin shell of the mesh.
+    candidates = np.flatnonzero(marked[hexes[:, :8]].sum(axis=1) >= 4)
+    corners = hexes[candidates][:, HEX_FACES]
+    sides = np.flatnonzero(marked[corners].all(axis=2).ravel())
+    corners = corners.reshape(-1, 4)[sides]
+    keys, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
+    wanted, offered = codes[: len(quads)], codes[len(quads) :]
+    outward = cyclic(corners)
+    best = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.int64)
+    best[offered] = np.arange(len(sides))
+    found = best[wanted]
+    if (found < 0).any():
+        raise InputError(f"boundary quad {tuple(quads[np.argmax(found < 0), :4])} is a side of no hex")
+    # Where two hexes offer the quad, the one that sees it from inside is right.
+    rotated = cyclic(quads[:, :4])
+    wrong = np.flatnonzero((outward[found] != rotated).any(axis=1))
+    if len(wrong):
+        order = np.argsort(offered, kind="stable")
+        first = np.searchsorted(offered[order], wanted[wrong])
+        for rank in (0, 1):
+            place = np.minimum(first + rank, len(order) - 1)
+            other = order[place]
+            fits = (offered[other] == wanted[wrong]) & (outward[other] == rotated[wrong]).all(axis=1)
+            found[wrong[fits]] = other[fits]
+    return candidates[sides[found] // 6], sides[found] % 6
+
+
+def corner_keys(corners: IntArray) -> tuple[IntArray, IntArray]:
+    """Give equal codes to quads with the same corners, however they are turned.
+
+    Returns
+    -------
+    (u,) int64, (n,) int64
+        The first quad of each code, and the code of every quad; codes ascend with the sorted corners.
+    """
+    if len(corners) == 0:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    ordered = np.sort(corners, axis=1)
+    order = np.lexsort(ordered.T[::-1])
+    ordered = ordered[order]
+    new = np.ones(len(corners), dtype=bool)
+    np.any(ordered[1:] != ordered[:-1], axis=1, out=new[1:])
+    codes = np.empty(len(corners), dtype=np.int64)
+    codes[order] = np.cumsum(new) - 1
+    return order[new], codes
+
+
+def cyclic(corners: IntArray) -> IntArray:
+    """Turn each quad so that its least corner comes first; the direction stays."""
+    first = corners.argmin(axis=1)
+    return corners[np.arange(len(corners))[:, None], (first[:, None] + np.arange(4)) % 4]
+
+
+def _check_ids(ids: IntArray, n: int, what: str, of: str) -> None:
+    if ids.size and (ids.min() < 0 or ids.max() >= n):
+        raise InputError(f"{what}: ids should lie between 0 and {n - 1} ({of}), found {ids.min()} to {ids.max()}")
+
+
+def _renamed(groups: Mapping[str, Any], max_name: int) -> dict[str, IntArray]:
+    names = portable_names(groups, max_length=max_name)
+    return {names[name]: np.asarray(ids, dtype=np.int64) for name, ids in groups.items()}
+
+
+def _face_blocks(boundaries: dict[str, IntArray], n_corners: int) -> tuple[IntArray, Blocks]:
+    stacked = np.concatenate([*boundaries.values(), np.empty((0, n_corners), dtype=np.int64)])
+    first, codes = corner_keys(stacked[:, :4])
+    order = np.sort(first)
+    place = np.empty(len(first), dtype=np.int64)
+    place[np.argsort(first, kind="stable")] = np.arange(len(first))
+    cells = place[codes]
+    ends = np.cumsum([0, *(len(quads) for quads in boundaries.values())])
+    sets = {name: cells[ends[j] : ends[j + 1]] for j, name in enumerate(boundaries)}
+    return stacked[order], make_blocks(sets, len(order))
+
+
+def _volume_blocks(parts: dict[str, IntArray], n_hexes: int) -> Blocks:
+    covered = np.zeros(n_hexes, dtype=bool)
+    for ids in parts.values():
+        covered[ids] = True
+    if not covered.all():
+        name = DEFAULT_PART
+        while name.lower() in {other.lower() for other in parts}:
+            name += "_"
+        parts = {**parts, name: np.flatnonzero(~covered)}
+    return make_blocks(parts, n_hexes)
+
+
+def make_blocks(sets: dict[str, IntArray], n_cells: int) -> Blocks:
+    """Split cells into blocks of equal names, in the order of the blocks' first cells."""
+    of_cell = np.zeros(n_cells, dtype=np.int64)
+    members: list[tuple[str, ...]] = [()]
+    for name, ids in sets.items():
+        inside = np.zeros(n_cells, dtype=bool)
+        inside[ids] = True
+        touched = np.unique(of_cell[ids])
+        for block in touched:
+            here = of_cell == block
+            if inside[here].all():
+                members[block] = (*members[block], name)
+            else:
+                of_cell[here & inside] = len(members)
+                members.append((*members[block], name))
+    if len(members) == 1:
+        return Blocks(names=tuple(sets), members=tuple(members), of_cell=of_cell)
+    used, first, renumbered = np.unique(of_cell, return_index=True, return_inverse=True)
+    rank = np.empty(len(used), dtype=np.int64)
+    order = np.argsort(first, kind="stable")
+    rank[order] = np.arange(len(used))
+    return Blocks(
+        names=tuple(sets), members=tuple(members[used[j]] for j in order), of_cell=rank[renumbered.reshape(-1)]
+    )

@@ -1,0 +1,54 @@
+"""Gmsh's MSH: the version and the kind of file, by option.
+
+Place in the flow: the module behind the suffix ``.msh``; see :mod:`cadsweep.io.msh41`, :mod:`cadsweep.io.msh22` and
+:mod:`cadsweep.io.msh_read`.
+"""
+
+from __future__ import annotations
+
+import mmap
+from typing import BinaryIO
+
+from ..errors import InputError
+from ..mesh import HexMesh
+from . import msh22, msh41
+from .labels import LabelledMesh
+from .msh_read import read_content
+
+VERSIONS = ("4.1", "2.2")
+
+
+def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool | None = None, version: str = "4.1") -> None:
+    """Write a labelled mesh.
+
+    Parameters
+    ----------
+    binary : bool, optional
+        4.1 is binary, 2.2 is text, unless said otherwise; 2.2 exists as text alone.
+    version : {"4.1", "2.2"}
+    """
+    version = str(version)
+    if version not in VERSIONS:
+        raise InputError(f"the version should be one of {', '.join(VERSIONS)}, not {version!r}")
+    if version == "4.1":
+        msh41.write(stream, mesh, binary=binary is not False)
+    elif binary:
+        raise InputError("MSH 2.2 is written as text; leave out binary, or write version 4.1")
+    else:
+        msh22.write(stream, mesh)
+
+
+def one_group_a_cell(*, version: str = "4.1", **others: object) -> bool:
+    """Whether the file keeps only one group a cell."""
+    del others
+    return str(version) == "2.2"
+
+
+def read(stream: BinaryIO) -> HexMesh:
+    """Read MSH 4.1 or 2.2, text or binary."""
+    stream.seek(0)
+    try:
+        content = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
+    except ValueError:
+        raise InputError("it is empty") from None
+    return read_content(content)

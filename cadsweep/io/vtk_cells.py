@@ -1,0 +1,117 @@
+"""What the VTK formats (``.vtu``, ``.vtkhdf``, ``.pvtu``) share: cell types, and names as data arrays.
+
+The layout of the arrays is drawn in :mod:`cadsweep.io.vtu`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HexMesh
+from ..topology import FloatArray, IntArray
+from .labels import LabelledMesh, find_sides
+
+CELL_TYPES = {8: 12, 20: 25, 27: 29}
+"""Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``)."""
+
+_FLAT_TYPES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 68, 69, 70}
+"""Cells of fewer than three dimensions, which may stand beside the hexes."""
+
+
+def grid_arrays(
+    mesh: LabelledMesh,
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Cell, field and point arrays that carry the names."""
+    part_of_block = [mesh.volumes.names.index(names[0]) for names in mesh.volumes.members]
+    cells: dict[str, np.ndarray] = {"part": np.array(part_of_block, dtype=np.int32)[mesh.volumes.of_cell]}
+    touched = np.full(len(mesh.hexes), -1, dtype=np.int32)
+    if len(mesh.quads):
+        face_of_block = [mesh.faces.names.index(names[0]) for names in mesh.faces.members]
+        boundary = np.array(face_of_block, dtype=np.int32)[mesh.faces.of_cell]
+        # Least boundary last, so that it is the one that stays on a hex with several.
+        order = np.argsort(-boundary, kind="stable")
+        touched[mesh.sides[0][order]] = boundary[order]
+    cells["boundary"] = touched
+    fields: dict[str, np.ndarray] = {"part_names": np.array(mesh.volumes.names, dtype=str)}
+    if mesh.faces.names:
+        fields["boundary_names"] = np.array(mesh.faces.names, dtype=str)
+    for name in mesh.faces.names:
+        fields[f"boundary:{name}"] = mesh.quads[mesh.faces.named(name)]
+    if len(mesh.volumes.names) > 1:
+        for name in mesh.volumes.names:
+            fields[f"part:{name}"] = mesh.volumes.named(name)
+    return cells, fields, {}
+
+
+def grid_mesh(
+    *,
+    points: FloatArray,
+    connectivity: IntArray,
+    offsets: IntArray,
+    types: IntArray,
+    cell_data: dict[str, Any],
+    field_data: dict[str, Any],
+) -> HexMesh:
+    """Make a mesh of a VTK grid's arrays; cells of fewer than three dimensions are left out."""
+    hexes, is_hex = hexes_of_cells(connectivity, offsets, types)
+    if len(hexes) and (hexes.min() < 0 or hexes.max() >= len(points)):
+        raise InputError("a cell names a node that is not there")
+    boundaries = {}
+    width = {8: 4, 20: 8, 27: 9}[hexes.shape[1]]
+    for name in field_data.get("boundary_names", []):
+        quads = np.asarray(field_data.get(f"boundary:{name}", np.empty((0, width))), dtype=np.int64)
+        boundaries[str(name)] = quads.reshape(-1, width)
+    parts = {}
+    names = [str(name) for name in field_data.get("part_names", [])]
+    if len(names) == 1:
+        parts[names[0]] = np.arange(len(hexes))
+    elif names:
+        of_hex = np.asarray(cell_data.get("part", np.zeros(len(is_hex))))[is_hex]
+        for j, name in enumerate(names):
+            stored = field_data.get(f"part:{name}")
+            parts[name] = np.flatnonzero(of_hex == j) if stored is None else np.asarray(stored, dtype=np.int64)
+    return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
+
+
+def hexes_of_cells(connectivity: IntArray, offsets: IntArray, types: IntArray) -> tuple[IntArray, np.ndarray]:
+    """Hexes (m, 8 | 20 | 27) of a list of mixed cells, and which cells they are."""
+    types = np.asarray(types)
+    sizes = np.diff(offsets)
+    if len(sizes) != len(types) or (sizes < 0).any() or (len(offsets) and offsets[-1] > len(connectivity)):
+        raise InputError("its list of cells is cut short or does not fit together")
+    solid = ~np.isin(types, list(_FLAT_TYPES))
+    kinds = sorted(set(types[solid].tolist()))
+    by_type = {code: size for size, code in CELL_TYPES.items()}
+    if not kinds:
+        raise InputError("it has no hexahedra")
+    if len(kinds) > 1 or kinds[0] not in by_type:
+        raise InputError(f"it has cells of the VTK types {', '.join(map(str, kinds))}; one kind of hexahedron is read")
+    size = by_type[kinds[0]]
+    if (sizes[solid] != size).any():
+        raise InputError(f"a hexahedron should have {size} nodes")
+    if solid.all():
+        return connectivity[: len(types) * size].reshape(-1, size), solid
+    return connectivity[offsets[:-1][solid][:, None] + np.arange(size)], solid
+
+
+def offsets(hexes: IntArray) -> IntArray:
+    """Where each hex begins in the flat connectivity, and where the last one ends."""
+    return np.arange(len(hexes) + 1, dtype=np.int64) * hexes.shape[1]
+
+
+def types(hexes: IntArray) -> np.ndarray:
+    """VTK's cell type of each hex."""
+    return np.full(len(hexes), CELL_TYPES[hexes.shape[1]], dtype=np.uint8)
+
+
+def write_bytes(stream: BinaryIO, data: np.ndarray) -> None:
+    """Write an array's bytes, all of them: an unbuffered stream may take fewer at a time."""
+    view = memoryview(np.ascontiguousarray(data).reshape(-1)).cast("B")
+    while len(view):
+        view = view[stream.write(view[: 1 << 30]) :]
+
+
+__all__ = ["CELL_TYPES", "find_sides", "grid_arrays", "grid_mesh", "hexes_of_cells", "offsets", "types", "write_bytes"]
