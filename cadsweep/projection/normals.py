@@ -101,9 +101,9 @@ def pseudo_normal(ring: npt.ArrayLike, loops: Sequence[npt.ArrayLike] | None = N
     Notes
     -----
     Where the vector area of all loops vanishes (a tubular band), it is the outer loop's own vector area;
-    where that vanishes too (a figure of eight), the normal of the best plane, on the side on which the part
-    of the loop near its first node turns counter-clockwise. In R^2, where a hyperplane is a line, it is the left-hand
-    normal of the direction in which the outer loop's nodes progress: ``sum (i - mean(i)) x_i``.
+    where that vanishes too (a figure of eight), the normal of the best plane, on the side from which the part
+    of the loop near its closing segment turns counter-clockwise. In R^2, where a hyperplane is a line, it is the
+    left-hand normal of the direction in which the outer loop's nodes progress: ``sum (i - mean(i)) x_i``.
     """
     points = checked_points(ring, "ring")
     order = one_loop(len(points)) if loops is None else checked_loops(loops, len(points))
@@ -224,7 +224,7 @@ def _fallback_normal(loops: Sequence[FloatArray], total: FloatArray, outer: Floa
     normal = np.linalg.svd(points - points.mean(axis=0))[2][-1]
     first = loops[0] - loops[0].mean(axis=0)
     middles = 0.5 * (first + np.roll(first, -1, axis=0))
-    near = np.exp(-np.sum((middles - first[0]) ** 2, axis=1) / np.mean(np.sum(first**2, axis=1)))
+    near = np.exp(-np.sum((middles - middles[-1]) ** 2, axis=1) / np.mean(np.sum(first**2, axis=1)))
     side = float((near @ swept[0]) @ normal)
     return normal if side >= 0.0 else -normal
 

@@ -33,7 +33,6 @@ TOLERANCE = 1e-4
 NOISE = 1e-8
 """Nor is one below this fraction of a ring's r.m.s. radius, however short the shortest segment is."""
 MAX_MODES = 64
-_WEIGHT_BOUNDS = (1e-2, 1e2)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,42 +124,25 @@ def _leading_modes(M: FloatArray, tolerance: float, max_modes: int) -> tuple[Flo
 def cotangent_weights(points: FloatArray, quads: IntArray) -> sparse.csr_matrix:
     """Symmetric weights (n, n) of the mesh's node pairs: cotangents averaged over both diagonals of every quad.
 
-    Weights are kept within 1e-2 and 1e2, so that one flat quad neither cuts a node off nor ties it down.
+    The area of a triangle flatter than 1e-6 is raised to that, which keeps the weights finite and the system definite:
+    coinciding nodes are tied to each other.
     """
     n_nodes = len(points)
     rows, cols, values = [], [], []
     for triangle in ((0, 1, 2), (0, 2, 3), (0, 1, 3), (1, 2, 3)):
-        for corner in range(3):
-            a, b, c = (quads[:, triangle[(corner + step) % 3]] for step in range(3))
-            p, q = points[b] - points[a], points[c] - points[a]
-            dot = np.einsum("ij,ij->i", p, q)
-            pp, qq = np.einsum("ij,ij->i", p, p), np.einsum("ij,ij->i", q, q)
-            cross = np.sqrt(np.maximum(pp * qq - dot**2, 0.0))
-            floor = 1e-6 * np.sqrt(pp * qq) + 1e-300
-            rows.append(b)
-            cols.append(c)
-            values.append(0.25 * dot / np.maximum(cross, floor))
-    row, col, value = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
-    half = sparse.coo_matrix((value, (row, col)), shape=(n_nodes, n_nodes)).tocsr()
-    weights = (half + half.T).tocsr()
-    # Diagonals of quads are no mesh edges; on right-angled quads they weigh nothing.
-    edges = quad_edges(quads, n_nodes)
-    bounded = weights.maximum(edges * _WEIGHT_BOUNDS[0]).minimum(edges * _WEIGHT_BOUNDS[1])
-    on_edges = bounded.multiply(edges)
-    off_edges = weights - weights.multiply(edges)
-    return (on_edges + off_edges.maximum(0.0)).tocsr()
-
-
-def quad_edges(quads: IntArray, n_nodes: int) -> sparse.csr_matrix:
-    """Symmetric 0-1 matrix (n, n) of the nodes that share an edge."""
-    starts = quads.ravel()
-    ends = np.roll(quads, -1, axis=1).ravel()
-    pairs = sparse.coo_matrix(
-        (np.ones(2 * len(starts)), (np.r_[starts, ends], np.r_[ends, starts])), shape=(n_nodes,) * 2
-    )
-    edges = pairs.tocsr()
-    edges.data[:] = 1.0
-    return edges
+        nodes = quads[:, triangle]
+        edges = points[np.roll(nodes, -1, axis=1)] - points[nodes]
+        squares = np.einsum("tei,tei->te", edges, edges)
+        dots = -np.einsum("tei,tei->te", edges, np.roll(edges, 1, axis=1))
+        # Lagrange: |p x q|^2 = |p|^2 |q|^2 - (p q)^2, the same at every corner but for rounding.
+        doubled = np.sqrt(np.maximum(squares * np.roll(squares, 1, axis=1) - dots**2, 0.0)).max(axis=1)
+        flat = 1e-6 * squares.max(axis=1) + 1e-300
+        values.append(0.25 * dots / np.maximum(doubled, flat)[:, None])
+        rows.append(np.roll(nodes, -1, axis=1))
+        cols.append(np.roll(nodes, 1, axis=1))
+    row, col = np.concatenate(rows).ravel(), np.concatenate(cols).ravel()
+    half = sparse.coo_matrix((np.concatenate(values).ravel(), (row, col)), shape=(n_nodes, n_nodes)).tocsr()
+    return (half + half.T).tocsr()
 
 
 def extend(weights: sparse.csr_matrix, boundary: IntArray, values: FloatArray) -> FloatArray:
