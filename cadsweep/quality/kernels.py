@@ -10,7 +10,8 @@ Jacobian determinant has degree (2, 2, 2), so its 27 Bernstein coefficients are 
 64 triple products of one edge of each direction. They bound it from below everywhere inside, eight
 of them are its values at the corners, and their mean is its integral, the volume.
 
-The kernels read indices without checking them: callers check first (`checks.indices_are_usable`).
+Sixty-four hexahedra are worked on together, the innermost loop running over them, so that the
+compiler can use vector instructions. The kernels release the interpreter's lock and read indices without checking them: callers check first.
 
 References
 ----------
@@ -21,7 +22,7 @@ validation of the linear hexahedral element" (2017).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 METRICS = ("scaled_jacobian", "aspect", "skew", "taper", "condition", "warpage", "volume", "bound")
 """Columns that :func:`measure_hexes` fills."""
@@ -29,227 +30,243 @@ METRICS = ("scaled_jacobian", "aspect", "skew", "taper", "condition", "warpage",
 ZERO = 4e-15
 """A determinant below `ZERO` times the product of the longest edges counts as not positive (rounding)."""
 
-_BLOCK = 1024
+_LANES = 64
+"""Hexahedra that are worked on together."""
+
+_njit = njit(cache=True, error_model="numpy", nogil=True)
 
 
-@njit(cache=True, inline="always")
-def _det(a, i, b, j, c, k):  # type: ignore[no-untyped-def]
-    return (
-        a[i, 0] * (b[j, 1] * c[k, 2] - b[j, 2] * c[k, 1])
-        + a[i, 1] * (b[j, 2] * c[k, 0] - b[j, 0] * c[k, 2])
-        + a[i, 2] * (b[j, 0] * c[k, 1] - b[j, 1] * c[k, 0])
-    )
+@_njit
+def _gather_edges(points, hexes, first, n, edges):  # type: ignore[no-untyped-def]
+    """Fill edges[e, c, lane]: four along xi (at eta + 2 zeta), four along eta (xi + 2 zeta), four along zeta."""
+    for lane in range(n):
+        h = first + lane
+        for c in range(3):
+            p0 = points[hexes[h, 0], c]
+            p1 = points[hexes[h, 1], c]
+            p2 = points[hexes[h, 2], c]
+            p3 = points[hexes[h, 3], c]
+            p4 = points[hexes[h, 4], c]
+            p5 = points[hexes[h, 5], c]
+            p6 = points[hexes[h, 6], c]
+            p7 = points[hexes[h, 7], c]
+            edges[0, c, lane] = p1 - p0
+            edges[1, c, lane] = p2 - p3
+            edges[2, c, lane] = p5 - p4
+            edges[3, c, lane] = p6 - p7
+            edges[4, c, lane] = p3 - p0
+            edges[5, c, lane] = p2 - p1
+            edges[6, c, lane] = p7 - p4
+            edges[7, c, lane] = p6 - p5
+            edges[8, c, lane] = p4 - p0
+            edges[9, c, lane] = p5 - p1
+            edges[10, c, lane] = p7 - p3
+            edges[11, c, lane] = p6 - p2
 
 
-@njit(cache=True, inline="always")
-def _dot(a, i, b, j):  # type: ignore[no-untyped-def]
-    return a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
+@_njit
+def _expand_jacobian(edges, n, normals, bernstein):  # type: ignore[no-untyped-def]
+    """Fill the 27 Bernstein coefficients bernstein[i + 3 j + 9 k, lane] of the Jacobian.
 
-
-@njit(cache=True)
-def _edges_of(points, hexes, h, u, v, w):  # type: ignore[no-untyped-def]
-    """Edges of hex `h`: u[eta + 2 zeta] along xi, v[xi + 2 zeta] along eta, w[xi + 2 eta] along zeta."""
-    for c in range(3):
-        p0 = points[hexes[h, 0], c]
-        p1 = points[hexes[h, 1], c]
-        p2 = points[hexes[h, 2], c]
-        p3 = points[hexes[h, 3], c]
-        p4 = points[hexes[h, 4], c]
-        p5 = points[hexes[h, 5], c]
-        p6 = points[hexes[h, 6], c]
-        p7 = points[hexes[h, 7], c]
-        u[0, c] = p1 - p0
-        u[1, c] = p2 - p3
-        u[2, c] = p5 - p4
-        u[3, c] = p6 - p7
-        v[0, c] = p3 - p0
-        v[1, c] = p2 - p1
-        v[2, c] = p7 - p4
-        v[3, c] = p6 - p5
-        w[0, c] = p4 - p0
-        w[1, c] = p5 - p1
-        w[2, c] = p7 - p3
-        w[3, c] = p6 - p2
-
-
-@njit(cache=True)
-def _bernstein_of(u, v, w, coefficients):  # type: ignore[no-untyped-def]
-    """Fill the 27 Bernstein coefficients, index i + 3 j + 9 k, from the edges; return their sum."""
-    for m in range(27):
-        coefficients[m] = 0.0
+    The product of two linear Bernstein polynomials is one of degree 2; both mixed products are the
+    middle one with weight 1/2, hence the division of sums by their number of terms.
+    """
+    normals[:] = 0.0
+    bernstein[:] = 0.0
     for a in range(4):
-        j1 = a & 1
-        k1 = a >> 1
         for b in range(4):
-            i1 = b & 1
-            k2 = b >> 1
-            x = u[a, 1] * v[b, 2] - u[a, 2] * v[b, 1]
-            y = u[a, 2] * v[b, 0] - u[a, 0] * v[b, 2]
-            z = u[a, 0] * v[b, 1] - u[a, 1] * v[b, 0]
-            base = i1 + 3 * j1 + 9 * (k1 + k2)
-            for c in range(4):
-                coefficients[base + (c & 1) + 3 * (c >> 1)] += x * w[c, 0] + y * w[c, 1] + z * w[c, 2]
-    total = 0.0
-    for k in range(3):
-        for j in range(3):
-            for i in range(3):
-                # The product of two linear Bernstein polynomials meets the middle one of degree 2 with weight 1/2,
-                # twice; dividing the sums of the two (four, eight) products gives the coefficient.
-                half = (2.0 if i == 1 else 1.0) * (2.0 if j == 1 else 1.0) * (2.0 if k == 1 else 1.0)
-                m = i + 3 * j + 9 * k
-                coefficients[m] /= half
-                total += coefficients[m]
-    return total
+            # u x v: degree 1 in xi (from v) and in eta (from u), degree 2 in zeta.
+            m = (b & 1) + 2 * (a & 1) + 4 * ((a >> 1) + (b >> 1))
+            for q in range(n):
+                u0, u1, u2 = edges[a, 0, q], edges[a, 1, q], edges[a, 2, q]
+                v0, v1, v2 = edges[4 + b, 0, q], edges[4 + b, 1, q], edges[4 + b, 2, q]
+                normals[m, 0, q] += u1 * v2 - u2 * v1
+                normals[m, 1, q] += u2 * v0 - u0 * v2
+                normals[m, 2, q] += u0 * v1 - u1 * v0
+    for m in range(12):
+        for w in range(4):
+            i = (m & 1) + (w & 1)
+            j = ((m >> 1) & 1) + (w >> 1)
+            k = m >> 2
+            t = i + 3 * j + 9 * k
+            share = 1.0 / ((1 + (i & 1)) * (1 + (j & 1)) * (1 + (k & 1)))
+            for q in range(n):
+                bernstein[t, q] += share * (
+                    normals[m, 0, q] * edges[8 + w, 0, q]
+                    + normals[m, 1, q] * edges[8 + w, 1, q]
+                    + normals[m, 2, q] * edges[8 + w, 2, q]
+                )
 
 
-@njit(cache=True)
-def _frame_metrics(u, v, w, axes, cross):  # type: ignore[no-untyped-def]
-    """Aspect, skew and taper from the principal axes and their cross derivatives."""
-    for c in range(3):
-        axes[0, c] = u[0, c] + u[1, c] + u[2, c] + u[3, c]
-        axes[1, c] = v[0, c] + v[1, c] + v[2, c] + v[3, c]
-        axes[2, c] = w[0, c] + w[1, c] + w[2, c] + w[3, c]
-        cross[0, c] = u[0, c] - u[1, c] + u[2, c] - u[3, c]  # xi, eta
-        cross[1, c] = u[0, c] + u[1, c] - u[2, c] - u[3, c]  # xi, zeta
-        cross[2, c] = v[0, c] + v[1, c] - v[2, c] - v[3, c]  # eta, zeta
-    l0 = np.sqrt(_dot(axes, 0, axes, 0))
-    l1 = np.sqrt(_dot(axes, 1, axes, 1))
-    l2 = np.sqrt(_dot(axes, 2, axes, 2))
-    least = min(l0, l1, l2)
-    if not least > 0.0:
-        return np.inf, 1.0, np.inf
-    skew = max(
-        abs(_dot(axes, 0, axes, 1)) / (l0 * l1),
-        abs(_dot(axes, 0, axes, 2)) / (l0 * l2),
-        abs(_dot(axes, 1, axes, 2)) / (l1 * l2),
-    )
-    taper = max(
-        np.sqrt(_dot(cross, 0, cross, 0)) / min(l0, l1),
-        np.sqrt(_dot(cross, 1, cross, 1)) / min(l0, l2),
-        np.sqrt(_dot(cross, 2, cross, 2)) / min(l1, l2),
-    )
-    return max(l0, l1, l2) / least, skew, taper
+@_njit
+def _square_lengths(edges, n, squares):  # type: ignore[no-untyped-def]
+    for e in range(12):
+        for q in range(n):
+            squares[e, q] = edges[e, 0, q] ** 2 + edges[e, 1, q] ** 2 + edges[e, 2, q] ** 2
 
 
-@njit(cache=True, inline="always")
-def _corner_cosine(a, i, j, b, k, m):  # type: ignore[no-untyped-def]
-    """Cosine between the normals a_i x b_k and a_j x b_m of a face's opposite corners."""
-    x1 = a[i, 1] * b[k, 2] - a[i, 2] * b[k, 1]
-    y1 = a[i, 2] * b[k, 0] - a[i, 0] * b[k, 2]
-    z1 = a[i, 0] * b[k, 1] - a[i, 1] * b[k, 0]
-    x2 = a[j, 1] * b[m, 2] - a[j, 2] * b[m, 1]
-    y2 = a[j, 2] * b[m, 0] - a[j, 0] * b[m, 2]
-    z2 = a[j, 0] * b[m, 1] - a[j, 1] * b[m, 0]
-    n = np.sqrt((x1 * x1 + y1 * y1 + z1 * z1) * (x2 * x2 + y2 * y2 + z2 * z2))
-    if not n > 0.0:
-        return -1.0
-    return (x1 * x2 + y1 * y2 + z1 * z2) / n
+@_njit
+def _least_corner_and_condition(edges, squares, bernstein, n, scale, out):  # type: ignore[no-untyped-def]
+    """Fill out[0] and out[4] from the eight corners."""
+    for q in range(n):
+        out[0, q] = np.inf
+        out[4, q] = 0.0
+    for corner in range(8):
+        i, j, k = corner & 1, (corner >> 1) & 1, corner >> 2
+        a, b, c = j + 2 * k, 4 + i + 2 * k, 8 + i + 2 * j
+        t = 2 * i + 6 * j + 18 * k
+        for q in range(n):
+            det = bernstein[t, q]
+            uu, vv, ww = squares[a, q], squares[b, q], squares[c, q]
+            product = uu * vv * ww
+            value = det / np.sqrt(product) if product > 0.0 else 0.0
+            out[0, q] = value if not value >= out[0, q] else out[0, q]
+            uv = edges[a, 0, q] * edges[b, 0, q] + edges[a, 1, q] * edges[b, 1, q] + edges[a, 2, q] * edges[b, 2, q]
+            vw = edges[b, 0, q] * edges[c, 0, q] + edges[b, 1, q] * edges[c, 1, q] + edges[b, 2, q] * edges[c, 2, q]
+            wu = edges[c, 0, q] * edges[a, 0, q] + edges[c, 1, q] * edges[a, 1, q] + edges[c, 2, q] * edges[a, 2, q]
+            areas = (uu * vv - uv * uv) + (vv * ww - vw * vw) + (ww * uu - wu * wu)
+            number = np.sqrt((uu + vv + ww) * areas) / (3.0 * det) if det > ZERO * scale[q] else np.inf
+            out[4, q] = number if number > out[4, q] else out[4, q]
 
 
-@njit(cache=True)
-def _face_warpage(a, i, j, b, k, m):  # type: ignore[no-untyped-def]
-    """Warpage of the face with edges a_i, a_j one way and b_k, b_m the other way."""
-    # Corners (0,0) and (1,1) have the edges (a_i, b_k), (a_j, b_m); the other two (a_i, b_m), (a_j, b_k).
-    c = min(_corner_cosine(a, i, j, b, k, m), _corner_cosine(a, i, j, b, m, k))
-    return c * c * c
+@_njit
+def _measure_frame(edges, n, out):  # type: ignore[no-untyped-def]
+    """Fill out[1:4] (aspect, skew, taper) from the principal axes; lower out[0] to the value at the centre."""
+    for q in range(n):
+        x0 = edges[0, 0, q] + edges[1, 0, q] + edges[2, 0, q] + edges[3, 0, q]
+        x1 = edges[0, 1, q] + edges[1, 1, q] + edges[2, 1, q] + edges[3, 1, q]
+        x2 = edges[0, 2, q] + edges[1, 2, q] + edges[2, 2, q] + edges[3, 2, q]
+        y0 = edges[4, 0, q] + edges[5, 0, q] + edges[6, 0, q] + edges[7, 0, q]
+        y1 = edges[4, 1, q] + edges[5, 1, q] + edges[6, 1, q] + edges[7, 1, q]
+        y2 = edges[4, 2, q] + edges[5, 2, q] + edges[6, 2, q] + edges[7, 2, q]
+        z0 = edges[8, 0, q] + edges[9, 0, q] + edges[10, 0, q] + edges[11, 0, q]
+        z1 = edges[8, 1, q] + edges[9, 1, q] + edges[10, 1, q] + edges[11, 1, q]
+        z2 = edges[8, 2, q] + edges[9, 2, q] + edges[10, 2, q] + edges[11, 2, q]
+        xx = np.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
+        yy = np.sqrt(y0 * y0 + y1 * y1 + y2 * y2)
+        zz = np.sqrt(z0 * z0 + z1 * z1 + z2 * z2)
+        det = x0 * (y1 * z2 - y2 * z1) + x1 * (y2 * z0 - y0 * z2) + x2 * (y0 * z1 - y1 * z0)
+        least = min(xx, yy, zz)
+        good = least > 0.0
+        centre = det / (xx * yy * zz) if good else 0.0
+        out[0, q] = centre if not centre >= out[0, q] else out[0, q]
+        out[1, q] = max(xx, yy, zz) / least if good else np.inf
+        xy = abs(x0 * y0 + x1 * y1 + x2 * y2) / (xx * yy)
+        xz = abs(x0 * z0 + x1 * z1 + x2 * z2) / (xx * zz)
+        yz = abs(y0 * z0 + y1 * z1 + y2 * z2) / (yy * zz)
+        out[2, q] = max(xy, xz, yz) if good else 1.0
+        cxy = cxz = cyz = 0.0
+        for c in range(3):
+            d = edges[0, c, q] - edges[1, c, q] + edges[2, c, q] - edges[3, c, q]
+            cxy += d * d
+            d = edges[0, c, q] + edges[1, c, q] - edges[2, c, q] - edges[3, c, q]
+            cxz += d * d
+            d = edges[4, c, q] + edges[5, c, q] - edges[6, c, q] - edges[7, c, q]
+            cyz += d * d
+        taper = max(np.sqrt(cxy) / min(xx, yy), np.sqrt(cxz) / min(xx, zz), np.sqrt(cyz) / min(yy, zz))
+        out[3, q] = taper if good else np.inf
 
 
-@njit(cache=True, parallel=True)
+_FACES = np.array([(0, 1, 4, 5), (2, 3, 6, 7), (0, 2, 8, 9), (1, 3, 10, 11), (4, 6, 8, 10), (5, 7, 9, 11)])
+"""Edges of the six faces: two one way, two the other; corners pair the first with the first or second."""
+
+
+@_njit
+def _measure_warpage(edges, n, out):  # type: ignore[no-untyped-def]
+    """Fill out[5]: over the faces, the least cube of the cosine between opposite corner normals."""
+    for q in range(n):
+        out[5, q] = 1.0
+    for f in range(6):
+        for pair in range(2):
+            a, b = _FACES[f, 0], _FACES[f, 1]
+            c, d = _FACES[f, 2 + pair], _FACES[f, 3 - pair]
+            for q in range(n):
+                x1 = edges[a, 1, q] * edges[c, 2, q] - edges[a, 2, q] * edges[c, 1, q]
+                y1 = edges[a, 2, q] * edges[c, 0, q] - edges[a, 0, q] * edges[c, 2, q]
+                z1 = edges[a, 0, q] * edges[c, 1, q] - edges[a, 1, q] * edges[c, 0, q]
+                x2 = edges[b, 1, q] * edges[d, 2, q] - edges[b, 2, q] * edges[d, 1, q]
+                y2 = edges[b, 2, q] * edges[d, 0, q] - edges[b, 0, q] * edges[d, 2, q]
+                z2 = edges[b, 0, q] * edges[d, 1, q] - edges[b, 1, q] * edges[d, 0, q]
+                size = (x1 * x1 + y1 * y1 + z1 * z1) * (x2 * x2 + y2 * y2 + z2 * z2)
+                cosine = (x1 * x2 + y1 * y2 + z1 * z2) / np.sqrt(size) if size > 0.0 else -1.0
+                cube = cosine * cosine * cosine
+                out[5, q] = cube if not cube >= out[5, q] else out[5, q]
+
+
+@_njit
+def _close_lanes(bernstein, squares, n, out):  # type: ignore[no-untyped-def]
+    """Fill out[6:8] (volume, bound) and mark what is not finite."""
+    for q in range(n):
+        total = 0.0
+        bound = np.inf
+        for t in range(27):
+            total += bernstein[t, q]
+            bound = min(bound, bernstein[t, q])
+        out[6, q] = total / 27.0
+        scale = squares[0, q]
+        out[7, q] = bound / scale if scale > 0.0 and scale < np.inf else -1.0
+        if not (out[0, q] >= -1.0 - 1e-9 and out[0, q] <= 1.0 + 1e-9):
+            out[0, q] = -1.0
+            out[7, q] = -1.0
+
+
+@_njit
 def measure_hexes(points, hexes, out):  # type: ignore[no-untyped-def]
-    """Fill `out` (m, 8) with the columns `METRICS` for hexes (m, 8+) of `points` (n, 3).
+    """Fill `out` (8, m) with the rows `METRICS` for hexes (m, 8 or more) of `points` (n, 3).
 
-    The last column is the least Bernstein coefficient over the product of the longest edges of each
+    The last row is the least Bernstein coefficient over the product of the longest edges of each
     direction: above `ZERO`, the Jacobian is positive everywhere inside.
     """
-    n = hexes.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        u = np.empty((4, 3))
-        v = np.empty((4, 3))
-        w = np.empty((4, 3))
-        axes = np.empty((3, 3))
-        cross = np.empty((3, 3))
-        coefficients = np.empty(27)
-        lu = np.empty(4)
-        lv = np.empty(4)
-        lw = np.empty(4)
-        for h in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            _edges_of(points, hexes, h, u, v, w)
-            total = _bernstein_of(u, v, w, coefficients)
-            for i in range(4):
-                lu[i] = _dot(u, i, u, i)
-                lv[i] = _dot(v, i, v, i)
-                lw[i] = _dot(w, i, w, i)
-            scale = np.sqrt(lu.max() * lv.max() * lw.max())
-            aspect, skew, taper = _frame_metrics(u, v, w, axes, cross)
-            least = np.inf
-            condition = 0.0
-            for k in range(2):
-                for j in range(2):
-                    for i in range(2):
-                        a = j + 2 * k
-                        b = i + 2 * k
-                        c = i + 2 * j
-                        det = coefficients[2 * i + 6 * j + 18 * k]
-                        length = np.sqrt(lu[a] * lv[b] * lw[c])
-                        value = det / length if length > 0.0 else 0.0
-                        least = min(least, value)
-                        if det > ZERO * scale:
-                            d1 = _dot(u, a, v, b)
-                            d2 = _dot(v, b, w, c)
-                            d3 = _dot(w, c, u, a)
-                            area = lu[a] * lv[b] - d1 * d1 + lv[b] * lw[c] - d2 * d2 + lw[c] * lu[a] - d3 * d3
-                            condition = max(condition, np.sqrt((lu[a] + lv[b] + lw[c]) * area) / (3.0 * det))
-                        else:
-                            condition = np.inf
-            lengths = np.sqrt(_dot(axes, 0, axes, 0) * _dot(axes, 1, axes, 1) * _dot(axes, 2, axes, 2))
-            centre = _det(axes, 0, axes, 1, axes, 2) / lengths if lengths > 0.0 else 0.0
-            least = min(least, centre)
-            if not (least >= -1.0 and least <= 1.0 + 1e-9):  # not finite coordinates, or overflow
-                least = -1.0
-            out[h, 0] = least
-            out[h, 1] = aspect
-            out[h, 2] = skew
-            out[h, 3] = taper
-            out[h, 4] = condition
-            out[h, 5] = min(
-                _face_warpage(u, 0, 1, v, 0, 1),
-                _face_warpage(u, 2, 3, v, 2, 3),
-                _face_warpage(u, 0, 2, w, 0, 1),
-                _face_warpage(u, 1, 3, w, 2, 3),
-                _face_warpage(v, 0, 2, w, 0, 2),
-                _face_warpage(v, 1, 3, w, 1, 3),
-            )
-            out[h, 6] = total / 27.0
-            bound = coefficients.min()
-            out[h, 7] = bound / scale if scale > 0.0 and scale < np.inf else -1.0
+    m = hexes.shape[0]
+    edges = np.empty((12, 3, _LANES))
+    normals = np.empty((12, 3, _LANES))
+    bernstein = np.empty((27, _LANES))
+    squares = np.empty((12, _LANES))
+    scale = np.empty((1, _LANES))
+    lanes = np.empty((8, _LANES))
+    for first in range(0, m, _LANES):
+        n = min(_LANES, m - first)
+        _gather_edges(points, hexes, first, n, edges)
+        _expand_jacobian(edges, n, normals, bernstein)
+        _square_lengths(edges, n, squares)
+        for q in range(n):
+            u = max(squares[0, q], squares[1, q], squares[2, q], squares[3, q])
+            v = max(squares[4, q], squares[5, q], squares[6, q], squares[7, q])
+            w = max(squares[8, q], squares[9, q], squares[10, q], squares[11, q])
+            scale[0, q] = np.sqrt(u * v * w)
+        _least_corner_and_condition(edges, squares, bernstein, n, scale[0], lanes)
+        _measure_frame(edges, n, lanes)
+        _measure_warpage(edges, n, lanes)
+        _close_lanes(bernstein, scale, n, lanes)
+        for r in range(8):
+            for q in range(n):
+                out[r, first + q] = lanes[r, q]
 
 
-@njit(cache=True, parallel=True)
+@_njit
 def scaled_jacobians_of_hexes(points, hexes, out):  # type: ignore[no-untyped-def]
     """Fill `out` (m,) with the least scaled Jacobian over the eight corners and the centre."""
-    n = hexes.shape[0]
-    for block in prange((n + _BLOCK - 1) // _BLOCK):
-        u = np.empty((4, 3))
-        v = np.empty((4, 3))
-        w = np.empty((4, 3))
-        axes = np.empty((3, 3))
-        for h in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
-            _edges_of(points, hexes, h, u, v, w)
-            for c in range(3):
-                axes[0, c] = u[0, c] + u[1, c] + u[2, c] + u[3, c]
-                axes[1, c] = v[0, c] + v[1, c] + v[2, c] + v[3, c]
-                axes[2, c] = w[0, c] + w[1, c] + w[2, c] + w[3, c]
-            length = np.sqrt(_dot(axes, 0, axes, 0) * _dot(axes, 1, axes, 1) * _dot(axes, 2, axes, 2))
-            least = _det(axes, 0, axes, 1, axes, 2) / length if length > 0.0 else 0.0
-            for k in range(2):
-                for j in range(2):
-                    for i in range(2):
-                        a = j + 2 * k
-                        b = i + 2 * k
-                        c = i + 2 * j
-                        length = np.sqrt(_dot(u, a, u, a) * _dot(v, b, v, b) * _dot(w, c, w, c))
-                        value = _det(u, a, v, b, w, c) / length if length > 0.0 else 0.0
-                        least = min(least, value)
-            if not (least >= -1.0 and least <= 1.0 + 1e-9):
-                least = -1.0
-            out[h] = least
+    m = hexes.shape[0]
+    edges = np.empty((12, 3, _LANES))
+    squares = np.empty((12, _LANES))
+    lanes = np.empty((4, _LANES))
+    for first in range(0, m, _LANES):
+        n = min(_LANES, m - first)
+        _gather_edges(points, hexes, first, n, edges)
+        _square_lengths(edges, n, squares)
+        lanes[0] = np.inf
+        for corner in range(8):
+            i, j, k = corner & 1, (corner >> 1) & 1, corner >> 2
+            a, b, c = j + 2 * k, 4 + i + 2 * k, 8 + i + 2 * j
+            for q in range(n):
+                x = edges[a, 1, q] * edges[b, 2, q] - edges[a, 2, q] * edges[b, 1, q]
+                y = edges[a, 2, q] * edges[b, 0, q] - edges[a, 0, q] * edges[b, 2, q]
+                z = edges[a, 0, q] * edges[b, 1, q] - edges[a, 1, q] * edges[b, 0, q]
+                det = x * edges[c, 0, q] + y * edges[c, 1, q] + z * edges[c, 2, q]
+                product = squares[a, q] * squares[b, q] * squares[c, q]
+                value = det / np.sqrt(product) if product > 0.0 else 0.0
+                lanes[0, q] = value if not value >= lanes[0, q] else lanes[0, q]
+        _measure_frame(edges, n, lanes)
+        for q in range(n):
+            value = lanes[0, q]
+            out[first + q] = value if value >= -1.0 - 1e-9 and value <= 1.0 + 1e-9 else -1.0

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..topology import FloatArray, IntArray
 from . import kernels
+from .threads import map_chunks
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,9 +67,18 @@ def measure_hexes(points: FloatArray, hexes: IntArray) -> HexMetrics:
     hexes : (m, 8), (m, 20) or (m, 27) int64
         VTK node order; indices must lie in [0, n). Only the corner nodes are looked at.
     """
-    out = np.empty((len(hexes), len(kernels.METRICS)))
-    kernels.measure_hexes(_points(points), _indices(hexes, len(points)), out)
-    return HexMetrics(**dict(zip(kernels.METRICS, out.T, strict=True)))
+    out = np.empty((len(kernels.METRICS), len(hexes)))
+    points, hexes = _points(points), _indices(hexes, len(points))
+
+    def measure(chunk: slice) -> None:
+        # The kernel is compiled for contiguous rows alone.
+        rows = np.empty((len(out), chunk.stop - chunk.start))
+        kernels.measure_hexes(points, hexes[chunk], rows)
+        out[:, chunk] = rows
+
+    for _ in map_chunks(measure, len(hexes)):
+        pass
+    return HexMetrics(**dict(zip(kernels.METRICS, out, strict=True)))
 
 
 def scaled_jacobians(points: FloatArray, hexes: IntArray) -> FloatArray:
@@ -86,7 +96,9 @@ def scaled_jacobians(points: FloatArray, hexes: IntArray) -> FloatArray:
         In [-1, 1]; 0 or less where an edge has no length, -1 where a coordinate is not finite.
     """
     out = np.empty(len(hexes))
-    kernels.scaled_jacobians_of_hexes(_points(points), _indices(hexes, len(points)), out)
+    points, hexes = _points(points), _indices(hexes, len(points))
+    for _ in map_chunks(lambda c: kernels.scaled_jacobians_of_hexes(points, hexes[c], out[c]), len(hexes)):
+        pass
     return out
 
 
@@ -123,7 +135,7 @@ def quad_scaled_jacobians(points: FloatArray, quads: IntArray) -> FloatArray:
         areas = np.einsum("qij,qj->qi", normals, mean)
     products = lengths * np.roll(lengths, 1, axis=1)
     with np.errstate(invalid="ignore"):
-        values = np.where(products > 0, areas / np.where(products > 0, products, 1.0), 0.0).min(axis=1)
+        values = np.min(np.where(products > 0, areas / np.where(products > 0, products, 1.0), 0.0), axis=1)
     values[~np.isfinite(corners).all(axis=(1, 2))] = -1.0
     return values
 
@@ -148,7 +160,7 @@ def _points(points: FloatArray) -> FloatArray:
 
 
 def _indices(hexes: IntArray, n_points: int) -> IntArray:
-    hexes = np.asarray(hexes)
-    if len(hexes) and (hexes.min() < 0 or hexes.max() >= n_points):
+    hexes = np.ascontiguousarray(hexes, dtype=np.int64)
+    if len(hexes) and (np.min(hexes) < 0 or np.max(hexes) >= n_points):
         raise IndexError(f"hexes refer to nodes outside 0 .. {n_points - 1}")
     return hexes

@@ -1,0 +1,137 @@
+"""A mesh's boundary against the CAD model: volume, areas, Euler characteristic, nodes on their faces.
+
+Place in the flow: called by :func:`cadsweep.quality.check.check_surface`.
+
+A mesh of flat-sided cells is not the CAD solid: a circle of n chords has an area smaller by a
+fraction (2 pi / n)**2 / 6. How much a volume or an area may deviate is therefore judged from the
+mesh's own turning angles: a chord of length l across a turn t lies l t / 8 off its arc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..topology import FloatArray, IntArray
+from .report import CadReference
+
+LARGEST_TURN = np.pi / 3
+"""A turn beyond this between neighbouring quads or segments is a corner of the part, not a curve."""
+
+LEAST_RELATIVE = 1e-6
+SAFETY = 4.0
+
+
+def cad_problems(
+    points: FloatArray,
+    boundaries: Mapping[str, IntArray],
+    areas: Mapping[str, float],
+    *,
+    euler: int | None,
+    volume: float | None,
+    size: float,
+    cad: CadReference,
+) -> list[str]:
+    """Say where a mesh deviates from its CAD model by more than its facets explain.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    boundaries : mapping of name to (q, 4) int64
+    areas : mapping of name to float
+        Areas of the mesh.
+    euler, volume : of the mesh, None where unknown
+    size : float
+        Diagonal of the mesh's bounding box.
+    cad : CadReference
+    """
+    problems = []
+    if cad.euler is not None and euler is not None and euler != cad.euler:
+        problems.append(f"the boundary's Euler characteristic is {euler}, the CAD solid's {cad.euler}")
+    slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
+    if cad.volume is not None and volume is not None:
+        allowed = _allowed(cad, cad.volume, sum(s[0] for s in slack.values()), known=bool(slack))
+        if not abs(volume - cad.volume) <= allowed:
+            problems.append(
+                f"the volume is {volume:.8g}, the CAD solid's {cad.volume:.8g}: "
+                f"more apart than its facets explain ({allowed:.2g})"
+            )
+    for name, area in cad.areas.items():
+        if name not in areas:
+            problems.append(f"the mesh has no boundary '{name}', which the CAD model has")
+            continue
+        allowed = _allowed(cad, area, slack[name][1], known=True)
+        if not abs(areas[name] - area) <= allowed:
+            problems.append(
+                f"the area of '{name}' is {areas[name]:.8g}, the CAD face's {area:.8g}: "
+                f"more apart than its facets explain ({allowed:.2g})"
+            )
+    if cad.distance is not None:
+        for name, quads in boundaries.items():
+            nodes = np.unique(quads)
+            far = np.abs(cad.distance(points[nodes], name))
+            if not np.all(far <= cad.tolerance * size):
+                worst = int(np.argmax(np.where(np.isfinite(far), far, np.inf)))
+                place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
+                problems.append(
+                    f"{np.count_nonzero(~(far <= cad.tolerance * size))} nodes of '{name}' are off their CAD face, "
+                    f"the farthest is node {nodes[worst]} at ({place}), by {far[worst]:.3g}"
+                )
+    return problems
+
+
+def _allowed(cad: CadReference, value: float, slack: float, *, known: bool) -> float:
+    if cad.relative is not None:
+        return cad.relative * abs(value)
+    if not known:  # no named boundary, so nothing to judge facets by
+        return 0.5 * abs(value)
+    return max(LEAST_RELATIVE * abs(value), SAFETY * slack)
+
+
+def _slack(points: FloatArray, quads: IntArray) -> tuple[float, float]:
+    """How much volume and area the facets of one boundary can gain or lose."""
+    if not len(quads):
+        return 0.0, 0.0
+    n = len(points)
+    corners = points[quads]
+    area_vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
+    areas = np.linalg.norm(area_vectors, axis=1)
+    normals = area_vectors / np.where(areas > 0, areas, 1.0)[:, None]
+    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    lengths = np.linalg.norm(points[ends] - points[starts], axis=1)
+    forward, backward = starts * n + ends, ends * n + starts
+    order = np.argsort(forward)
+    at = np.minimum(np.searchsorted(forward[order], backward), len(order) - 1)
+    mate = order[at]
+    inner = forward[mate] == backward
+    quad = np.arange(len(starts)) // 4
+    cosine = np.einsum("ij,ij->i", normals[quad], normals[mate // 4])
+    turn = np.where(inner, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
+    turn = np.where(turn < LARGEST_TURN, turn, 0.0).reshape(-1, 4)
+    # The strips along both directions of a quad turn by the mean of the turns at its two ends.
+    across = (np.maximum(turn[:, 0], turn[:, 2]), np.maximum(turn[:, 1], turn[:, 3]))
+    sides = lengths.reshape(-1, 4)
+    width = (np.maximum(sides[:, 1], sides[:, 3]), np.maximum(sides[:, 0], sides[:, 2]))
+    bulge = sum(w * t / 8 for w, t in zip(width, across, strict=True))
+    volume = float(np.sum(areas * bulge))
+    area = float(np.sum(areas * sum(t**2 for t in across) / 8))
+    # In the face's own plane the rim bulges as well.
+    rim = ~inner
+    area += _rim_slack(points, starts[rim], ends[rim], lengths[rim])
+    return volume, area
+
+
+def _rim_slack(points: FloatArray, starts: IntArray, ends: IntArray, lengths: FloatArray) -> float:
+    order = np.argsort(starts)
+    at = np.minimum(np.searchsorted(starts[order], ends), len(order) - 1) if len(order) else order
+    if not len(order):
+        return 0.0
+    follower = order[at]
+    direction = (points[ends] - points[starts]) / np.where(lengths > 0, lengths, 1.0)[:, None]
+    cosine = np.einsum("ij,ij->i", direction, direction[follower])
+    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    turn = np.where((starts[follower] == ends) & (turn < LARGEST_TURN), turn, 0.0)
+    before = np.zeros_like(turn)
+    before[follower] = turn
+    return float(np.sum(lengths**2 * np.maximum(turn, before) / 8))

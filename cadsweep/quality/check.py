@@ -1,0 +1,344 @@
+"""Every check on a mesh before it is handed over: :func:`check_mesh`.
+
+Place in the flow: the last stage of the pipeline, ``HexMesh.quality()``, and ``cadsweep check``.
+
+What is checked:
+
+- coordinates are finite, indices in range, nodes of a hexahedron distinct, no hexahedron twice;
+- the Jacobian is positive everywhere inside (:mod:`cadsweep.quality.bernstein`);
+- every face has one or two users, in opposite directions; the faces with one user are exactly the
+  named boundary quads, outward; they form a closed 2-manifold of the right Euler characteristic;
+- no node is unused, no two boundary nodes coincide (two nodes inside can only coincide where
+  hexahedra overlap or a face was torn, which makes its nodes boundary nodes);
+- against the CAD model, where a :class:`CadReference` is given: volume, areas, Euler characteristic,
+  distance of boundary nodes from their faces.
+
+Not handled here: overlap of far parts of a mesh with positive hexahedra, as of a helix that runs
+into itself; a mesh without any named boundary is not asked for one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..mesh import HexMesh
+from ..topology import FloatArray, IntArray
+from . import conformity
+from .accumulate import QualityAccumulator
+from .cadcheck import cad_problems
+from .metrics import quad_areas
+from .report import CadReference, QualityReport, describe_hex
+
+COINCIDENT = 1e-10
+"""Nodes nearer than this times the mesh's diagonal are the same point."""
+
+
+def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityReport:
+    """Measure and check a mesh.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        Where ``mesh.structure`` describes its hexahedra, conformity is known from the quads; a mesh
+        without structure, as read from a file, is examined face by face. Both find the same.
+    cad : CadReference or None
+        What the CAD model says. None: ``mesh.info["cad_volume"]``, where there is one.
+
+    Returns
+    -------
+    QualityReport
+        ``report.valid`` says whether nothing is wrong, ``report.problems`` what is.
+    """
+    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
+    hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)
+    seen = QualityAccumulator()
+    if hexes.ndim != 2 or hexes.shape[1] not in (8, 20, 27) or points.ndim != 2 or points.shape[1] != 3:
+        return make_report(seen, n_nodes=len(points), problems=[f"points {points.shape}, hexes {hexes.shape}"])
+    if not len(hexes):
+        return make_report(seen, n_nodes=len(points), problems=["there are no hexahedra"])
+    problems = _coordinate_problems(points)
+    structure = mesh.structure
+    swept = structure is not None and conformity.follows_structure(hexes, structure)
+    if structure is not None and not swept:
+        problems.append("the structure (quads times layers) does not describe these hexahedra")
+    if swept:
+        assert structure is not None
+        found = conformity.structure_problems(structure, len(points))
+        problems += found
+        swept = not found
+    if swept:
+        assert structure is not None
+        seen.add_hexes(points, hexes, per_layer=len(structure.quads))
+        expected = conformity.structure_boundary(structure)
+    else:
+        trouble, expected = _general_problems(mesh, points, hexes)
+        problems += trouble
+        if expected is None:
+            return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
+        seen.add_hexes(points, hexes)
+    surface = check_surface(points, expected, mesh.boundaries, cad=cad or _cad_of(mesh), volume=seen.volume)
+    problems += _match_boundaries(mesh, expected)
+    return make_report(
+        seen,
+        n_nodes=len(points),
+        order=mesh.order,
+        problems=problems + surface.problems,
+        areas=surface.areas,
+        euler=surface.euler,
+    )
+
+
+def make_report(
+    seen: QualityAccumulator,
+    *,
+    n_nodes: int,
+    order: int = 1,
+    problems: list[str] | tuple[str, ...] = (),
+    areas: Mapping[str, float] | None = None,
+    euler: int | None = None,
+    notes: tuple[str, ...] = (),
+) -> QualityReport:
+    """Turn running metrics and findings into a report; inverted hexahedra come first among the problems."""
+    found = list(problems)
+    if seen.n_inverted:
+        named = "; ".join(describe_hex(h) for h in seen.worst[:3])
+        found.insert(0, f"{seen.n_inverted} of {seen.n_hexes} hexahedra are inverted, the worst are {named}")
+    return QualityReport(
+        n_nodes=n_nodes,
+        n_hexes=seen.n_hexes,
+        order=order,
+        n_inverted=seen.n_inverted,
+        min_scaled_jacobian=seen.min_scaled_jacobian,
+        mean_scaled_jacobian=seen.mean_scaled_jacobian,
+        metrics=seen.summaries(),
+        worst=seen.worst,
+        volume=seen.volume,
+        areas=dict(areas or {}),
+        euler=euler,
+        problems=tuple(found),
+        notes=notes,
+    )
+
+
+class SurfaceFindings:
+    """Areas, Euler characteristic and problems of a boundary."""
+
+    def __init__(self) -> None:
+        self.areas: dict[str, float] = {}
+        self.euler: int | None = None
+        self.problems: list[str] = []
+
+
+def check_surface(
+    points: FloatArray,
+    quads: IntArray,
+    boundaries: Mapping[str, IntArray],
+    *,
+    cad: CadReference | None = None,
+    volume: float | None = None,
+) -> SurfaceFindings:
+    """Check a boundary surface by itself and against the CAD model.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    quads : (b, 4) int64
+        The whole boundary, outward.
+    boundaries : mapping of name to (q, 4 or more) int64
+        Its named pieces.
+    cad : CadReference or None
+    volume : float or None
+        Volume of the mesh, to be held against ``cad.volume``.
+    """
+    found = SurfaceFindings()
+    shape = conformity.surface_shape(quads)
+    found.euler = shape.euler
+    if len(shape.open_edges):
+        a, b = shape.open_edges[0].tolist()
+        found.problems.append(
+            f"the boundary is not a closed 2-manifold: {len(shape.open_edges)} edges do not have two quads, "
+            f"the first is between nodes {a} and {b} at {_place(points[a])}"
+        )
+    if len(shape.pinched_nodes):
+        a = int(shape.pinched_nodes[0])
+        found.problems.append(
+            f"the boundary is not a 2-manifold: its sheets touch at {len(shape.pinched_nodes)} nodes, "
+            f"the first is node {a} at {_place(points[a])}"
+        )
+    nodes = np.unique(quads)
+    finite = points[nodes][np.isfinite(points[nodes]).all(axis=1)]
+    size = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
+    pairs = conformity.coincident_pairs(points[nodes], COINCIDENT * size)
+    if pairs:
+        a, b = (int(nodes[i]) for i in pairs[0])
+        found.problems.append(
+            f"{len(pairs)} pairs of boundary nodes coincide, the first are {a} and {b} at {_place(points[a])}"
+        )
+    usable = {
+        name: q[:, :4]
+        for name, q in ((k, np.asarray(v)) for k, v in boundaries.items())
+        if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
+    }
+    found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
+    if cad is not None:
+        found.problems += cad_problems(
+            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
+        )
+    return found
+
+
+def _coordinate_problems(points: FloatArray) -> list[str]:
+    bad = [
+        first + np.flatnonzero(~np.isfinite(points[first : first + 65536]).all(axis=1))
+        for first in range(0, len(points), 65536)
+    ]
+    nodes = np.concatenate(bad) if bad else np.zeros(0, dtype=np.int64)
+    if not len(nodes):
+        return []
+    return [f"{len(nodes)} nodes have coordinates that are not finite, the first is node {nodes[0]}"]
+
+
+def _general_problems(mesh: HexMesh, points: FloatArray, hexes: IntArray) -> tuple[list[str], IntArray | None]:
+    """Problems of any hexahedra, and their boundary quads (None where indices are out of range)."""
+    problems = []
+    (outside, where, repeated, where_repeated), used = conformity.scan_hexes(hexes, len(points))
+    if outside:
+        problems.append(f"{outside} hexahedra refer to nodes outside 0 .. {len(points) - 1}, the first is hex {where}")
+    if repeated:
+        problems.append(f"{repeated} hexahedra use a node twice, the first is hex {where_repeated}")
+    if outside:
+        return problems, None
+    if not used.all():
+        stray = np.flatnonzero(~used)
+        problems.append(f"{len(stray)} nodes belong to no hexahedron, the first is node {stray[0]}")
+    twins = conformity.duplicate_rows(hexes[:, :8])
+    if twins:
+        problems.append(f"{len(twins)} hexahedra occur more than once, the first are {twins[0][0]} and {twins[0][1]}")
+    use = conformity.match_faces(hexes, len(points))
+    if len(use.crowded):
+        problems.append(
+            f"{len(use.crowded)} times a face has more than two hexahedra, the first is on hex {use.crowded[0] // 6}"
+        )
+    if len(use.clashing):
+        problems.append(
+            f"{len(use.clashing)} faces are shared by hexahedra that turn the same way round on them, "
+            f"the first is on hex {use.clashing[0] // 6}"
+        )
+    if hexes.shape[1] > 8:
+        problems += _order_2_problems(hexes)
+    return problems, conformity.face_nodes(hexes, use.once)
+
+
+_MIDDLES = np.array(
+    [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)], dtype=np.int64
+)
+
+
+def _order_2_problems(hexes: IntArray) -> list[str]:
+    """An edge must have one middle node, whichever hexahedron it is seen from."""
+    ends = np.sort(hexes[:, _MIDDLES].reshape(-1, 2), axis=1)
+    middles = hexes[:, 8:20].ravel()
+    n = int(np.max(hexes)) + 1
+    order = np.argsort(ends[:, 0] * n + ends[:, 1], kind="stable")
+    keys, middles = (ends[:, 0] * n + ends[:, 1])[order], middles[order]
+    clash = np.flatnonzero((keys[1:] == keys[:-1]) & (middles[1:] != middles[:-1]))
+    if not len(clash):
+        return []
+    a, b = divmod(int(keys[clash[0]]), n)
+    return [f"edges have different middle nodes in different hexahedra, the first is between nodes {a} and {b}"]
+
+
+def _keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Two integers that name an oriented quad: (least node, the node across), (next, previous)."""
+    at = np.argmin(quads, axis=1)
+    rows = np.arange(len(quads))
+    turned = [quads[rows, (at + i) % 4] for i in range(4)]
+    return turned[0] * n + turned[2], turned[1] * n + turned[3]
+
+
+def _match_boundaries(mesh: HexMesh, expected: IntArray) -> list[str]:
+    """Hold the named boundary quads against the faces that have one user."""
+    if not mesh.boundaries:
+        return []
+    n = max(mesh.n_nodes, 1)
+    problems = []
+    pieces, owners = [], []
+    for name, quads in mesh.boundaries.items():
+        quads = np.asarray(quads)
+        if quads.ndim != 2 or quads.shape[1] < 4:
+            problems.append(f"boundary '{name}' has shape {quads.shape}, not (q, 4)")
+        elif len(quads) and (np.min(quads) < 0 or np.max(quads) >= n):
+            problems.append(f"boundary '{name}' refers to nodes outside 0 .. {n - 1}")
+        else:
+            pieces.append(quads[:, :4].astype(np.int64))
+            owners += [(name, len(quads))]
+    named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
+    have, want = _pairs(_keys(named, n)), _pairs(_keys(expected, n))
+    if len(have) == len(want) and np.array_equal(np.sort(have), np.sort(want)):
+        return problems
+    turned = _pairs(_keys(named[:, ::-1], n))
+    names = np.repeat([o[0] for o in owners], [o[1] for o in owners]) if owners else np.zeros(0, dtype=str)
+    inward = np.isin(turned, want)
+    foreign = ~np.isin(have, want) & ~inward
+    if len(mesh.parts) > 1 and np.any(foreign):
+        foreign &= ~_interfaces(mesh, named, n)
+    _, first = np.unique(have, return_index=True)
+    twice = np.ones(len(have), dtype=bool)
+    twice[first] = False
+    missing = ~np.isin(want, have) & ~np.isin(want, turned)
+    for rows, text in (
+        (inward, "boundary quads turn inward"),
+        (foreign, "boundary quads are not on the boundary of the hexahedra"),
+        (twice, "boundary quads are named twice"),
+    ):
+        if np.any(rows):
+            i = int(np.flatnonzero(rows)[0])
+            problems.append(
+                f"{np.count_nonzero(rows)} {text}, the first is {named[i].tolist()} of '{names[i]}' "
+                f"at {_place(mesh.points[named[i]].mean(axis=0))}"
+            )
+    if np.any(missing):
+        i = int(np.flatnonzero(missing)[0])
+        problems.append(
+            f"{np.count_nonzero(missing)} quads on the boundary have no name, the first is {expected[i].tolist()} "
+            f"at {_place(mesh.points[expected[i]].mean(axis=0))}"
+        )
+    return problems
+
+
+def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
+    """Two integers a quad as one sortable value."""
+    result = np.empty(len(keys[0]), dtype=[("a", np.int64), ("b", np.int64)])
+    result["a"], result["b"] = keys
+    return result
+
+
+def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:
+    """Which quads lie between hexahedra of two different parts."""
+    part = np.full(mesh.n_hexes, -1)
+    for i, ids in enumerate(mesh.parts.values()):
+        part[ids] = i
+    faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
+    keys = _pairs(_keys(faces, n))
+    order = np.argsort(keys)
+    owner = np.repeat(part, 6)[order]
+    keys = keys[order]
+
+    def part_of(q: IntArray) -> np.ndarray:
+        wanted = _pairs(_keys(q, n))
+        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        return np.where(keys[at] == wanted, owner[at], -2)
+
+    one, other = part_of(quads), part_of(quads[:, ::-1])
+    return (one >= 0) & (other >= 0) & (one != other)
+
+
+def _cad_of(mesh: HexMesh) -> CadReference | None:
+    volume = mesh.info.get("cad_volume")
+    return None if volume is None else CadReference(volume=float(volume))
+
+
+def _place(point: FloatArray) -> str:
+    return "(" + ", ".join(f"{c:.5g}" for c in point) + ")"

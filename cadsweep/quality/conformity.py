@@ -1,0 +1,344 @@
+"""How hexahedra and quads hang together: shared faces, boundary surface, duplicates, stray nodes.
+
+Place in the flow: :mod:`cadsweep.quality.check` calls these and turns their numbers into sentences.
+
+Method. A face is found again by its least node: every node keeps a short chain of the faces whose
+least node it is, so one pass over the hexahedra finds every face's one or two users in linear time,
+without sorting and without storing the faces. A mesh that is one sweep needs none of it: its quads'
+edges say the same (:func:`structure_problems`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from ..mesh import HEX_FACES, SweptStructure, side_quads
+from ..topology import FloatArray, IntArray
+
+_FACES = HEX_FACES.copy()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FaceUse:
+    """Users of the hexahedra's faces; a face is ``6 * hex + row of mesh.HEX_FACES``.
+
+    Attributes
+    ----------
+    once : (b,) int64
+        Faces with one user.
+    crowded : (c,) int64
+        Faces that come third or later on the same nodes.
+    clashing : (d,) int64
+        Faces whose partner has the same nodes, and turns the same way or in another order.
+    """
+
+    once: IntArray
+    crowded: IntArray
+    clashing: IntArray
+
+
+@njit(cache=True, nogil=True)
+def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing):  # type: ignore[no-untyped-def]
+    """Chain the faces by their least node; return how many chains' entries, crowded and clashing there are."""
+    head = np.full(n_nodes, -1, dtype=follower.dtype)
+    n, n_crowded, n_clashing = 0, 0, 0
+    for h in range(hexes.shape[0]):
+        for f in range(6):
+            p = 0
+            for c in range(1, 4):
+                if hexes[h, faces[f, c]] < hexes[h, faces[f, p]]:
+                    p = c
+            least = hexes[h, faces[f, p]]
+            after = hexes[h, faces[f, (p + 1) % 4]]
+            across = hexes[h, faces[f, (p + 2) % 4]]
+            before = hexes[h, faces[f, (p + 3) % 4]]
+            at = head[least]
+            while at >= 0:
+                hh = first[at] // 6
+                ff = first[at] % 6
+                pp = 0
+                while hexes[hh, faces[ff, pp]] != least:
+                    pp += 1
+                a = hexes[hh, faces[ff, (pp + 1) % 4]]
+                o = hexes[hh, faces[ff, (pp + 2) % 4]]
+                b = hexes[hh, faces[ff, (pp + 3) % 4]]
+                if a == before and o == across and b == after:
+                    opposite = True
+                    break
+                if (
+                    (a == after or a == across or a == before)
+                    and (o == after or o == across or o == before)
+                    and (b == after or b == across or b == before)
+                    and a != o
+                    and o != b
+                    and b != a
+                ):
+                    opposite = False
+                    break
+                at = follower[at]
+            if at < 0:
+                first[n] = 6 * h + f
+                partner[n] = -1
+                follower[n] = head[least]
+                head[least] = n
+                n += 1
+            elif partner[at] >= 0:
+                if n_crowded < len(crowded):
+                    crowded[n_crowded] = 6 * h + f
+                n_crowded += 1
+            else:
+                partner[at] = 6 * h + f
+                if not opposite:
+                    if n_clashing < len(clashing):
+                        clashing[n_clashing] = 6 * h + f
+                    n_clashing += 1
+    return n, n_crowded, n_clashing
+
+
+def match_faces(hexes: IntArray, n_nodes: int) -> FaceUse:
+    """Find the users of every face.
+
+    Parameters
+    ----------
+    hexes : (m, 8 or more) int64
+        Indices in [0, n_nodes).
+    n_nodes : int
+    """
+    kind = np.int32 if 6 * len(hexes) < 2**31 else np.int64
+    follower, first, partner = (np.empty(6 * len(hexes), dtype=kind) for _ in range(3))
+    crowded, clashing = np.empty(6 * len(hexes), dtype=kind), np.empty(6 * len(hexes), dtype=kind)
+    n, n_crowded, n_clashing = _match(hexes, n_nodes, _FACES, follower, first, partner, crowded, clashing)
+    once = first[:n][partner[:n] < 0]
+    return FaceUse(
+        once=np.sort(once).astype(np.int64),
+        crowded=crowded[:n_crowded].astype(np.int64),
+        clashing=clashing[:n_clashing].astype(np.int64),
+    )
+
+
+def face_nodes(hexes: IntArray, faces: IntArray) -> IntArray:
+    """Corner nodes (b, 4) of faces given as ``6 * hex + row``, outward."""
+    return hexes[(faces // 6)[:, None], HEX_FACES[faces % 6]]
+
+
+@njit(cache=True, nogil=True)
+def _scan_hexes(hexes, n_nodes, used):  # type: ignore[no-untyped-def]
+    """Mark used nodes; count hexes with indices out of range, and with repeated nodes; the first of each."""
+    outside, repeated, first_outside, first_repeated = 0, 0, -1, -1
+    width = hexes.shape[1]
+    for h in range(hexes.shape[0]):
+        fits = True
+        for i in range(width):
+            node = hexes[h, i]
+            if node < 0 or node >= n_nodes:
+                fits = False
+            else:
+                used[node] = True
+        if not fits:
+            outside += 1
+            if first_outside < 0:
+                first_outside = h
+        same = False
+        for i in range(width):
+            for j in range(i):
+                if hexes[h, i] == hexes[h, j]:
+                    same = True
+        if same:
+            repeated += 1
+            if first_repeated < 0:
+                first_repeated = h
+    return outside, first_outside, repeated, first_repeated
+
+
+def scan_hexes(hexes: IntArray, n_nodes: int) -> tuple[tuple[int, int, int, int], np.ndarray]:
+    """Count hexes with indices out of range and with repeated nodes, the first of each, and used nodes (n,) bool."""
+    used = np.zeros(n_nodes, dtype=np.bool_)
+    return _scan_hexes(hexes, n_nodes, used), used
+
+
+@njit(cache=True, nogil=True)
+def _hash_rows(rows, keys):  # type: ignore[no-untyped-def]
+    """A key of each row that does not depend on the order of its entries."""
+    for r in range(rows.shape[0]):
+        total = np.uint64(0)
+        for c in range(rows.shape[1]):
+            # splitmix64: neighbouring numbers become unrelated ones.
+            x = np.uint64(rows[r, c]) + np.uint64(0x9E3779B97F4A7C15)
+            x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+            x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+            total += x ^ (x >> np.uint64(31))
+        keys[r] = total
+
+
+def duplicate_rows(rows: IntArray) -> list[tuple[int, int]]:
+    """Pairs of rows with the same entries in any order, each row paired with the first of its kind."""
+    keys = np.empty(len(rows), dtype=np.uint64)
+    _hash_rows(np.ascontiguousarray(rows), keys)
+    ordered = np.sort(keys)
+    if not np.any(ordered[1:] == ordered[:-1]):
+        return []
+    repeated = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+    suspects = np.flatnonzero(np.isin(keys, repeated))
+    seen: dict[tuple[int, ...], int] = {}
+    pairs = []
+    for r in suspects:
+        key = tuple(sorted(rows[r].tolist()))
+        if key in seen:
+            pairs.append((seen[key], int(r)))
+        else:
+            seen[key] = int(r)
+    return pairs
+
+
+def coincident_pairs(points: FloatArray, distance: float, *, most: int = 1000) -> list[tuple[int, int]]:
+    """Pairs of points nearer to each other than `distance`, at most about `most`.
+
+    The points are sorted along one oblique direction; only neighbours in that order can be close.
+    """
+    finite = np.flatnonzero(np.isfinite(points).all(axis=1))
+    along = points[finite] @ np.array([0.5377, 0.6173, 0.5741])
+    order = np.argsort(along)
+    along, ids = along[order], finite[order]
+    pairs: list[tuple[int, int]] = []
+    for step in range(1, len(ids)):
+        near = np.flatnonzero(along[step:] - along[:-step] <= distance)
+        if not len(near) or len(pairs) >= most:
+            break
+        a, b = ids[near], ids[near + step]
+        close = np.linalg.norm(points[a] - points[b], axis=1) <= distance
+        pairs += [(min(i, j), max(i, j)) for i, j in zip(a[close].tolist(), b[close].tolist(), strict=True)]
+    return pairs
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SurfaceShape:
+    """Topology of a surface of quads.
+
+    Attributes
+    ----------
+    euler : int
+        Nodes - edges + quads.
+    open_edges : (e, 2) int64
+        Edges that do not have exactly two quads which run through them in opposite directions.
+    pinched_nodes : (p,) int64
+        Nodes at which several sheets of the surface meet.
+    """
+
+    euler: int
+    open_edges: IntArray
+    pinched_nodes: IntArray
+
+
+def surface_shape(quads: IntArray) -> SurfaceShape:
+    """Find out whether quads (b, 4) form a closed, oriented 2-manifold."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    nodes, quads = np.unique(quads, return_inverse=True)
+    quads = quads.reshape(-1, 4).astype(np.int64)
+    n = max(len(nodes), 1)
+    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    forward, backward = starts * n + ends, ends * n + starts
+    order = np.argsort(forward, kind="stable")
+    keys = forward[order]
+    at = np.minimum(np.searchsorted(keys, backward), max(len(keys) - 1, 0))
+    paired = keys[at] == backward if len(keys) else np.zeros(0, dtype=bool)
+    alone = np.ones(len(keys), dtype=bool)  # the only one in its direction
+    if len(keys) > 1:
+        same = keys[1:] == keys[:-1]
+        alone[1:] &= ~same
+        alone[:-1] &= ~same
+    unique = np.empty(len(keys), dtype=bool)
+    unique[order] = alone
+    good = paired & unique & unique[order[at]] if len(keys) else paired
+    undirected = np.unique(np.minimum(forward, backward))
+    # Corners of neighbouring quads at the same node belong to one sheet.
+    mates = order[at]
+    corner = np.arange(len(starts))
+    after = corner - corner % 4 + (corner + 1) % 4
+    rows = np.concatenate([corner[good], after[good]])
+    cols = np.concatenate([(mates - mates % 4 + (mates + 1) % 4)[good], mates[good]])
+    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(len(starts), len(starts)))
+    _, sheet = connected_components(graph, directed=False)
+    _, one_of_sheet = np.unique(sheet, return_index=True)
+    sheets = np.bincount(starts[one_of_sheet], minlength=len(nodes))
+    return SurfaceShape(
+        euler=len(nodes) - len(undirected) + len(quads),
+        open_edges=np.unique(np.sort(np.stack([nodes[starts[~good]], nodes[ends[~good]]], axis=1), axis=1), axis=0),
+        pinched_nodes=nodes[sheets > 1],
+    )
+
+
+def structure_boundary(structure: SweptStructure) -> IntArray:
+    """Outward boundary quads (b, 4) that a swept mesh must have: source, target, linking sides."""
+    sides = side_quads(structure.loops, structure.n_nodes, structure.n_layers, periodic=structure.periodic)
+    if structure.periodic:
+        return sides.reshape(-1, 4)
+    source = structure.quads[:, [0, 3, 2, 1]]
+    target = structure.quads + structure.n_layers * structure.n_nodes
+    return np.concatenate([source, target, sides.reshape(-1, 4)])
+
+
+def structure_problems(structure: SweptStructure, n_nodes: int) -> list[str]:
+    """What is wrong with a swept mesh's structure; nothing means that its hexahedra conform.
+
+    Sound quads (distinct nodes, each edge in two opposite directions or once, the latter forming
+    the loops) times layers give hexahedra whose faces have one or two users, and a boundary of
+    exactly the caps and the linking sides.
+    """
+    quads, n = structure.quads, structure.n_nodes
+    problems = []
+    layers = structure.n_layers + (0 if structure.periodic else 1)
+    if n_nodes != layers * n:
+        problems.append(f"{n_nodes} nodes, but {layers} layers of {n}")
+    if structure.n_layers < (3 if structure.periodic else 1):
+        problems.append(f"{structure.n_layers} layers of hexahedra are too few")
+    if len(quads) == 0:
+        return [*problems, "no quads"]
+    if np.min(quads) < 0 or np.max(quads) >= n:
+        return [*problems, f"quads refer to nodes outside 0 .. {n - 1}"]
+    (_, _, repeated, where), used = scan_hexes(quads, n)
+    if repeated:
+        problems.append(f"{repeated} quads use a node twice, the first is quad {where}")
+    if not used.all():
+        problems.append(f"{np.count_nonzero(~used)} nodes of a layer belong to no quad")
+    twins = duplicate_rows(quads)
+    if twins:
+        problems.append(f"{len(twins)} quads occur twice, the first are {twins[0][0]} and {twins[0][1]}")
+    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    forward = np.sort(starts * n + ends)
+    if np.any(forward[1:] == forward[:-1]):
+        problems.append("an edge of the quads is run through twice in one direction")
+    rim = np.setdiff1d(forward, ends * n + starts)
+    loops = [np.asarray(loop) for loop in structure.loops]
+    ring = np.concatenate(loops) if loops else np.zeros(0, dtype=np.int64)
+    expected = np.concatenate([loop * n + np.roll(loop, -1) for loop in loops]) if loops else ring
+    if not np.array_equal(rim, np.sort(expected)):
+        problems.append("the loops are not the rim of the quads")
+    if len(np.unique(ring)) != len(ring):
+        problems.append("a node occurs twice in the loops")
+    return problems
+
+
+@njit(cache=True, nogil=True)
+def _follows_structure(hexes, quads, n_nodes, n_layers, periodic):  # type: ignore[no-untyped-def]
+    q = quads.shape[0]
+    for h in range(hexes.shape[0]):
+        k = h // q
+        low = k * n_nodes
+        high = 0 if periodic and k == n_layers - 1 else low + n_nodes
+        for i in range(4):
+            node = quads[h - k * q, i]
+            if hexes[h, i] != node + low or hexes[h, 4 + i] != node + high:
+                return False
+    return True
+
+
+def follows_structure(hexes: IntArray, structure: SweptStructure) -> bool:
+    """Whether the hexahedra are the ones that the structure says."""
+    if hexes.shape != (structure.n_layers * len(structure.quads), 8):
+        return False
+    return bool(_follows_structure(hexes, structure.quads, structure.n_nodes, structure.n_layers, structure.periodic))

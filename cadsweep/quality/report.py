@@ -1,0 +1,215 @@
+"""What the checks found, as data: :class:`QualityReport`, readable by ``str()`` and by ``to_dict()``.
+
+Place in the flow: filled by :mod:`cadsweep.quality.accumulate` and :mod:`cadsweep.quality.check`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..topology import FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CadReference:
+    """What the CAD model says a mesh should be; everything is optional.
+
+    Attributes
+    ----------
+    volume : float or None
+        Volume of the solid, model units.
+    areas : mapping of boundary name to float
+        Area of the faces of each boundary.
+    euler : int or None
+        Euler characteristic of the solid's surface: 2 for a ball, 0 for a ring.
+    distance : callable or None
+        ``distance(points, name)`` gives the distances (m,) of points (m, 3) from the faces of a
+        boundary. The points are those of the boundary's quads.
+    tolerance : float
+        Largest distance of a boundary node from its face, over the part's size.
+    relative : float or None
+        Largest relative deviation of the volume and of the areas. None: four times what faceting
+        can do, judged from the angles between neighbouring quads, and at least 1e-6.
+    """
+
+    volume: float | None = None
+    areas: Mapping[str, float] = field(default_factory=dict)
+    euler: int | None = None
+    distance: Callable[[FloatArray, str], FloatArray] | None = None
+    tolerance: float = 1e-6
+    relative: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MetricSummary:
+    """Distribution of one metric over all hexahedra.
+
+    Attributes
+    ----------
+    min, mean, max : float
+        Exact; the mean is over the finite values.
+    percentiles : dict of int to float
+        1, 5, 25, 50, 75, 95, 99; exact to a quarter of a thousandth of the metric's scale.
+    edges : (21,) float64
+        Limits of the histogram's bins.
+    counts : (20,) int64
+        Hexahedra in each bin.
+    """
+
+    min: float
+    mean: float
+    max: float
+    percentiles: dict[int, float]
+    edges: FloatArray
+    counts: IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorstHex:
+    """One of the worst hexahedra.
+
+    Attributes
+    ----------
+    id : int
+        Row of ``HexMesh.hexes``.
+    layer : int or None
+        Layer of hexahedra, 0 on the source, where the mesh is one sweep.
+    center : (float, float, float)
+    volume, scaled_jacobian : float
+    inverted : bool
+        The Jacobian is not positive everywhere inside.
+    """
+
+    id: int
+    layer: int | None
+    center: tuple[float, float, float]
+    volume: float
+    scaled_jacobian: float
+    inverted: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QualityReport:
+    """Metrics and findings of a whole mesh.
+
+    Attributes
+    ----------
+    n_nodes, n_hexes, order : int
+    n_inverted : int
+        Hexahedra whose Jacobian is not proven positive at every point inside.
+    min_scaled_jacobian, mean_scaled_jacobian : float
+    metrics : dict of str to MetricSummary
+        ``scaled_jacobian``, ``aspect``, ``skew``, ``taper``, ``condition``, ``warpage``
+        (:class:`cadsweep.quality.HexMetrics`).
+    worst : tuple of WorstHex
+        Ten at most, the inverted ones first, then by scaled Jacobian.
+    volume : float
+        Sum of the hexahedra's volumes, model units.
+    areas : dict of str to float
+        Area of the bilinear quads of each boundary.
+    euler : int or None
+        Euler characteristic of the boundary surface.
+    problems : tuple of str
+        What is wrong, a sentence each; empty for a valid mesh.
+    notes : tuple of str
+        What is worth knowing and not wrong.
+    """
+
+    n_nodes: int
+    n_hexes: int
+    order: int
+    n_inverted: int
+    min_scaled_jacobian: float
+    mean_scaled_jacobian: float
+    metrics: dict[str, MetricSummary]
+    worst: tuple[WorstHex, ...]
+    volume: float
+    areas: dict[str, float]
+    euler: int | None = None
+    problems: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def valid(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.problems
+
+    @property
+    def percentiles(self) -> dict[int, float]:
+        """Percentiles of the scaled Jacobian."""
+        return self.metrics["scaled_jacobian"].percentiles
+
+    @property
+    def histogram(self) -> tuple[FloatArray, IntArray]:
+        """Bin limits and counts of the scaled Jacobian."""
+        summary = self.metrics["scaled_jacobian"]
+        return summary.edges, summary.counts
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as plain lists and numbers, fit for JSON (what is not finite becomes None)."""
+        data = asdict(self)
+        data["valid"] = self.valid
+        plain = _plain(data)
+        assert isinstance(plain, dict)
+        return plain
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.n_nodes:,} nodes, {self.n_hexes:,} hexahedra of order {self.order}: "
+            + ("valid" if self.valid else "NOT VALID"),
+            f"scaled Jacobian: worst {self.min_scaled_jacobian:.4g}, mean {self.mean_scaled_jacobian:.4g}, "
+            f"{self.n_inverted:,} inverted",
+            f"volume {self.volume:.8g}"
+            + "".join(f"\n  area of {name}: {area:.8g}" for name, area in self.areas.items()),
+        ]
+        if self.euler is not None:
+            lines.append(f"Euler characteristic of the boundary: {self.euler}")
+        lines.append(f"{'':17}{'least':>10}{'5 %':>10}{'median':>10}{'95 %':>10}{'largest':>10}")
+        for name, m in self.metrics.items():
+            values = (m.min, m.percentiles[5], m.percentiles[50], m.percentiles[95], m.max)
+            lines.append(f"  {name:15}" + "".join(f"{v:10.4g}" for v in values))
+        lines += self._bars()
+        if self.worst:
+            lines.append("worst hexahedra:")
+            lines += ["  " + describe_hex(h) for h in self.worst]
+        lines += [f"problem: {p}" for p in self.problems]
+        lines += [f"note: {n}" for n in self.notes]
+        return "\n".join(lines)
+
+    def _bars(self) -> list[str]:
+        edges, counts = self.histogram
+        most = max(int(np.max(counts)), 1) if len(counts) else 1
+        used = np.flatnonzero(counts)
+        if not len(used):
+            return []
+        rows = range(int(used[0]), int(used[-1]) + 1)
+        return [
+            f"  {edges[i]:5.2f} .. {edges[i + 1]:5.2f} {int(counts[i]):>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
+            for i in rows
+        ]
+
+
+def describe_hex(one: WorstHex) -> str:
+    """One line about a hexahedron: id, layer, place, value."""
+    place = ", ".join(f"{c:.5g}" for c in one.center)
+    layer = "" if one.layer is None else f" in layer {one.layer}"
+    mark = ", inverted" if one.inverted else ""
+    return f"hex {one.id}{layer} at ({place}): scaled Jacobian {one.scaled_jacobian:.4g}, volume {one.volume:.4g}{mark}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

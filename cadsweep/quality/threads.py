@@ -1,0 +1,40 @@
+"""Chunks of an array worked on by a few threads.
+
+The compiled loops release the interpreter's lock, so plain threads share the work. (numba's own
+parallel loops may not be entered by two threads at once on every threading layer, and take several
+times as long to compile.)
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+T = TypeVar("T")
+
+CHUNK = 65_536
+"""Rows that are worked on at once."""
+
+MOST_THREADS = 8
+
+
+def n_threads() -> int:
+    """Processors that this process may use, at most `MOST_THREADS`."""
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(usable, MOST_THREADS)
+
+
+def map_chunks(work: Callable[[slice], T], n: int) -> Iterator[T]:
+    """Yield ``work(chunk)`` for consecutive slices of ``range(n)``, in order, whatever the number of threads."""
+    chunks = [slice(first, min(first + CHUNK, n)) for first in range(0, n, CHUNK)]
+    threads = min(n_threads(), len(chunks))
+    if threads <= 1:
+        yield from map(work, chunks)
+        return
+    with ThreadPoolExecutor(threads, thread_name_prefix="quality") as pool:
+        # A few at a time: results wait in memory until they are asked for.
+        wave = 4 * threads
+        for first in range(0, len(chunks), wave):
+            yield from pool.map(work, chunks[first : first + wave])
