@@ -14,11 +14,11 @@ import cadquery as cq
 
 outer = 10.0  # outer radius of the pipe, mm
 wall = 2.5  # mm
-bend = 30.0  # radius of the middle line of the bend, mm
+bend_radius = 30.0  # radius of the middle line of the bend, mm
 angle = 90.0  # degrees
 
 MIN_SCALED_JACOBIAN = 0.3
 
-result = cq.Workplane("XY").moveTo(bend, 0).circle(outer).circle(outer - wall).revolve(angle, (0, 0), (0, 1))
+result = cq.Workplane("XY").moveTo(bend_radius, 0).circle(outer).circle(outer - wall).revolve(angle, (0, 0), (0, 1))
 
 show_object(result, name="elbow")  # noqa: F821

@@ -1,0 +1,231 @@
+"""The paper's four examples: why functional H, in numbers and pictures.
+
+Run ``python models/paper.py [--figures DIR] [--json]``. The parts are those of ``c_shape.py``,
+``square_semicircle.py``, ``skewed_ellipses.py`` and ``square_to_arcs.py`` (section 5, figures 8 to 11). Each goes
+through CAD, recognition and surface meshing, and its layers are placed with F, G and H the way the paper does: always
+from the source, without residual, without smoothing. Then the same parts with this package's defaults.
+
+Definitions. Ring k holds the boundary nodes of layer k, ring 0 those of the source. ``n_k`` is the pseudo-normal of
+ring k (the unit vector area of its loops; the normal, where the ring is plane), ``c_k`` the mean of its nodes, ``A_k``
+the matrix of the affine map that takes ring 0 to ring k.
+
+``flatness``
+    ``v . n_k`` with ``v = A_k n_0``: 1 where the height of the dome is kept, 0 where it is flattened, negative where it
+    is turned inside out.
+``skewness``
+    ``|v - (v . n_k) n_k|``: how far the top of the dome is pushed aside, over its height; 0 where it stays upright.
+``mesh_flatness``
+    The same seen in the mesh: the greatest distance of an interior node of layer k from the mean plane of ring k
+    (through ``c_k``, normal ``n_k``), divided by the same for the source.
+``mesh_skewness``
+    Let p be the highest source node, h its distance from the plane of ring 0, f its foot there. The part along
+    the mean plane of ring k of (image of p - image of f), divided by h. The image of the foot is where F puts p: F
+    maps ring k best within its plane, and nothing out of it.
+``worst``, ``mean``, ``n_inverted``
+    Least and mean scaled Jacobian of the hexahedra between layers k - 1 and k (of each the least over its eight
+    corners), and how many are not positive.
+``rank``, ``condition``
+    Of the matrix of the least-squares system, 3 where the map is unique.
+``residual``
+    Root mean square over ring k of the distance between node and image: what no affine map can do, and what the
+    boundary hexahedra take up as a slope.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cadsweep.intervals import assign_intervals
+
+import cadsweep as cs
+from cadsweep.mesh import SurfaceMesh, sweep_hexes
+from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseudo_normal
+from cadsweep.quality import scaled_jacobians
+from cadsweep.surface import mesh_surfaces
+from cadsweep.topology import FloatArray, Solid
+
+EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square_to_arcs": 11}
+"""Name of the model, and the figure of the paper that shows it."""
+
+FUNCTIONALS = ("F", "G", "H")
+N_LAYERS = 9
+SIZE = 0.22  # of the quads; the sections are about 2 wide
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayerFigures:
+    """What the docstring of the module defines, for one layer."""
+
+    layer: int  # of nodes; the hexahedra meant lie between it and the one before
+    flatness: float
+    skewness: float
+    mesh_flatness: float
+    mesh_skewness: float
+    worst: float
+    mean: float
+    n_inverted: int
+    rank: int
+    condition: float
+    residual: float
+
+
+def is_domed(solid: Solid, face: int) -> bool:
+    """Whether a face has a plane boundary and an inside that leaves the plane: the paper's source."""
+    edges = [solid.edges[e] for e in solid.faces[face].edges]
+    boundary = np.concatenate([edge.curve.evaluate(np.linspace(0, 1, 9)) for edge in edges])
+    center = boundary.mean(axis=0)
+    _, spread, axes = np.linalg.svd(boundary - center, full_matrices=False)
+    plane = spread[2] < 1e-4 * spread[0]
+    return plane and abs(axes[2] @ (solid.faces[face].center - center)) > 1e-2 * np.sqrt(solid.faces[face].area)
+
+
+def mesh_sides(name: str, *, size: float = SIZE, n_layers: int = N_LAYERS) -> SurfaceMesh:
+    """Mesh the source and the linking sides of an example, swept from its domed cap."""
+    part = cs.load(Path(__file__).with_name(f"{name}.py"))
+    sweep = next(s for s in cs.find_sweeps(part) if is_domed(s.solid, s.source[0]))
+    return mesh_surfaces(sweep, assign_intervals(sweep, size=size, layers=n_layers))
+
+
+def place_layers(sides: SurfaceMesh, functional: str) -> FactoredSweep:
+    """Place the layers as the paper does: each from the source, by the affine map alone."""
+    source = sides.source
+    return project_layers(
+        source.points,
+        source.quads,
+        sides.rings,
+        loops=source.loops,
+        functional=functional,
+        strategy="source",
+        residual=False,
+    )
+
+
+def measure_layers(sides: SurfaceMesh, functional: str) -> list[LayerFigures]:
+    """Measure layers 1 to the last of an example."""
+    source, rings = sides.source, sides.rings
+    placed = place_layers(sides, functional)
+    points = placed.points()
+    hexes = sweep_hexes(source.quads, len(source.points), len(rings) - 1)
+    quality = scaled_jacobians(points.reshape(-1, 3), hexes).reshape(len(rings) - 1, -1)
+
+    # The rings hold the loops one after another; the normal wants to know where each begins.
+    loops = np.split(np.arange(rings.shape[1]), np.cumsum([len(loop) for loop in source.loops])[:-1])
+    inside = np.setdiff1d(np.arange(len(source.points)), np.concatenate(source.loops))
+    normal = pseudo_normal(rings[0], loops)
+    heights = (source.points[inside] - rings[0].mean(axis=0)) @ normal
+    top = inside[np.argmax(np.abs(heights))]
+    height = heights[np.argmax(np.abs(heights))]
+
+    figures = []
+    for k in range(1, len(rings)):
+        fit = fit_affine(rings[0], rings[k], functional, loops=loops)
+        foot = fit_affine(rings[0], rings[k], "F", loops=loops)(source.points[top])
+        layer_normal = pseudo_normal(rings[k], loops)
+        image = fit.matrix @ normal
+        offsets = (points[k, inside] - rings[k].mean(axis=0)) @ layer_normal
+        figures.append(
+            LayerFigures(
+                layer=k,
+                flatness=float(image @ layer_normal),
+                skewness=float(np.linalg.norm(off_axis(image, layer_normal))),
+                mesh_flatness=float(np.abs(offsets).max() / abs(height)),
+                mesh_skewness=float(np.linalg.norm(off_axis(points[k, top] - foot, layer_normal)) / abs(height)),
+                worst=float(quality[k - 1].min()),
+                mean=float(quality[k - 1].mean()),
+                n_inverted=int((quality[k - 1] <= 0).sum()),
+                rank=int(fit.rank),
+                condition=float(fit.condition),
+                residual=float(np.sqrt(np.mean(np.sum((fit(rings[0]) - rings[k]) ** 2, axis=1)))),
+            )
+        )
+    return figures
+
+
+def off_axis(vector: FloatArray, axis: FloatArray) -> FloatArray:
+    """The part of a vector across a unit vector."""
+    return vector - (vector @ axis) * axis
+
+
+def mesh_with_defaults(name: str, *, size: float = SIZE, n_layers: int = N_LAYERS) -> cs.HexMesh:
+    """Mesh an example the way this package does when nothing else is asked of it."""
+    return cs.sweep_mesh(Path(__file__).with_name(f"{name}.py"), size=size, layers=n_layers)
+
+
+def summarise(mesh: cs.HexMesh) -> dict[str, Any]:
+    """Worst, mean and number of inverted hexahedra of a mesh."""
+    quality = scaled_jacobians(mesh.points, mesh.hexes)
+    return {
+        "n_hexes": mesh.n_hexes,
+        "worst": float(quality.min()),
+        "mean": float(quality.mean()),
+        "n_inverted": int((quality <= 0).sum()),
+    }
+
+
+def print_tables(results: dict[str, Any]) -> None:
+    """Print what was measured: a row for every example and functional, then for the defaults."""
+    print("Each layer from the source, without residual and smoothing (the paper's section 5)\n")
+    print(
+        f"{'':18} {'flatness':>15} {'skewness':>15} {'worst hex':>9} {'mean':>6} {'inverted':>8} {'rank':>4}"
+        f" {'condition':>9} {'residual':>8}"
+    )
+    print(
+        f"{'example':16}   {'first':>7} {'last':>7} {'first':>7} {'last':>7} {'(scaled Jacobian)':>16}"
+        f" {'':>8} {'last':>4} {'last':>9} {'last':>8}"
+    )
+    for name, result in results.items():
+        for functional in FUNCTIONALS:
+            layers = result["layers"][functional]
+            first, last = layers[0], layers[-1]
+            print(
+                f"{name if functional == 'F' else '':16} {functional} {first['flatness']:7.3f} {last['flatness']:7.3f}"
+                f" {first['skewness']:7.3f} {last['skewness']:7.3f} {min(f['worst'] for f in layers):9.3f}"
+                f" {np.mean([f['mean'] for f in layers]):6.3f} {sum(f['n_inverted'] for f in layers):8d}"
+                f" {last['rank']:4d} {last['condition']:9.2g} {last['residual']:8.4f}"
+            )
+    print("\nWith the defaults of this package: both caps, residual, smoothing\n")
+    print(f"{'example':18} {'worst hex':>9} {'mean':>6} {'inverted':>8}")
+    for name, result in results.items():
+        d = result["defaults"]
+        print(f"{name:18} {d['worst']:9.3f} {d['mean']:6.3f} {d['n_inverted']:8d}")
+
+
+def main() -> None:
+    """Run the four examples."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    parser.add_argument("--figures", type=Path, metavar="DIR", help="write pictures to this folder")
+    parser.add_argument("--json", action="store_true", help="print every figure of every layer as JSON")
+    options = parser.parse_args()
+
+    start = time.perf_counter()
+    results: dict[str, Any] = {}
+    for name, figure in EXAMPLES.items():
+        sides = mesh_sides(name)
+        mesh = mesh_with_defaults(name)
+        results[name] = {
+            "figure": figure,
+            "layers": {f: [asdict(layer) for layer in measure_layers(sides, f)] for f in FUNCTIONALS},
+            "defaults": summarise(mesh),
+        }
+        if options.figures:
+            from paper_figures import draw_example
+
+            draw_example(name, sides, {f: place_layers(sides, f) for f in FUNCTIONALS}, mesh, options.figures)
+    if options.figures:
+        from paper_figures import draw_shape
+
+        draw_shape(results, options.figures)
+    if options.json:
+        print(json.dumps({"seconds": time.perf_counter() - start, "examples": results}, indent=1))
+    else:
+        print_tables(results)
+
+
+if __name__ == "__main__":
+    main()
