@@ -1,0 +1,11 @@
+"""Recognition: which faces of a solid are source, target and linking sides.
+
+Place in the flow: takes a :class:`~cadsweep.topology.Solid` from ``cad``, gives a list of
+:class:`~cadsweep.topology.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
+"""
+
+from .find import find_sweeps
+from .reasons import describe
+from .revolution import find_axis
+
+__all__ = ["describe", "find_axis", "find_sweeps"]

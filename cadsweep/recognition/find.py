@@ -1,0 +1,166 @@
+"""All sweeps of a solid, best first, or a reason for every face that is no cap of one.
+
+Place in the flow: ``recognition`` takes a :class:`~cadsweep.topology.Solid` and gives
+:class:`~cadsweep.topology.Sweep`; ``intervals`` and ``surface`` work from that. Method:
+:mod:`.corners` reads faces as rectangles, :mod:`.bands` ties edges to classes that define bands of
+linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
+:mod:`.score` ranks.
+
+Not handled: solids that must be cut first (bosses, pockets, crossing holes, full rings), and
+linking sides that would have to be decomposed into several rectangles.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from ..errors import InputError, NotSweepableError
+from ..topology import Solid, Sweep
+from .bands import Band, BandSearch, find_bands
+from .build import build_sweep
+from .layout import Layout, choose_bands, lay_out
+from .reasons import explain, headline
+from .score import score_layout, score_sweep
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(kw_only=True, eq=False)
+class Findings:
+    """What a search found.
+
+    Attributes
+    ----------
+    sweeps : list of Sweep
+        Best first; every pair of caps once.
+    search : BandSearch
+    failures : list of (bands, reason)
+        Sets of bands that make no sweep.
+    """
+
+    sweeps: list[Sweep] = field(default_factory=list)
+    search: BandSearch
+    failures: list[tuple[Sequence[Band], str]] = field(default_factory=list)
+
+
+def find_sweeps(
+    solid: Solid, *, source: Sequence[int] | None = None, target: Sequence[int] | None = None
+) -> list[Sweep]:
+    """Find every way to sweep a solid, best first.
+
+    Parameters
+    ----------
+    solid : Solid
+    source, target : sequence of int, optional
+        Face ids that the source or target cap must contain.
+
+    Returns
+    -------
+    list of Sweep
+        Best expected quality first; of a cap pair only the better direction, unless a hint asks
+        for the other.
+
+    Raises
+    ------
+    NotSweepableError
+        No pair of caps makes the solid a sweep; ``reasons`` has a line for every face.
+    InputError
+        A hint names a face that the solid does not have.
+    """
+    for name, hint in (("source", source), ("target", target)):
+        unknown = [f for f in hint or () if not 0 <= f < len(solid.faces)]
+        if unknown:
+            raise InputError(f"{name}: there is no face {unknown[0]}; the solid has faces 0 to {len(solid.faces) - 1}")
+    found = search_sweeps(solid)
+    sweeps = found.sweeps
+    if not sweeps:
+        reasons = explain(solid, found.search, found.failures)
+        raise NotSweepableError(headline(solid, reasons), reasons=[text for _, text in reasons])
+    hinted = [s for s in (_hinted(s, set(source or ()), set(target or ())) for s in sweeps) if s is not None]
+    if not hinted:
+        wanted = " and ".join(
+            f"{name} {', '.join(solid.faces[f].label() for f in hint)}"
+            for name, hint in (("source", source), ("target", target))
+            if hint
+        )
+        reasons = explain(solid, found.search, found.failures)
+        others = "; ".join(_pair(s) for s in sweeps[:4])
+        asked = set(source or ()) | set(target or ())
+        first = next((text for f, text in reasons if f in asked), "it is a linking side of every sweep found")
+        raise NotSweepableError(
+            f"no sweep has the {wanted}: {first}; the sweeps found are: {others}",
+            reasons=[text for f, text in reasons if f in asked] or [text for _, text in reasons],
+        )
+    return hinted
+
+
+def _pair(sweep: Sweep) -> str:
+    a, b = sweep.solid.faces[sweep.source[0]], sweep.solid.faces[sweep.target[0]]
+    return f"{a.label()} to {b.label()}"
+
+
+def _hinted(sweep: Sweep, source: set[int], target: set[int]) -> Sweep | None:
+    """Return the sweep in the direction that the hints ask for, None where it does not fit them."""
+    if source <= set(sweep.source) and target <= set(sweep.target):
+        return sweep
+    if source <= set(sweep.target) and target <= set(sweep.source):
+        return _turned(sweep)
+    return None
+
+
+def _turned(sweep: Sweep) -> Sweep | None:
+    """The same sweep from its other cap."""
+    for layouts in (_layouts(sweep.solid, folded) for folded in (False, True)):
+        for layout in layouts:
+            for reverse in (False, True):
+                caps = layout.caps[::-1] if reverse else layout.caps
+                if (caps[0], caps[1]) == (sweep.target, sweep.source):
+                    built = build_sweep(sweep.solid, layout, reverse=reverse)
+                    return None if isinstance(built, str) else replace(built, score=sweep.score)
+    return None
+
+
+def _layouts(solid: Solid, folded: bool) -> list[Layout]:
+    search = find_bands(solid, folded=folded)
+    return [layout for bands in choose_bands(search.bands) for layout in lay_out(solid, bands)[0]]
+
+
+def search_sweeps(solid: Solid) -> Findings:
+    """Search for sweeps; sharply folded sides are tried only where nothing else is found."""
+    first: Findings | None = None
+    for folded in (False, True):
+        search = find_bands(solid, folded=folded)
+        found = Findings(search=search)
+        seen: set[frozenset[tuple[int, ...]]] = set()
+        for bands in choose_bands(search.bands):
+            layouts, reason = lay_out(solid, bands)
+            if not layouts:
+                found.failures.append((bands, reason))
+            for layout in layouts:
+                if frozenset(layout.caps) in seen:
+                    continue
+                seen.add(frozenset(layout.caps))
+                built = build_sweep(solid, layout, reverse=_second_is_source(solid, layout))
+                if isinstance(built, str):
+                    found.failures.append((bands, built))
+                else:
+                    found.sweeps.append(replace(built, score=score_sweep(built, score_layout(solid, layout))))
+        found.sweeps.sort(key=lambda s: (-round(s.score, 6), len(s.linking_sides), s.source))
+        log.debug("%d sweeps from %d bands (folded: %s)", len(found.sweeps), len(search.bands), folded)
+        if found.sweeps:
+            return found
+        first = first or found
+    assert first is not None
+    return first
+
+
+def _second_is_source(solid: Solid, layout: Layout) -> bool:
+    """Whether the second cap makes the better source: more faces, then curved, then more edges."""
+
+    def rank(cap: tuple[int, ...]) -> tuple[int, int, int]:
+        faces = [solid.faces[f] for f in cap]
+        return (len(faces), sum(f.kind != "plane" for f in faces), sum(len(f.edges) for f in faces))
+
+    return rank(layout.caps[1]) > rank(layout.caps[0])

@@ -1,0 +1,271 @@
+"""Layouts: bands joined so that exactly two caps remain.
+
+Place in the flow: third step of :mod:`cadsweep.recognition`. Bands that share no face can belong
+to one sweep: the outer sides and the walls of every hole, and bands that follow each other along
+the sweep, with a station between them. The faces outside all chosen bands fall into connected
+groups. Where two groups remain and every chain of bands leads from one to the other, they are the
+caps.
+
+A band that leads to a flat imprint in a cap is given up for it; bands that close to a cycle (a
+ring whose every face is a rectangle) are opened at the two best places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+
+from ..topology import Solid
+from .bands import Band
+
+FLAT = 0.03
+"""Radians from pi below which two faces in a row count as one plane."""
+SHALLOW = pi / 4
+"""Radians from pi below which a band beside a group of faces may be taken for a part of a cap."""
+MAX_CYCLE = 12
+
+End = tuple[int, int]
+"""A band's index and its side: 0 at the bottom, 1 at the top."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Layout:
+    """Two caps and the chains of bands between them.
+
+    Attributes
+    ----------
+    caps : two tuples of int
+        Face ids.
+    chains : tuple of tuple of (Band, dict)
+        For every loop the bands from the first cap to the second; the dict gives, for every face,
+        the chain of its reading that lies towards the first cap.
+    """
+
+    caps: tuple[tuple[int, ...], tuple[int, ...]]
+    chains: tuple[tuple[tuple[Band, dict[int, int]], ...], ...]
+
+
+def choose_bands(bands: Sequence[Band]) -> Iterator[list[Band]]:
+    """Yield, for every band, the bands that can share a sweep with it (it comes first), each set once."""
+    users: dict[int, list[int]] = {}
+    for i, band in enumerate(bands):
+        for f in band.faces:
+            users.setdefault(f, []).append(i)
+    conflicts: list[set[int]] = [set() for _ in bands]
+    for who in users.values():
+        for i in who:
+            conflicts[i].update(who)
+    order = sorted(range(len(bands)), key=lambda i: (len(conflicts[i]), bands[i].cost, i))
+    seen: set[frozenset[int]] = set()
+    for i in range(len(bands)):
+        excluded = set(conflicts[i])
+        chosen = [i]
+        for j in order:
+            if j not in excluded:
+                chosen.append(j)
+                excluded |= conflicts[j]
+        key = frozenset(chosen)
+        if key not in seen:
+            seen.add(key)
+            yield [bands[j] for j in chosen]
+
+
+def lay_out(solid: Solid, bands: Sequence[Band]) -> tuple[list[Layout], str]:
+    """Join bands to layouts; where there is none, the second value says why."""
+    bands = list(bands)
+    for _ in range(len(bands) + 1):
+        graph = _Graph(solid, bands)
+        drop = graph.bands_between_groups() or graph.imprints()
+        if drop:
+            bands = [b for i, b in enumerate(bands) if i not in drop]
+            continue
+        if graph.reason:
+            return [], graph.reason
+        if graph.groups:
+            found = graph.layout()
+            return ([], found) if isinstance(found, str) else ([found], "")
+        return _open_cycle(solid, bands, graph)
+    return [], "the bands of its linking sides do not fit together"
+
+
+def _open_cycle(solid: Solid, bands: list[Band], graph: _Graph) -> tuple[list[Layout], str]:
+    """Lay out bands that close to a cycle and leave no caps, by giving up two of them."""
+    if any(not edges for edges in graph.edges.values()):
+        face = solid.faces[min(bands[0].faces)]
+        return [], f"the linking sides form a closed ring through {face.label()}, so that no face is left for a cap"
+    layouts: list[Layout] = []
+    n = len(bands)
+    if n < 4 or n > MAX_CYCLE:
+        return [], "its faces close to rings in both directions"
+    for i in range(n):
+        for j in range(i + 1, n):
+            layouts.extend(lay_out(solid, [b for k, b in enumerate(bands) if k not in (i, j)])[0])
+    return layouts, "its faces close to rings in both directions"
+
+
+class _Graph:
+    """What lies at the two ends of every band."""
+
+    def __init__(self, solid: Solid, bands: Sequence[Band]) -> None:
+        self.solid = solid
+        self.bands = bands
+        self.reason = ""
+        self.owner = [-1] * len(solid.faces)
+        for i, band in enumerate(bands):
+            for f in band.faces:
+                self.owner[f] = i
+        self.group = [-1] * len(solid.faces)
+        self.groups = self._group_caps()
+        self.bottoms: list[dict[int, int]] = [self._orient(i) for i in range(len(bands))]
+        self.edges: dict[End, list[int]] = {(i, side): [] for i in range(len(bands)) for side in (0, 1)}
+        self.partners: dict[End, set[tuple[str, int, int]]] = {end: set() for end in self.edges}
+        self._find_partners()
+
+    def _across(self, edge: int, face: int) -> int:
+        a, b = self.solid.edges[edge].faces
+        return b if a == face else a
+
+    def _group_caps(self) -> list[list[int]]:
+        groups: list[list[int]] = []
+        for face in self.solid.faces:
+            if self.owner[face.id] >= 0 or self.group[face.id] >= 0:
+                continue
+            members = [face.id]
+            self.group[face.id] = len(groups)
+            for f in members:
+                for e in self.solid.faces[f].edges:
+                    g = self._across(e, f)
+                    if self.owner[g] < 0 and self.group[g] < 0:
+                        self.group[g] = len(groups)
+                        members.append(g)
+            groups.append(sorted(members))
+        return groups
+
+    def _orient(self, i: int) -> dict[int, int]:
+        """Choose for every face of band i which of its chains is the bottom, all alike."""
+        band = self.bands[i]
+        chain_of = {
+            (f, e): k for f, (reading, _) in band.faces.items() for k, chain in enumerate(reading.chains) for e in chain
+        }
+        first, (_, way) = next(iter(band.faces.items()))
+        bottom = {first: (way + 1) % 4}
+        stack = [first]
+        while stack:
+            f = stack.pop()
+            for k in range(4):
+                for e in band.faces[f][0].chains[k]:
+                    g = self._across(e, f)
+                    if g not in band.faces:
+                        continue
+                    # the chain that is the bottom, right, top, left of f is the top, left, bottom, right of g
+                    b = (chain_of[g, e] + 2 - (k - bottom[f])) % 4
+                    if g not in bottom:
+                        bottom[g] = b
+                        stack.append(g)
+                    elif bottom[g] != b:
+                        self.reason = self.reason or f"the sides do not turn the same way at {self._label(g)}"
+        return bottom
+
+    def _label(self, face: int) -> str:
+        return self.solid.faces[face].label()
+
+    def _find_partners(self) -> None:
+        for i, band in enumerate(self.bands):
+            for f, (reading, _) in band.faces.items():
+                b = self.bottoms[i][f]
+                for side, chain in ((0, reading.chains[b]), (1, reading.chains[(b + 2) % 4])):
+                    for e in chain:
+                        g = self._across(e, f)
+                        if self.owner[g] == i:
+                            continue
+                        self.edges[i, side].append(e)
+                        self.partners[i, side].add(self._partner(g, e))
+
+    def _partner(self, face: int, edge: int) -> tuple[str, int, int]:
+        j = self.owner[face]
+        if j < 0:
+            return ("cap", self.group[face], 0)
+        reading, _ = self.bands[j].faces[face]
+        b = self.bottoms[j].get(face, 0)
+        return ("band", j, 0 if edge in reading.chains[b] else 1)
+
+    def bands_between_groups(self) -> set[int]:
+        """Return bands that cover only a part of another band's end; they cannot follow it."""
+        for partners in self.partners.values():
+            if len(partners) > 1:
+                drop = {i for kind, i, _ in partners if kind == "band" and i != 0}
+                if drop:
+                    return drop
+                self.reason = "a ring of its linking sides meets several separate faces"
+        return set()
+
+    def _deviation(self, end: End) -> float:
+        return max(abs(self.solid.edges[e].dihedral - pi) for e in self.edges[end])
+
+    def imprints(self) -> set[int]:
+        """Return bands that only divide a flat or shallow cap."""
+        if self.reason or not self.groups:
+            return set()
+        n_ends = [0] * len(self.groups)
+        for partners in self.partners.values():
+            for kind, i, _ in partners:
+                if kind == "cap":
+                    n_ends[i] += 1
+        for (i, side), partners in self.partners.items():
+            for kind, group, _ in partners:
+                if i == 0 or kind != "cap" or not self.edges[i, side]:
+                    continue
+                deviation = self._deviation((i, side))
+                planes = all(self.solid.faces[f].kind == "plane" for e in self.edges[i, side]
+                             for f in self.solid.edges[e].faces)  # fmt: skip
+                leaf = n_ends[group] == 1 and len(self.groups) > 2
+                if (planes and deviation < FLAT) or (leaf and deviation < SHALLOW):
+                    return {i}
+        return set()
+
+    def layout(self) -> Layout | str:
+        """Follow the bands from one group of faces to the other."""
+        if len(self.groups) != 2:
+            return self._wrong_groups()
+        chains = []
+        used: set[int] = set()
+        for start, partners in sorted(self.partners.items()):
+            if start[0] in used or partners != {("cap", 0, 0)}:
+                continue
+            chain: list[tuple[Band, dict[int, int]]] = []
+            end = start
+            while True:
+                i, side = end
+                used.add(i)
+                turn = {f: (b + 2 * side) % 4 for f, b in self.bottoms[i].items()}
+                chain.append((self.bands[i], turn))
+                far = self.partners[i, 1 - side]
+                if not far:
+                    return "a ring of its linking sides ends nowhere"
+                kind, j, s = next(iter(far))
+                if kind == "cap":
+                    break
+                end = (j, s)
+            if j != 1:
+                return f"the sides from {self._name(self.groups[0])} lead back to it"
+            chains.append(tuple(chain))
+        if not chains:
+            return f"no linking sides join {self._name(self.groups[0])} with {self._name(self.groups[1])}"
+        if len(used) != len(self.bands):
+            other = next(b for i, b in enumerate(self.bands) if i not in used)
+            return f"the sides through {self._label(min(other.faces))} do not lead from one cap to the other"
+        return Layout(caps=(tuple(self.groups[0]), tuple(self.groups[1])), chains=tuple(chains))
+
+    def _name(self, group: list[int]) -> str:
+        more = f" and {len(group) - 1} more" if len(group) > 1 else ""
+        return self._label(max(group, key=lambda f: self.solid.faces[f].area)) + more
+
+    def _wrong_groups(self) -> str:
+        if len(self.groups) == 1:
+            return f"beyond its linking sides all faces hang together, from {self._name(self.groups[0])}"
+        areas = [sum(self.solid.faces[f].area for f in g) for g in self.groups]
+        third = sorted(range(len(areas)), key=lambda i: -areas[i])[2]
+        return (
+            f"its linking sides leave {len(areas)} caps instead of 2: {self._name(self.groups[third])} is one too many"
+        )

@@ -1,0 +1,112 @@
+"""Which face and edge of the source cap corresponds to which of the target cap.
+
+Place in the flow: part of :mod:`.build`. Both caps are walked through side by side, beginning
+with the edges that one linking side joins; where the two planar graphs agree, every source face
+has its target face. Where they do not, only the joined boundary edges are given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..topology import DirectedEdge, Solid, Sweep
+
+
+def match_caps(sweep: Sweep) -> Sweep:
+    """Return the sweep with ``target_faces`` and ``target_edges`` filled in."""
+    solid = sweep.solid
+    joined = _join_boundaries(sweep)
+    if len(sweep.source) == len(sweep.target) == 1:
+        return replace(sweep, target_faces={sweep.source[0]: sweep.target[0]}, target_edges=joined)
+    matched = _walk(sweep, joined) if len(sweep.source) == len(sweep.target) else None
+    if matched is not None:
+        faces, edges = matched
+        return replace(sweep, target_faces=faces, target_edges=edges)
+    notes = sweep.notes
+    if len(sweep.target) > 1:
+        first = solid.faces[sweep.target[0]].label()
+        notes = (
+            *notes,
+            f"both caps are split, and the {len(sweep.target)} faces of the target (from {first}) do not correspond "
+            f"to the {len(sweep.source)} of the source: the mesh does not follow the target's inner edges",
+        )
+    return replace(sweep, target_edges=joined, notes=notes)
+
+
+def _join_boundaries(sweep: Sweep) -> dict[int, DirectedEdge]:
+    """Boundary edges that columns of one-to-one linking sides join."""
+    above: dict[int, tuple[DirectedEdge, DirectedEdge]] = {}
+    for side in sweep.linking_sides:
+        if len(side.bottom) == 1 and len(side.top) == 1:
+            above[side.bottom[0][0]] = (side.bottom[0], side.top[0])
+    joined: dict[int, DirectedEdge] = {}
+    targets = {e for loop in sweep.target_loops for e, _ in loop}
+    for loop in sweep.source_loops:
+        for e, _ in loop:
+            edge, same = e, True
+            while edge in above:
+                (_, f0), (upper, f1) = above[edge]
+                same = same == (f0 == f1)
+                edge = upper
+                if edge in targets:
+                    joined[e] = (edge, same)
+                    break
+    return joined
+
+
+def _directed(solid: Solid, face: int) -> dict[int, tuple[int, int]]:
+    """For every edge of a face: its loop and its position in the loop."""
+    return {e: (j, k) for j, loop in enumerate(solid.faces[face].loops) for k, e in enumerate(loop.edges)}
+
+
+def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int], dict[int, DirectedEdge]] | None:
+    """Walk both caps side by side; None where their graphs differ."""
+    solid = sweep.solid
+    source, target = set(sweep.source), set(sweep.target)
+    edges = dict(joined)
+    faces: dict[int, int] = {}
+    queue = list(joined.items())
+    done: set[tuple[int, int]] = set()
+    while queue:
+        a, (b, same) = queue.pop()
+        for f in solid.edges[a].faces:
+            if f not in source:
+                continue
+            g = _partner(solid, f, a, b, faces, target, same)
+            if g is None or faces.setdefault(f, g) != g:
+                return None
+            ja, ka = _directed(solid, f)[a]
+            jb, kb = _directed(solid, g)[b]
+            if (f, ja) in done:
+                continue
+            done.add((f, ja))
+            # the target cap is seen from its other side: its loops run the other way round
+            loop_a, loop_b = solid.faces[f].loops[ja], solid.faces[g].loops[jb]
+            n = len(loop_a.edges)
+            if len(loop_b.edges) != n or len(solid.faces[f].loops) != len(solid.faces[g].loops):
+                return None
+            for i in range(n):
+                p, q = (ka + i) % n, (kb - i) % n
+                pair = (loop_b.edges[q], loop_a.forward[p] != loop_b.forward[q])
+                known = edges.setdefault(loop_a.edges[p], pair)
+                if known != pair:
+                    return None
+                queue.append((loop_a.edges[p], pair))
+    if len(faces) != len(source) or len(set(faces.values())) != len(target):
+        return None
+    if len(edges) != len({e for f in source for e in solid.faces[f].edges}):
+        return None
+    return faces, edges
+
+
+def _partner(solid: Solid, f: int, a: int, b: int, faces: dict[int, int], target: set[int], same: bool) -> int | None:
+    """Target face beside edge b that corresponds to source face f beside edge a."""
+    forward_a = dict(_forward(solid, f))[a]
+    for g in solid.edges[b].faces:
+        if g in target and dict(_forward(solid, g))[b] == (forward_a != same):
+            return g
+    return None
+
+
+def _forward(solid: Solid, face: int) -> list[DirectedEdge]:
+    return [d for loop in solid.faces[face].loops for d in loop.directed]
