@@ -1,0 +1,73 @@
+"""What a mesh costs is known before it is made, and what is too much is refused with the size that fits."""
+
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cadsweep.errors import InputError
+from cadsweep.estimate import Estimate, check_budget, estimate, estimate_size, free_memory
+
+
+def plate_sweep(width=10.0, height=2.0):
+    """A square plate: what the estimate reads of a sweep."""
+    edges = [SimpleNamespace(length=width)] * 4
+    faces = [SimpleNamespace(area=width**2)] + [SimpleNamespace(area=width * height)] * 4
+    solid = SimpleNamespace(edges=edges, faces=faces, size=width * 2)
+    return SimpleNamespace(
+        solid=solid,
+        source=(0,),
+        linking_sides=[SimpleNamespace(face=i) for i in range(1, 5)],
+        source_loops=(tuple((i, True) for i in range(4)),),
+    )
+
+
+def test_counts_of_a_plate_are_those_of_its_grid():
+    # 10 x 10 quads of size 1 on the cap, two layers of height 1
+    expected = estimate_size(plate_sweep(), size=1.0)
+    assert (expected.n_quads, expected.n_layers, expected.n_hexes) == (100, 2, 200)
+    counts = SimpleNamespace(counts=np.full(4, 10), n_layers=7, size=1.0)
+    assert estimate(plate_sweep(), counts).n_hexes == 700
+
+
+def test_nothing_is_estimated_where_nothing_is_asked():
+    assert estimate_size(plate_sweep()) is None
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-200, 5e-324])
+def test_any_tiny_size_is_refused_with_figures(size):
+    with pytest.raises(InputError, match=r"hexes.*GB.*try size"):
+        check_budget(estimate_size(plate_sweep(), size=size), max_memory=4.0)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e6])
+@pytest.mark.parametrize("limits", [{"max_hexes": 50_000}, {"max_memory": 1.0}])
+def test_the_size_that_is_named_fits(factor, limits):
+    sweep = plate_sweep(10.0 * factor, 2.0 * factor)
+    with pytest.raises(InputError) as caught:
+        check_budget(estimate_size(sweep, size=0.004 * factor), **limits)
+    size = float(re.search(r"try size (\S+)", str(caught.value))[1])
+    check_budget(estimate_size(sweep, size=size), **limits)
+
+
+def test_layers_count_too():
+    with pytest.raises(InputError, match="fewer layers"):
+        check_budget(estimate_size(plate_sweep(), layers=10**8), max_memory=4.0)
+
+
+def test_a_streamed_mesh_needs_memory_for_its_cap_alone():
+    whole = estimate_size(plate_sweep(), size=0.1, layers=10**6)
+    streamed = estimate_size(plate_sweep(), size=0.1, layers=10**6, streamed=True)
+    assert whole.n_hexes == streamed.n_hexes
+    assert streamed.n_bytes < whole.n_bytes / 10
+
+
+def test_modest_meshes_pass():
+    check_budget(estimate_size(plate_sweep(), size=0.5))
+    assert free_memory() > 0.0
+
+
+def test_an_estimate_reads_well():
+    text = str(Estimate(n_quads=100, n_layers=5, n_hexes=500, n_bytes=10**9, seconds=90.0, size=1.0))
+    assert text == "about 500 hexes (100 quads x 5 layers), 1 GB, 90 s"

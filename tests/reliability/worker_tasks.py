@@ -1,0 +1,98 @@
+"""What the tests ask a worker process to do; every function takes ``on_progress``, as a stage does."""
+
+import ctypes
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+from cadsweep.errors import NotSweepableError
+
+
+def arrays(n, on_progress):
+    on_progress("projection", 0.5)
+    return {"points": np.arange(3 * n, dtype=np.float64).reshape(n, 3), "none": np.empty((0, 3)), "name": "box"}
+
+
+def stages(on_progress):
+    for stage in ("cad", "surface"):
+        on_progress(stage, 0.0)
+        on_progress(stage, 1.0)
+
+
+def chatter(on_progress):
+    print("from Python" * 1000)
+    os.write(1, b"from a library\n" * 100_000)
+    os.write(2, b"and its errors\n" * 100_000)
+    sys.stdout.flush()
+
+
+def refuse(on_progress):
+    raise NotSweepableError("no caps", reasons=["face 1: no", "face 2: neither"])
+
+
+def fail(on_progress):
+    on_progress("intervals", 0.0)
+    raise KeyError("a defect")
+
+
+def leave(on_progress):
+    sys.exit(0)
+
+
+def crash(on_progress):
+    on_progress("cad", 0.0)
+    ctypes.string_at(0)
+
+
+def die(on_progress):
+    on_progress("surface", 0.0)
+    os.kill(os.getpid(), 9)
+
+
+def hang(on_progress):
+    on_progress("surface", 0.0)
+    time.sleep(600)
+
+
+def hang_in_native_code(on_progress):
+    """A loop that never lets Python's own signal handlers run."""
+    on_progress("cad", 0.0)
+    ctypes.PyDLL(None).sleep(600)
+
+
+def grow(on_progress):
+    on_progress("projection", 0.0)
+    kept = []
+    while True:
+        kept.append(np.ones(10**6))
+
+
+def grow_at_once(on_progress):
+    on_progress("projection", 0.0)
+    np.ones(10**10)
+
+
+def start_a_child(pid_file, on_progress):
+    """Leave a process of its own behind, as a script may."""
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+    with open(pid_file, "w", encoding="ascii") as file:
+        file.write(str(child.pid))
+
+
+def litter_and_hang(folder, on_progress):
+    """A temporary file, an unfinished output beside its place, and no end."""
+    with tempfile.NamedTemporaryFile(delete=False) as file:
+        file.write(b"x" * 1000)
+    with open(os.path.join(folder, f".out.vtu.{os.getpid()}-abcdef.tmp"), "wb") as file:
+        file.write(b"half a mesh")
+    with open(os.path.join(folder, "ready"), "w", encoding="ascii") as file:
+        file.write(f"{os.getpid()} {tempfile.gettempdir()}")
+    time.sleep(600)
+
+
+def where(on_progress):
+    return os.getpid(), tempfile.gettempdir(), os.getsid(0), sys.stdin.read()
