@@ -202,7 +202,7 @@ def _settle(
     for c in reach:
         for f, _ in faces_of.get(c, []):
             ways_of.setdefault(f, []).append(column[c])
-    rows.extend({j: 1.0 for j in pair} for pair in {tuple(p) for p in ways_of.values() if len(p) == 2})
+    rows.extend(dict.fromkeys(pair, 1.0) for pair in {tuple(p) for p in ways_of.values() if len(p) == 2})
     upper = [*lower[:n_equal], *[1.0] * (len(rows) - n_equal)]
     lower.extend([0.0] * (len(rows) - n_equal))
 

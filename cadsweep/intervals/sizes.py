@@ -1,0 +1,80 @@
+"""Wanted sizes and counts: from the user's wishes, or from the part's volume and features.
+
+Place in the flow: first step of :mod:`cadsweep.intervals`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi, sqrt
+
+import numpy as np
+
+from ..topology import Edge, Sweep
+
+WANTED_HEXES = 8_000
+"""Hexes of a plain part where the user names no size."""
+MOST_HEXES = 60_000
+"""Hexes up to which small features may refine a part where the user names no size."""
+SEGMENTS_AROUND = 8
+SEGMENTS_ACROSS = 2
+TURN_DEFAULT = pi / 12
+"""Greatest turn of a curved edge over one segment, where the user names no size."""
+TURN_SIZED = pi / 4
+SAMPLES = np.linspace(0.0, 1.0, 9)
+
+
+def path_length(sweep: Sweep) -> float:
+    """Mean length of the way from source to target along the outer loop."""
+    return float(sum(sweep.span_lengths[0]))
+
+
+def default_size(sweep: Sweep) -> float:
+    """Return a target edge length from the part itself.
+
+    The size gives about `WANTED_HEXES` hexes with two layers at least, then shrinks for holes and
+    walls of the source cap while the hexes stay below `MOST_HEXES`.
+    """
+    solid = sweep.solid
+    area = sum(solid.faces[f].area for f in sweep.source)
+    length = path_length(sweep)
+    perimeters = [sum(solid.edges[e].length for e, _ in loop) for loop in sweep.source_loops]
+    wall = 2.0 * area / sum(perimeters)
+    wanted = _size_for(area, length, WANTED_HEXES)
+    feature = min(wall / SEGMENTS_ACROSS, *(p / SEGMENTS_AROUND for p in perimeters))
+    return max(min(wanted, feature), _size_for(area, length, MOST_HEXES))
+
+
+def _size_for(area: float, length: float, n_hexes: float) -> float:
+    """Size of cubes that fill area times length with `n_hexes`, two layers at least."""
+    cube = (area * length / n_hexes) ** (1.0 / 3.0)
+    return cube if length >= 2.0 * cube else sqrt(2.0 * area / n_hexes)
+
+
+def turning(edge: Edge) -> float:
+    """Angle by which the direction of an edge turns from its start to its end, radians."""
+    if edge.kind == "line":
+        return 0.0
+    chords = np.diff(edge.curve.evaluate(SAMPLES), axis=0)
+    lengths = np.linalg.norm(chords, axis=1)
+    chords = chords[lengths > 1e-9 * max(edge.length, 1e-300)]
+    directions = chords / np.linalg.norm(chords, axis=1)[:, None]
+    if len(directions) < 2:
+        return 0.0
+    cosines = np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0)
+    # n chords see n - 1 of the n turns between them, half a turn being lost at either end
+    return float(np.arccos(cosines).sum() * len(directions) / (len(directions) - 1))
+
+
+def wanted_counts(
+    sweep: Sweep, edges: Sequence[int], size: float, edge_sizes: dict[int, float], turn: float
+) -> dict[int, float]:
+    """Return the wanted number of segments (a real number, at least 1) of edges along the loops."""
+    wanted = {}
+    for e in edges:
+        edge = sweep.solid.edges[e]
+        if e in edge_sizes:
+            wanted[e] = max(1.0, edge.length / edge_sizes[e])
+        else:
+            wanted[e] = max(1.0, edge.length / size, turning(edge) / turn)
+    return wanted
