@@ -38,58 +38,47 @@ def _number(value: float | None) -> str:
 def print_info(data: dict[str, Any]) -> None:
     """Faces, sweeps found, and why the others are not."""
     console = _console()
-    console.print(f"[bold]{_escape(data['name'])}[/]: {_solids(data['solids'])}", highlight=False)
+    several = len(data["solids"]) > 1
     for note in data["notes"]:
-        console.print(f"  {note}", markup=False, highlight=False)
-    for solid in data["solids"]:
+        console.print(f"note: {note}", markup=False, highlight=False)
+    for index, solid in enumerate(data["solids"]):
+        faces, sweeps, rejected = (
+            [row for row in data[name] if row["solid"] == index] for name in ("faces", "sweeps", "rejected")
+        )
+        title = f"{solid['name']}{f' ({index + 1})' if several else ''}"
+        console.print(f"{title}: {len(faces)} faces, volume {solid['volume']:.6g}", markup=False, highlight=False)
         console.print(
             _table(
-                f"Faces of {solid['name']}" if len(data["solids"]) > 1 else "Faces",
-                ("id", "name", "type", "area", "role", "center"),
-                (
-                    (f["id"], f["name"] or "", f["type"], f"{f['area']:.6g}", f["role"], _place(f["center"]))
-                    for f in solid["faces"]
-                ),
+                "Faces",
+                ("id", "name", "type", "area", "center", "role"),
+                ((f["id"], f["name"], f["type"], f"{f['area']:.6g}", _place(f["center"]), f["role"]) for f in faces),
             )
         )
-        if solid["sweeps"]:
-            console.print(
-                _table(
-                    "Sweeps, best first",
-                    ("", "source", "target", "sides", "score", "notes"),
-                    (
-                        (
-                            n,
-                            _names(s["source"]),
-                            _names(s["target"]),
-                            s["n_sides"],
-                            f"{s['score']:.2f}",
-                            "; ".join(s["notes"]),
-                        )
-                        for n, s in enumerate(solid["sweeps"], 1)
-                    ),
-                )
-            )
+        if sweeps:
+            columns = ("", "source", "target", "sides", "stations", "length", "score", "notes")
+            console.print(_table("Sweeps, best first", columns, (_row(n, s) for n, s in enumerate(sweeps, 1))))
         else:
-            console.print(f"[bold]No sweep[/]: {_escape(solid['error'])}", highlight=False)
-        if solid["rejected"]:
-            console.print("\n[bold]Why the others are not[/]")
-            for reason in solid["rejected"]:
-                console.print(f"  {reason}", markup=False, highlight=False)
+            console.print(f"No sweep: {solid['error']}", markup=False, highlight=False)
+        if rejected:
+            reasons = ((row["face"], row["reason"]) for row in rejected)
+            console.print(_table("Why the others are no caps", ("face", "reason"), reasons))
 
 
-def _solids(solids: list[dict[str, Any]]) -> str:
-    return ", ".join(f"{len(s['faces'])} faces, volume {s['volume']:.6g}" for s in solids) or "no solid"
+def _row(number: int, sweep: dict[str, Any]) -> tuple[Any, ...]:
+    return (
+        number,
+        _names(sweep["source"]),
+        _names(sweep["target"]),
+        sweep["n_linking_sides"],
+        sweep["n_stations"],
+        f"{sweep['length']:.6g}",
+        f"{sweep['score']:.2f}",
+        "; ".join(sweep["notes"]),
+    )
 
 
 def _place(center: Iterable[float]) -> str:
     return ", ".join(f"{float(f'{c:.4g}') + 0.0:g}" for c in center)
-
-
-def _escape(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)
 
 
 def _console() -> Any:
@@ -105,7 +94,10 @@ def _table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[Any, ...]]
 
     table = Table(title=title, title_justify="left", title_style="bold")
     for column in columns:
-        table.add_column(column, justify="right" if column in ("id", "area", "score") else "left")
+        table.add_column(
+            column,
+            justify="right" if column in ("id", "face", "area", "length", "score", "sides", "stations") else "left",
+        )
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
     return table

@@ -11,9 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import NotSweepableError
 from ..mesh import HexMesh
-from ..topology import Part, Sweep
 
 Progress = Callable[[str, float | None], None]
 
@@ -73,66 +74,30 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
 def describe_part(source: str, *, params: dict[str, Any] | None, on_progress: Progress) -> dict[str, Any]:
     """Faces, sweeps and reasons of a part, as ``cadsweep info --json`` prints them."""
     from ..pipeline import load
+    from ..recognition import describe, find_sweeps
 
-    on_progress("cad", 0.0)
+    on_progress("cad", None)
     part = load(source, params=params)
-    on_progress("recognition", 0.0)
-    return plain(
-        {
-            "name": part.name,
-            "notes": list(part.notes),
-            "names": dict(part.names),
-            "solids": [_describe_solid(part, i) for i in range(len(part.solids))],
-        }
-    )
-
-
-def _describe_solid(part: Part, index: int) -> dict[str, Any]:
-    from ..recognition import find_sweeps
-
-    solid = part.solids[index]
-    error, reasons, sweeps = None, [], []
-    try:
-        sweeps = find_sweeps(solid)
-    except NotSweepableError as refusal:
-        error, reasons = str(refusal), list(refusal.reasons)
-    roles = _roles(sweeps[0]) if sweeps else {}
-    return {
-        "name": solid.name or f"{part.name} {index + 1}",
-        "volume": solid.volume * part.scale**3,
-        "faces": [
-            {
-                "id": face.id,
-                "name": face.name,
-                "key": face.key,
-                "type": face.kind,
-                "area": face.area * part.scale**2,
-                "center": part.to_model(face.center),
-                "role": roles.get(face.id, ""),
-            }
-            for face in solid.faces
-        ],
-        "sweeps": [
-            {
-                "source": [solid.faces[i].name or i for i in sweep.source],
-                "target": [solid.faces[i].name or i for i in sweep.target],
-                "linking_sides": [side.face for side in sweep.linking_sides],
-                "n_sides": len(sweep.linking_sides),
-                "score": sweep.score,
-                "notes": list(sweep.notes),
-            }
-            for sweep in sweeps
-        ],
-        "error": error,
-        "rejected": reasons,
-    }
-
-
-def _roles(sweep: Sweep) -> dict[int, str]:
-    roles = {side.face: "side" for side in sweep.linking_sides}
-    roles.update(dict.fromkeys(sweep.target, "target"))
-    roles.update(dict.fromkeys(sweep.source, "source"))
-    return roles
+    on_progress("recognition", None)
+    data: dict[str, Any] = {"name": part.name, "notes": part.notes, "names": part.names, "solids": []}
+    data.update(faces=[], sweeps=[], rejected=[])
+    for index, solid in enumerate(part.solids):
+        found: Any
+        try:
+            found, error = find_sweeps(solid), None
+        except NotSweepableError as refusal:
+            found, error = refusal, str(refusal)
+        tables = describe(solid, found)
+        for face in tables["faces"]:
+            face["area"] *= part.scale**2
+            face["center"] = part.to_model(np.asarray(face["center"]))
+        for sweep in tables["sweeps"]:
+            sweep["length"] *= part.scale
+        for name, rows in tables.items():
+            data[name] += [{"solid": index, **row} for row in rows]
+        volume = solid.volume * part.scale**3
+        data["solids"].append({"name": solid.name or part.name, "volume": volume, "error": error})
+    return plain(data)
 
 
 def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
