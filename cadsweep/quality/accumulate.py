@@ -90,6 +90,7 @@ class _Place:
     first_hex: int = 0
     per_layer: int = 0
     first_layer: int = 0
+    start: int = 0
 
 
 def _rank(one: WorstHex) -> tuple[bool, float, int]:
@@ -183,8 +184,12 @@ class QualityAccumulator:
         """
         points = np.ascontiguousarray(points, dtype=np.float64)
         hexes = np.ascontiguousarray(hexes, dtype=np.int64)
-        place = _Place(first_hex=first_hex, per_layer=per_layer, first_layer=layer)
-        for piece in map_chunks(lambda c: self._measure(points, hexes[c], c.start, place), len(hexes)):
+
+        def measure(chunk: slice) -> _Piece:
+            place = _Place(first_hex=first_hex, per_layer=per_layer, first_layer=layer, start=chunk.start)
+            return self._measure(points, hexes[chunk], place)
+
+        for piece in map_chunks(measure, len(hexes)):
             self._counts += piece.counts
             least, largest = self._stats[:, 0], self._stats[:, 1]
             np.minimum(least, piece.stats[:, 0], out=least)
@@ -195,7 +200,7 @@ class QualityAccumulator:
             self.worst = tuple(heapq.nsmallest(self._n_worst, (*self.worst, *piece.worst), key=_rank))
         self.n_hexes += len(hexes)
 
-    def _measure(self, points: FloatArray, hexes: IntArray, start: int, place: _Place) -> _Piece:
+    def _measure(self, points: FloatArray, hexes: IntArray, place: _Place) -> _Piece:
         rows = np.empty((len(kernels.METRICS), len(hexes)))
         kernels.measure_hexes(points, hexes, rows)
         inverted = _find_inverted(points, hexes, rows)
@@ -207,17 +212,11 @@ class QualityAccumulator:
             stats=stats,
             volume=float(np.sum(rows[6])),
             n_inverted=int(np.count_nonzero(inverted)),
-            worst=self._worst_of(points, hexes, rows, inverted, start, place),
+            worst=self._worst_of(points, hexes, rows, inverted, place),
         )
 
     def _worst_of(
-        self,
-        points: FloatArray,
-        hexes: IntArray,
-        rows: FloatArray,
-        inverted: BoolArray,
-        start: int,
-        place: _Place,
+        self, points: FloatArray, hexes: IntArray, rows: FloatArray, inverted: BoolArray, place: _Place
     ) -> list[WorstHex]:
         value = np.where(inverted, rows[0] - 4, rows[0])  # below every hexahedron that is not inverted
         chosen = np.arange(len(value))
@@ -225,8 +224,8 @@ class QualityAccumulator:
             chosen = np.argpartition(value, self._n_worst)[: self._n_worst]
         return [
             WorstHex(
-                id=place.first_hex + start + int(i),
-                layer=place.first_layer + (start + int(i)) // place.per_layer if place.per_layer else None,
+                id=place.first_hex + place.start + int(i),
+                layer=place.first_layer + (place.start + int(i)) // place.per_layer if place.per_layer else None,
                 center=tuple(points[hexes[i, :8]].mean(axis=0).tolist()),
                 volume=float(rows[6, i]),
                 scaled_jacobian=float(rows[0, i]),

@@ -214,7 +214,7 @@ def _is_positive(jacobian, least, max_boxes, max_depth):  # type: ignore[no-unty
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _decide(controls, order, max_boxes, max_depth, positive, volumes):  # type: ignore[no-untyped-def]
+def _decide(controls, order, max_boxes, max_depth, positive, volumes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     for h in range(controls.shape[0]):
         jacobian, scale = _jacobian(controls[h], order)
         volumes[h] = jacobian.mean()

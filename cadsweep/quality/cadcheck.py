@@ -14,6 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..topology import FloatArray, IntArray
+from . import surface_kernels
 from .report import CadReference
 
 LARGEST_TURN = np.pi / 3
@@ -93,33 +94,14 @@ def _slack(points: FloatArray, quads: IntArray) -> tuple[float, float]:
     """How much volume and area the facets of one boundary can gain or lose."""
     if not len(quads):
         return 0.0, 0.0
-    n = len(points)
-    corners = points[quads]
-    area_vectors = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
-    areas = np.linalg.norm(area_vectors, axis=1)
-    normals = area_vectors / np.where(areas > 0, areas, 1.0)[:, None]
-    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-    lengths = np.linalg.norm(points[ends] - points[starts], axis=1)
-    forward, backward = starts * n + ends, ends * n + starts
-    order = np.argsort(forward)
-    at = np.minimum(np.searchsorted(forward[order], backward), len(order) - 1)
-    mate = order[at]
-    inner = forward[mate] == backward
-    quad = np.arange(len(starts)) // 4
-    cosine = np.einsum("ij,ij->i", normals[quad], normals[mate // 4])
-    turn = np.where(inner, np.arccos(np.clip(cosine, -1.0, 1.0)), 0.0)
-    turn = np.where(turn < LARGEST_TURN, turn, 0.0).reshape(-1, 4)
-    # The strips along both directions of a quad turn by the mean of the turns at its two ends.
-    across = (np.maximum(turn[:, 0], turn[:, 2]), np.maximum(turn[:, 1], turn[:, 3]))
-    sides = lengths.reshape(-1, 4)
-    width = (np.maximum(sides[:, 1], sides[:, 3]), np.maximum(sides[:, 0], sides[:, 2]))
-    bulge = sum(w * t / 8 for w, t in zip(width, across, strict=True))
-    volume = float(np.sum(areas * bulge))
-    area = float(np.sum(areas * sum(t**2 for t in across) / 8))
+    quads = np.ascontiguousarray(quads)
+    mates = np.empty(4 * len(quads), dtype=np.int64)
+    surface_kernels.pair_edges(quads, len(points), mates)
+    volume, area = surface_kernels.facet_slack(points, quads, mates, LARGEST_TURN)
+    rim = np.flatnonzero(mates == -1)
+    starts, ends = quads.ravel()[rim], np.roll(quads, -1, axis=1).ravel()[rim]
     # In the face's own plane the rim bulges as well.
-    rim = ~inner
-    area += _rim_slack(points, starts[rim], ends[rim], lengths[rim])
-    return volume, area
+    return volume, area + _rim_slack(points, starts, ends, np.linalg.norm(points[ends] - points[starts], axis=1))
 
 
 def _rim_slack(points: FloatArray, starts: IntArray, ends: IntArray, lengths: FloatArray) -> float:

@@ -73,10 +73,11 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         seen.add_hexes(points, hexes, per_layer=len(structure.quads))
         expected = conformity.structure_boundary(structure)
     else:
-        trouble, expected = _general_problems(mesh, points, hexes)
+        trouble, once = _general_problems(points, hexes)
         problems += trouble
-        if expected is None:
+        if once is None:
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
+        expected = once
         seen.add_hexes(points, hexes)
     surface = check_surface(points, expected, mesh.boundaries, cad=cad or _cad_of(mesh), volume=seen.volume)
     problems += _match_boundaries(mesh, expected)
@@ -167,7 +168,9 @@ def check_surface(
             f"the boundary is not a 2-manifold: its sheets touch at {len(shape.pinched_nodes)} nodes, "
             f"the first is node {a} at {_place(points[a])}"
         )
-    nodes = np.unique(quads)
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[quads] = True
+    nodes = np.flatnonzero(used)
     finite = points[nodes][np.isfinite(points[nodes]).all(axis=1)]
     size = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
     pairs = conformity.coincident_pairs(points[nodes], COINCIDENT * size)
@@ -200,7 +203,7 @@ def _coordinate_problems(points: FloatArray) -> list[str]:
     return [f"{len(nodes)} nodes have coordinates that are not finite, the first is node {nodes[0]}"]
 
 
-def _general_problems(mesh: HexMesh, points: FloatArray, hexes: IntArray) -> tuple[list[str], IntArray | None]:
+def _general_problems(points: FloatArray, hexes: IntArray) -> tuple[list[str], IntArray | None]:
     """Problems of any hexahedra, and their boundary quads (None where indices are out of range)."""
     problems = []
     (outside, where, repeated, where_repeated), used = conformity.scan_hexes(hexes, len(points))
@@ -265,8 +268,8 @@ def _match_boundaries(mesh: HexMesh, expected: IntArray) -> list[str]:
     n = max(mesh.n_nodes, 1)
     problems = []
     pieces, owners = [], []
-    for name, quads in mesh.boundaries.items():
-        quads = np.asarray(quads)
+    for name, given in mesh.boundaries.items():
+        quads = np.asarray(given)
         if quads.ndim != 2 or quads.shape[1] < 4:
             problems.append(f"boundary '{name}' has shape {quads.shape}, not (q, 4)")
         elif len(quads) and (np.min(quads) < 0 or np.max(quads) >= n):
@@ -275,9 +278,10 @@ def _match_boundaries(mesh: HexMesh, expected: IntArray) -> list[str]:
             pieces.append(quads[:, :4].astype(np.int64))
             owners += [(name, len(quads))]
     named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
-    have, want = _pairs(_keys(named, n)), _pairs(_keys(expected, n))
-    if len(have) == len(want) and np.array_equal(np.sort(have), np.sort(want)):
+    named_keys, expected_keys = _keys(named, n), _keys(expected, n)
+    if _same_quads(named_keys, expected_keys):
         return problems
+    have, want = _pairs(named_keys), _pairs(expected_keys)
     turned = _pairs(_keys(named[:, ::-1], n))
     names = np.repeat([o[0] for o in owners], [o[1] for o in owners]) if owners else np.zeros(0, dtype=str)
     inward = np.isin(turned, want)
@@ -309,10 +313,17 @@ def _match_boundaries(mesh: HexMesh, expected: IntArray) -> list[str]:
 
 
 def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
-    """Two integers a quad as one sortable value."""
+    """Two integers a quad as one value that can be sorted and looked up."""
     result = np.empty(len(keys[0]), dtype=[("a", np.int64), ("b", np.int64)])
     result["a"], result["b"] = keys
     return result
+
+
+def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]) -> bool:
+    if len(one[0]) != len(other[0]):
+        return False
+    i, j = np.lexsort(one[::-1]), np.lexsort(other[::-1])
+    return all(np.array_equal(a[i], b[j]) for a, b in zip(one, other, strict=True))
 
 
 def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:

@@ -17,6 +17,7 @@ from numba import njit
 
 from ..mesh import HEX_FACES, SweptStructure, side_quads
 from ..topology import FloatArray, IntArray
+from . import surface_kernels
 
 _FACES = HEX_FACES.copy()
 
@@ -41,7 +42,7 @@ class FaceUse:
 
 
 @njit(cache=True, nogil=True)
-def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing):  # type: ignore[no-untyped-def]
+def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917
     """Chain the faces by their least node; return how many chains' entries, crowded and clashing there are."""
     head = np.full(n_nodes, -1, dtype=follower.dtype)
     n, n_crowded, n_clashing = 0, 0, 0
@@ -68,13 +69,12 @@ def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing): 
                 if a == before and o == across and b == after:
                     opposite = True
                     break
-                if (
-                    (a == after or a == across or a == before)
-                    and (o == after or o == across or o == before)
-                    and (b == after or b == across or b == before)
-                    and a != o
-                    and o != b
-                    and b != a
+                # The same three nodes in another order: three different ones out of three.
+                if a + o + b == after + across + before and (
+                    (a == after and o == before)
+                    or (a == across and o in (after, before))
+                    or (a == before and o == after)
+                    or (a == after and o == across)
                 ):
                     opposite = False
                     break
@@ -111,9 +111,9 @@ def match_faces(hexes: IntArray, n_nodes: int) -> FaceUse:
     follower, first, partner = (np.empty(6 * len(hexes), dtype=kind) for _ in range(3))
     crowded, clashing = np.empty(6 * len(hexes), dtype=kind), np.empty(6 * len(hexes), dtype=kind)
     n, n_crowded, n_clashing = _match(hexes, n_nodes, _FACES, follower, first, partner, crowded, clashing)
-    once = first[:n][partner[:n] < 0]
+    once = first[:n][np.less(partner[:n], 0)]
     return FaceUse(
-        once=np.sort(once).astype(np.int64),
+        once=np.sort(once.astype(np.int64)),
         crowded=crowded[:n_crowded].astype(np.int64),
         clashing=clashing[:n_clashing].astype(np.int64),
     )
@@ -233,42 +233,20 @@ class SurfaceShape:
 
 
 def surface_shape(quads: IntArray) -> SurfaceShape:
-    """Find out whether quads (b, 4) form a closed, oriented 2-manifold."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    nodes, quads = np.unique(quads, return_inverse=True)
-    quads = quads.reshape(-1, 4).astype(np.int64)
-    n = max(len(nodes), 1)
-    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-    forward, backward = starts * n + ends, ends * n + starts
-    order = np.argsort(forward, kind="stable")
-    keys = forward[order]
-    at = np.minimum(np.searchsorted(keys, backward), max(len(keys) - 1, 0))
-    paired = keys[at] == backward if len(keys) else np.zeros(0, dtype=bool)
-    alone = np.ones(len(keys), dtype=bool)  # the only one in its direction
-    if len(keys) > 1:
-        same = keys[1:] == keys[:-1]
-        alone[1:] &= ~same
-        alone[:-1] &= ~same
-    unique = np.empty(len(keys), dtype=bool)
-    unique[order] = alone
-    good = paired & unique & unique[order[at]] if len(keys) else paired
-    undirected = np.unique(np.minimum(forward, backward))
-    # Corners of neighbouring quads at the same node belong to one sheet.
-    mates = order[at]
-    corner = np.arange(len(starts))
-    after = corner - corner % 4 + (corner + 1) % 4
-    rows = np.concatenate([corner[good], after[good]])
-    cols = np.concatenate([(mates - mates % 4 + (mates + 1) % 4)[good], mates[good]])
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(len(starts), len(starts)))
-    _, sheet = connected_components(graph, directed=False)
-    _, one_of_sheet = np.unique(sheet, return_index=True)
-    sheets = np.bincount(starts[one_of_sheet], minlength=len(nodes))
+    """Find out whether quads (b, 4) with indices from 0 form a closed, oriented 2-manifold."""
+    n_nodes = int(np.max(quads, initial=-1)) + 1
+    used = np.zeros(n_nodes, dtype=np.bool_)
+    used[quads] = True
+    mates = np.empty(4 * len(quads), dtype=np.int64)
+    n_edges = surface_kernels.pair_edges(quads, n_nodes, mates)
+    sheets = np.empty(n_nodes, dtype=np.int64)
+    surface_kernels.count_sheets(quads, n_nodes, mates, sheets)
+    lone = np.flatnonzero(mates < 0)
+    ends = np.stack([quads.ravel()[lone], np.roll(quads, -1, axis=1).ravel()[lone]], axis=1)
     return SurfaceShape(
-        euler=len(nodes) - len(undirected) + len(quads),
-        open_edges=np.unique(np.sort(np.stack([nodes[starts[~good]], nodes[ends[~good]]], axis=1), axis=1), axis=0),
-        pinched_nodes=nodes[sheets > 1],
+        euler=int(np.count_nonzero(used)) - n_edges + len(quads),
+        open_edges=np.unique(np.sort(ends, axis=1), axis=0),
+        pinched_nodes=np.flatnonzero(sheets > 1),
     )
 
 

@@ -11,7 +11,8 @@ Jacobian determinant has degree (2, 2, 2), so its 27 Bernstein coefficients are 
 of them are its values at the corners, and their mean is its integral, the volume.
 
 Sixty-four hexahedra are worked on together, the innermost loop running over them, so that the
-compiler can use vector instructions. The kernels release the interpreter's lock and read indices without checking them: callers check first.
+compiler can use vector instructions. The kernels release the interpreter's lock, and read indices
+without checking them: callers check first.
 
 References
 ----------
@@ -106,7 +107,7 @@ def _square_lengths(edges, n, squares):  # type: ignore[no-untyped-def]
 
 
 @_njit
-def _least_corner_and_condition(edges, squares, bernstein, n, scale, out):  # type: ignore[no-untyped-def]
+def _least_corner_and_condition(edges, squares, bernstein, n, scale, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill out[0] and out[4] from the eight corners."""
     for q in range(n):
         out[0, q] = np.inf

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..topology import FloatArray, IntArray
-from . import kernels
+from . import kernels, surface_kernels
 from .threads import map_chunks
 
 
@@ -142,16 +142,8 @@ def quad_scaled_jacobians(points: FloatArray, quads: IntArray) -> FloatArray:
 
 def quad_areas(points: FloatArray, quads: IntArray) -> FloatArray:
     """Area of every bilinear quad (q,) in space, by 3 x 3 Gauss points."""
-    corners = np.asarray(points, dtype=np.float64)[np.asarray(quads)[:, :4]]
-    a, b, c, d = np.moveaxis(corners, 1, 0)
-    nodes, weights = np.polynomial.legendre.leggauss(3)
-    nodes, weights = (nodes + 1) / 2, weights / 2
-    areas = np.zeros(len(corners))
-    for s, ws in zip(nodes, weights, strict=True):
-        for t, wt in zip(nodes, weights, strict=True):
-            du = (1 - t) * (b - a) + t * (c - d)
-            dv = (1 - s) * (d - a) + s * (c - b)
-            areas += ws * wt * np.linalg.norm(np.cross(du, dv), axis=1)
+    areas = np.empty(len(quads))
+    surface_kernels.measure_areas(_points(points), np.ascontiguousarray(np.asarray(quads)[:, :4]), areas)
     return areas
 
 

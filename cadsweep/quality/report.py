@@ -188,7 +188,7 @@ class QualityReport:
             return []
         rows = range(int(used[0]), int(used[-1]) + 1)
         return [
-            f"  {edges[i]:5.2f} .. {edges[i + 1]:5.2f} {int(counts[i]):>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
+            f"  {edges[i]:5.2f} .. {edges[i + 1]:5.2f} {counts[i]:>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
             for i in rows
         ]
 

@@ -1,0 +1,87 @@
+"""The quality that a fixed boundary leaves possible: :func:`boundary_limit`.
+
+Place in the flow: smoothing and reports ask it how good a swept mesh can become at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..mesh import SweptStructure
+from ..topology import FloatArray, IntArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoundaryLimit:
+    """The worst hexahedron corner that no smoothing of inner nodes can change.
+
+    Attributes
+    ----------
+    value : float
+        Scaled Jacobian of the corner; 1 where there is no such corner.
+    node, hex, layer : int
+        Node of the corner, its hexahedron, and the layer of hexahedra; -1 where there is none.
+    """
+
+    value: float = 1.0
+    node: int = -1
+    hex: int = -1
+    layer: int = -1
+
+
+def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLimit:
+    """Find the worst hexahedron corner that is made of boundary nodes alone.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Nodes of the mesh; only boundary nodes are looked at.
+    structure : SweptStructure
+
+    Returns
+    -------
+    BoundaryLimit
+        An upper bound of the mesh's worst scaled Jacobian while its boundary nodes stay.
+    """
+    n, q, layers = structure.n_nodes, structure.quads, structure.n_layers
+    rim = np.zeros(n, dtype=np.bool_)
+    for loop in structure.loops:
+        rim[loop] = True
+    here = q.ravel()
+    after, before = np.roll(q, -1, axis=1).ravel(), np.roll(q, 1, axis=1).ravel()
+    on_rim = rim[here]
+    all_rim = np.flatnonzero(on_rim & rim[after] & rim[before])
+    best = BoundaryLimit()
+    for layer in range(layers):
+        upper = 0 if structure.periodic and layer == layers - 1 else layer + 1
+        for at in (layer, upper):
+            capped = not structure.periodic and at in (0, layers)
+            # On a cap every node is fixed; elsewhere the rim alone. The other end of the upright edge lies on
+            # the rim, or on the other cap of a mesh of one layer.
+            corners = (np.arange(len(here)) if layers == 1 else np.flatnonzero(on_rim)) if capped else all_rim
+            if not len(corners):
+                continue
+            low = here[corners]
+            upright = points[low + upper * n] - points[low + layer * n]
+            values = _corner_values(points[at * n : (at + 1) * n], low, after[corners], before[corners], upright)
+            i = int(np.argmin(values))
+            if values[i] < best.value:
+                node = int(here[corners[i]]) + at * n
+                best = BoundaryLimit(
+                    value=float(values[i]), node=node, hex=int(corners[i]) // 4 + layer * len(q), layer=layer
+                )
+    return best
+
+
+def _corner_values(
+    points: FloatArray, here: IntArray, after: IntArray, before: IntArray, upright: FloatArray
+) -> FloatArray:
+    """Scaled Jacobians of corners with two edges in a layer of nodes and one along the sweep."""
+    origin = points[here]
+    edges = np.stack([points[after] - origin, points[before] - origin, upright], axis=1)
+    lengths = np.linalg.norm(edges, axis=2).prod(axis=1)
+    determinants = np.einsum("ij,ij->i", np.cross(edges[:, 0], edges[:, 1]), edges[:, 2])
+    values = np.where(lengths > 0, determinants / np.where(lengths > 0, lengths, 1.0), 0.0)
+    return np.where(np.isfinite(values), values, -1.0)
