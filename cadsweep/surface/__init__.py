@@ -1,0 +1,76 @@
+"""The surface stage: ring nodes on edges and linking sides, quads on the source cap.
+
+Place in the flow: after ``intervals``, before ``projection``. :func:`mesh_surfaces` is its one entry.
+
+Method: the counts fix where every vertex stands in a grid of ring nodes times layers (``layout``);
+edges divide themselves by layer places and by the affine image of the source loop (``spacing``);
+linking sides are filled transfinitely in their parameters (``sides``, ``transfinite``); the source
+cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it has no four sides).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..mesh import SurfaceMesh
+from ..topology import Intervals, Sweep
+from .layout import build_layout
+from .quads import CapBuilder
+from .sides import RingBuilder
+from .spacing import Fit, fit_linear_parts, place_layers
+from .target import divide_target_edges
+
+__all__ = ["mesh_surfaces"]
+
+
+def mesh_surfaces(
+    sweep: Sweep,
+    intervals: Intervals,
+    *,
+    bias: float | Sequence[float] | None = None,
+    fractions: Sequence[float] | None = None,
+    fit: Fit = fit_linear_parts,
+) -> SurfaceMesh:
+    """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    intervals : Intervals
+        Segments of every edge; the sums on opposite sides of every linking face are equal.
+    bias : float, (float, float) or None
+        Grading of the layers within each span between stations: thickness of the last over the
+        first, or a pair, of the middle over the first and over the last.
+    fractions : (n_layers + 1,) or None
+        Explicit places of the layers from 0 to 1, instead of `bias`.
+    fit : callable
+        ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
+        which ring nodes follow the source loop.
+
+    Returns
+    -------
+    SurfaceMesh
+        Working units. Nodes on CAD vertices are these, bit for bit; nodes of the rings lie on their
+        edges and faces.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The counts do not fit together, or a face cannot be meshed; names the face.
+    """
+    layout = build_layout(sweep, intervals)
+    places = place_layers(sweep, layout, bias=bias, fractions=fractions)
+    builder = RingBuilder(sweep, layout, places, fit)
+    builder.build()
+    loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
+    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops).build()
+    side_faces, node_edges, node_vertices = builder.labels()
+    return SurfaceMesh(
+        source=source,
+        rings=builder.rings,
+        side_faces=side_faces,
+        node_edges=node_edges,
+        node_vertices=node_vertices,
+        target_edge_points=divide_target_edges(sweep, source, builder.rings, fit),
+        notes=tuple(builder.notes),
+    )

@@ -1,0 +1,178 @@
+"""Plane charts of a face that gmsh can mesh, and the way back onto the surface.
+
+Place in the flow: ``quads`` meshes a face in a chart, then lifts the mesh.
+
+Method: a plane is its own chart. Another face is unrolled through its parameters, each scaled by
+the mean length of its partial derivative, where that keeps its outline simple; or it is looked at
+along its mean normal, and points are brought onto the surface by the nearest one.
+
+Not handled: faces that neither chart shows without overlap (most of a sphere).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..topology import DirectedEdge, Face, FloatArray, IntArray
+from .transfinite import join_chains
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chart:
+    """A face laid out in a plane, counter-clockwise as seen along the sweep.
+
+    Attributes
+    ----------
+    boundary : tuple of (m, 2) float64
+        Places of the boundary nodes, loop by loop.
+    boundary_uv : (b, 2) float64
+        Their parameters on the surface.
+    lift : callable
+        Places (m, 2) to points (m, 3) on the surface and their parameters (m, 2).
+    """
+
+    boundary: tuple[FloatArray, ...]
+    boundary_uv: FloatArray
+    lift: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+
+def charts_of(
+    face: Face,
+    loops: Sequence[Sequence[DirectedEdge]],
+    fractions: Mapping[int, FloatArray],
+    nodes: Sequence[IntArray],
+    known: FloatArray,
+) -> Iterator[Chart]:
+    """Charts of a face, the most faithful first.
+
+    Parameters
+    ----------
+    loops : directed edges, seen along the sweep
+    fractions : by edge
+        Arc-length fractions of the edges' nodes.
+    nodes : boundary nodes of each loop, perhaps turned against `loops` by a few places
+    known : (n, 3) float64
+        Points of all nodes so far.
+    """
+    points = [known[ids] for ids in nodes]
+    uv = [_loop_uv(face, loop, fractions, p, q) for loop, p, q in zip(loops, points, points, strict=True)]
+    if face.kind == "plane":
+        candidates = [_seen_along(face, points, uv, exact=True)]
+    else:
+        candidates = [_unrolled(face, points, uv), _seen_along(face, points, uv, exact=False)]
+    charts = [chart for chart in candidates if chart is not None and _is_simple(chart.boundary)]
+    yield from sorted(charts, key=lambda chart: _distortion(chart, points))
+
+
+def _loop_uv(
+    face: Face, loop: Sequence[DirectedEdge], fractions: Mapping[int, FloatArray], points: FloatArray, _: FloatArray
+) -> FloatArray:
+    """Parameters of a loop's nodes, in the order of `points`."""
+    parts = [face.surface.edge_uv(e, fractions[e])[:: 1 if forward else -1] for e, forward in loop]
+    uv = join_chains(parts)[:-1]
+    places = face.surface.evaluate(uv)
+    # The nodes may have been turned by one place; the parameters follow them.
+    turns = [float(np.abs(np.roll(places, -turn, axis=0) - points).max()) for turn in (0, 1)]
+    return np.roll(uv, -int(np.argmin(turns)), axis=0)
+
+
+def _vector_area(points: FloatArray) -> FloatArray:
+    origin = points.mean(axis=0)
+    return 0.5 * np.cross(points - origin, np.roll(points, -1, axis=0) - origin).sum(axis=0)
+
+
+def _plane_frame(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    first = np.cross(normal, axis)
+    first /= np.linalg.norm(first)
+    return first, np.cross(normal, first)
+
+
+def _seen_along(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray], *, exact: bool) -> Chart | None:
+    """The face seen along its mean normal into the solid; `exact` where it is a plane."""
+    area = sum((_vector_area(p) for p in points), start=np.zeros(3))
+    normal = -face.normal if exact else area
+    norm = np.linalg.norm(normal)
+    if norm <= 1e-6 * face.area and not exact:
+        return None
+    first, second = _plane_frame(normal / norm)
+    origin = points[0].mean(axis=0)
+    frame = np.stack([first, second], axis=1)
+    surface = face.surface
+
+    def lift(places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        above = origin + places @ frame.T
+        parameters = surface.project(above)
+        return (above if exact else surface.evaluate(parameters)), parameters
+
+    return Chart(boundary=tuple((p - origin) @ frame for p in points), boundary_uv=np.concatenate(uv), lift=lift)
+
+
+def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]) -> Chart | None:
+    """The face in its parameters, each scaled to measure lengths."""
+    surface = face.surface
+    border = np.concatenate(uv)
+    low, high = border.min(axis=0), border.max(axis=0)
+    u, v = np.meshgrid(*(np.linspace(low[j], high[j], 9) for j in (0, 1)), indexing="ij")
+    by_u, by_v = surface.derivatives(np.stack([u.ravel(), v.ravel()], axis=1))
+    scale = np.array([np.linalg.norm(by_u, axis=1).mean(), np.linalg.norm(by_v, axis=1).mean()])
+    if not np.isfinite(scale).all() or (scale <= 0).any():
+        return None
+    signs = np.ones(2)
+    outer = uv[0] * scale
+    if _signed_area(outer) < 0:
+        signs[0] = -1.0
+    factor = scale * signs
+
+    def lift(places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        parameters = places / factor
+        return surface.evaluate(parameters), parameters
+
+    return Chart(boundary=tuple(part * factor for part in uv), boundary_uv=border, lift=lift)
+
+
+def _signed_area(polygon: FloatArray) -> float:
+    x, y = (polygon - polygon.mean(axis=0)).T
+    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def _distortion(chart: Chart, points: Sequence[FloatArray]) -> float:
+    """Greatest ratio between the stretches of boundary segments."""
+    ratios = []
+    for flat, p in zip(chart.boundary, points, strict=True):
+        chart_steps = np.linalg.norm(np.roll(flat, -1, axis=0) - flat, axis=1)
+        steps = np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1)
+        ratios.append(chart_steps / steps)
+    stretch: FloatArray = np.concatenate(ratios)
+    return float(np.max(stretch) / max(float(np.min(stretch)), 1e-12))
+
+
+def _is_simple(loops: Sequence[FloatArray]) -> bool:
+    """Whether the outlines turn the right way, and no two of their segments cross."""
+    if _signed_area(loops[0]) <= 0 or any(_signed_area(loop) >= 0 for loop in loops[1:]):
+        return False
+    start = np.concatenate(loops)
+    end = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    return not _any_crossing(start, end)
+
+
+def _any_crossing(start: FloatArray, end: FloatArray) -> bool:
+    """Whether any two of the segments cross in their insides (blocks of rows keep the memory small)."""
+    n = len(start)
+    step = end - start
+    for first in range(0, n, 256):
+        rows = slice(first, min(first + 256, n))
+
+        def side(a: FloatArray, d: FloatArray, p: FloatArray) -> FloatArray:
+            return np.asarray(d[..., 0] * (p[..., 1] - a[..., 1]) - d[..., 1] * (p[..., 0] - a[..., 0]))
+
+        a, d = start[rows, None], step[rows, None]
+        b, e = start[None], step[None]
+        apart = side(a, d, b) * side(a, d, end[None]) < 0
+        across = side(b, e, a) * side(b, e, end[rows, None]) < 0
+        if (apart & across).any():
+            return True
+    return False

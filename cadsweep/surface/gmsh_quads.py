@@ -1,0 +1,141 @@
+"""gmsh as a mesher of polygons: quads in the plane on boundary nodes that stay as they are.
+
+Place in the flow: the only module of the surface stage that meets gmsh. ``quads`` calls it with a
+chart's outline.
+
+Method: each loop becomes one discrete curve that already carries its segments; gmsh meshes the
+plane surface between them. Its all-quad algorithm works on every second boundary node and then
+subdivides, so a whole loop as one curve needs no more than an even count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import SurfaceMeshError
+from ..gmsh_session import gmsh_session
+from ..topology import FloatArray, IntArray
+
+_TRIANGLE, _QUAD = 2, 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """A way for gmsh to make quads: ``Mesh.Algorithm`` and ``Mesh.RecombinationAlgorithm``."""
+
+    algorithm: int
+    recombination: int
+    even_loops: bool
+
+
+SETTINGS = (
+    Setting(algorithm=8, recombination=3, even_loops=True),
+    Setting(algorithm=6, recombination=3, even_loops=True),
+    Setting(algorithm=6, recombination=1, even_loops=False),
+    Setting(algorithm=8, recombination=1, even_loops=False),
+    Setting(algorithm=5, recombination=1, even_loops=False),
+)
+"""Cheapest first. Full quads by subdivision, then Blossom."""
+
+
+def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatArray, IntArray]:
+    """Mesh a polygon with holes with quads alone.
+
+    Parameters
+    ----------
+    loops : sequence of (m, 2) float64
+        Outer loop counter-clockwise, holes clockwise.
+    setting : Setting
+
+    Returns
+    -------
+    inner : (n, 2) float64
+        Nodes inside.
+    quads : (q, 4) int64
+        Counter-clockwise; ids count the loops' nodes first, then `inner`.
+
+    Raises
+    ------
+    SurfaceMeshError
+        A triangle is left, a boundary node is lost, or gmsh failed.
+    """
+    if setting.even_loops and any(len(loop) % 2 for loop in loops):
+        raise SurfaceMeshError("a boundary loop has an odd number of segments")
+    boundary = np.concatenate(loops)
+    origin = boundary.min(axis=0)
+    scale = float(np.max(np.ptp(boundary, axis=0)))
+    options = {
+        "Mesh.Algorithm": setting.algorithm,
+        "Mesh.RecombinationAlgorithm": setting.recombination,
+        "Mesh.RecombineAll": 1,
+        "Mesh.Renumber": 0,
+        "Mesh.MeshSizeExtendFromBoundary": 1,
+        "Mesh.RandomSeed": 1,
+    }
+    with gmsh_session("cap", options) as gmsh:
+        surface = _add_polygon(gmsh, [(loop - origin) / scale for loop in loops])
+        gmsh.model.mesh.generate(2)
+        return _read_quads(gmsh, surface, len(boundary), origin, scale)
+
+
+def _add_polygon(gmsh: Any, loops: Sequence[FloatArray]) -> int:
+    tag = 1
+    curve_loops = []
+    for loop in loops:
+        tags = np.arange(tag, tag + len(loop))
+        xyz = np.column_stack([loop, np.zeros(len(loop))])
+        point = gmsh.model.addDiscreteEntity(0)
+        gmsh.model.setCoordinates(point, *xyz[0])
+        curve = gmsh.model.addDiscreteEntity(1, -1, [point, point])
+        gmsh.model.mesh.addNodes(0, point, tags[:1], xyz[0])
+        gmsh.model.mesh.addNodes(1, curve, tags[1:], xyz[1:].ravel())
+        gmsh.model.mesh.addElementsByType(point, 15, [], tags[:1])
+        gmsh.model.mesh.addElementsByType(curve, 1, [], np.column_stack([tags, np.roll(tags, -1)]).ravel())
+        curve_loops.append(gmsh.model.geo.addCurveLoop([curve]))
+        tag += len(loop)
+    surface = gmsh.model.geo.addPlaneSurface(curve_loops)
+    gmsh.model.geo.synchronize()
+    return int(surface)
+
+
+def _read_quads(
+    gmsh: Any, surface: int, n_boundary: int, origin: FloatArray, scale: float
+) -> tuple[FloatArray, IntArray]:
+    types, _, nodes = gmsh.model.mesh.getElements(2, surface)
+    found = dict(zip((int(t) for t in types), nodes, strict=True))
+    if _QUAD not in found:
+        raise SurfaceMeshError("gmsh made no quads")
+    if len(found.get(_TRIANGLE, ())):
+        raise SurfaceMeshError(f"gmsh left {len(found[_TRIANGLE]) // 3} triangles")
+    quads = np.asarray(found[_QUAD], dtype=np.int64).reshape(-1, 4)
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    tags = np.asarray(tags, dtype=np.int64)
+    xy = np.empty((int(np.max(tags)) + 1, 2))
+    xy[tags] = np.asarray(xyz).reshape(-1, 3)[:, :2]
+    used = np.unique(quads)
+    inner = used[used > n_boundary]
+    if len(used) - len(inner) != n_boundary:
+        raise SurfaceMeshError(f"gmsh lost {n_boundary - (len(used) - len(inner))} boundary nodes")
+    number = np.full(len(xy), -1, dtype=np.int64)
+    number[1 : n_boundary + 1] = np.arange(n_boundary)
+    number[inner] = n_boundary + np.arange(len(inner))
+    quads = number[quads]
+    _check_border(quads, n_boundary)
+    a, b, c, d = (xy[np.concatenate([np.arange(1, n_boundary + 1), inner])][quads[:, j]] for j in range(4))
+    diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]
+    if diagonals.sum() < 0:
+        quads = quads[:, ::-1]
+    return xy[inner] * scale + origin, np.ascontiguousarray(quads)
+
+
+def _check_border(quads: IntArray, n_boundary: int) -> None:
+    """Every border edge of the quads joins boundary nodes: no boundary segment was divided."""
+    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    unique, uses = np.unique(edges, axis=0, return_counts=True)
+    border = unique[uses == 1]
+    if (uses > 2).any() or len(border) != n_boundary or (border >= n_boundary).any():
+        raise SurfaceMeshError("gmsh changed the boundary of the cap")

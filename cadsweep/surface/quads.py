@@ -1,0 +1,227 @@
+"""Quads on the source cap, face by face, on boundary nodes that are given.
+
+Place in the flow: after the rings; gives ``mesh.QuadMesh``.
+
+Method: a four-sided face with equal opposite counts is filled transfinitely. Any other face is
+mapped to a plane (``charts``), meshed there by gmsh (``gmsh_quads``), and brought back. Settings are
+tried from the cheapest on until the worst quad is good; quads are then relaxed on the surface
+(``relax``). Inner edges of a cap of several faces are divided once, so the faces conform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..errors import SurfaceMeshError
+from ..mesh import QuadMesh
+from ..topology import DirectedEdge, Face, FloatArray, IntArray, Intervals, Sweep
+from .charts import Chart, charts_of
+from .gmsh_quads import SETTINGS, mesh_polygon
+from .relax import relax_quads
+from .transfinite import GOOD_ENOUGH, fill, join_chains
+
+_CORNER = (np.radians(30), np.radians(150))
+_STRAIGHT = (np.radians(150), np.radians(210))
+_GOOD = 0.45
+"""Worst corner sine above which no other setting is tried."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FacePatch:
+    """Quads of one face: ids below `n_fixed` are the cap's, the others count its inner nodes on."""
+
+    inner_points: FloatArray
+    quads: IntArray
+    worst: float
+
+
+class CapBuilder:
+    """Nodes and quads of the source cap; the ring's nodes come first."""
+
+    def __init__(self, sweep: Sweep, intervals: Intervals, ring: FloatArray, loops: Sequence[IntArray]) -> None:
+        self.solid = sweep.solid
+        self.sweep = sweep
+        self.counts = intervals.counts
+        self.points = [ring]
+        self.n_points = len(ring)
+        self.loops = tuple(loops)
+        self.edge_nodes: dict[int, IntArray] = {}
+        self.fractions: dict[int, FloatArray] = {}
+        self._vertex_nodes: dict[int, int] = {}
+        self._take_loops()
+        self._divide_inner_edges()
+
+    def _add(self, points: FloatArray) -> IntArray:
+        ids = np.arange(self.n_points, self.n_points + len(points), dtype=np.int64)
+        self.points.append(points)
+        self.n_points += len(points)
+        return ids
+
+    def _take_loops(self) -> None:
+        for directed_edges, nodes in zip(self.sweep.source_loops, self.loops, strict=True):
+            at = 0
+            for edge, forward in directed_edges:
+                n = int(self.counts[edge])
+                ids = nodes[(at + np.arange(n + 1)) % len(nodes)]
+                self._take_edge(edge, ids if forward else ids[::-1])
+                at += n
+
+    def _take_edge(self, edge: int, ids: IntArray) -> None:
+        self.edge_nodes[edge] = ids
+        self.fractions[edge] = np.linspace(0.0, 1.0, len(ids))
+        self._vertex_nodes[self.solid.edges[edge].start] = int(ids[0])
+        self._vertex_nodes[self.solid.edges[edge].end] = int(ids[-1])
+
+    def _divide_inner_edges(self) -> None:
+        inner = sorted({e for f in self.sweep.source for e in self.solid.faces[f].edges} - set(self.edge_nodes))
+        for vertex in sorted({v for e in inner for v in (self.solid.edges[e].start, self.solid.edges[e].end)}):
+            if vertex not in self._vertex_nodes:
+                self._vertex_nodes[vertex] = int(self._add(self.solid.vertices[vertex][None])[0])
+        for e in inner:
+            edge = self.solid.edges[e]
+            n = int(self.counts[e])
+            if n < 1:
+                raise SurfaceMeshError(f"edge {e} inside the source cap has {n} segments")
+            points = edge.curve.evaluate(np.linspace(0.0, 1.0, n + 1))[1:-1]
+            ids = np.concatenate(
+                [[self._vertex_nodes[edge.start]], self._add(points), [self._vertex_nodes[edge.end]]]
+            ).astype(np.int64)
+            self._take_edge(e, ids)
+
+    def build(self) -> QuadMesh:
+        """Mesh every face of the cap."""
+        quads, owners = [], []
+        for f in self.sweep.source:
+            face = self.solid.faces[f]
+            known = np.concatenate(self.points)
+            loops = [reversed_loop(loop.directed) for loop in face.loops]
+            patch = self._structured(face, loops, known) if len(loops) == 1 else None
+            if patch is None or patch.worst < GOOD_ENOUGH:
+                other = self._unstructured(face, loops, known, patch)
+                patch = other if patch is None or other.worst > patch.worst else patch
+            if patch.worst <= 0:
+                raise SurfaceMeshError(
+                    f"{face.label()}: the best quads that could be made are folded (worst corner sine "
+                    f"{patch.worst:.2g}); try a smaller size"
+                )
+            self._add(patch.inner_points)
+            quads.append(patch.quads)
+            owners.append(np.full(len(patch.quads), f, dtype=np.int64))
+        return QuadMesh(
+            points=np.concatenate(self.points),
+            quads=np.concatenate(quads),
+            faces=np.concatenate(owners),
+            loops=self.loops,
+            edge_nodes=self.edge_nodes,
+        )
+
+    def _chain_nodes(self, chain: Sequence[DirectedEdge]) -> IntArray:
+        return join_chains([self.edge_nodes[e][:: 1 if forward else -1] for e, forward in chain])
+
+    def _structured(self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray) -> FacePatch | None:
+        """Fill a four-sided face, or None where it is none."""
+        sides = four_sides(face, loops[0], self.counts)
+        if sides is None:
+            return None
+        a, b, c, d = sides
+        chains = (a, b, [(e, not f) for e, f in reversed(c)], [(e, not f) for e, f in reversed(d)])
+        nodes = tuple(self._chain_nodes(chain) for chain in chains)
+        chains_uv = tuple(
+            join_chains([face.surface.edge_uv(e, self.fractions[e])[:: 1 if forward else -1] for e, forward in chain])
+            for chain in chains
+        )
+        points, _, worst = fill(face.surface, chains_uv, tuple(known[ids] for ids in nodes), side=-1.0)
+        h, w = points.shape[0] - 1, points.shape[1] - 1
+        ids = np.empty((h + 1, w + 1), dtype=np.int64)
+        ids[1:-1, 1:-1] = self.n_points + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
+        ids[0], ids[:, -1], ids[-1], ids[:, 0] = nodes
+        quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+        return FacePatch(inner_points=points[1:-1, 1:-1].reshape(-1, 3), quads=quads, worst=worst)
+
+    def _unstructured(
+        self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, other: FacePatch | None
+    ) -> FacePatch:
+        """Mesh a face with gmsh in a chart: the best of several settings by the worst quad."""
+        nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
+        for loop in nodes:
+            if len(loop) % 2 and len(nodes) == 1:
+                raise SurfaceMeshError(
+                    f"{face.label()} has {len(loop)} boundary segments; quads alone need an even number"
+                )
+        nodes = [_start_at_corner(ids, loop, face, self.counts) for ids, loop in zip(nodes, loops, strict=True)]
+        boundary = np.concatenate(nodes)
+        reasons: list[str] = []
+        best: FacePatch | None = None
+        for chart in charts_of(face, loops, self.fractions, nodes, known):
+            for setting in SETTINGS:
+                try:
+                    inner, quads = mesh_polygon(chart.boundary, setting)
+                except SurfaceMeshError as error:
+                    reasons.append(str(error))
+                    continue
+                patch = self._lift(face, chart, inner, quads, boundary)
+                if best is None or patch.worst > best.worst:
+                    best = patch
+                if best.worst >= _GOOD:
+                    return best
+            if best is not None and best.worst >= GOOD_ENOUGH / 2:
+                return best
+        if best is None and other is not None:
+            return other
+        if best is None:
+            raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {'; '.join(reasons[:3])}")
+        return best
+
+    def _lift(self, face: Face, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray) -> FacePatch:
+        """Bring a chart's mesh onto the surface and relax it."""
+        points, uv = chart.lift(inner)
+        everything = np.concatenate([np.concatenate(self.points)[boundary], points])
+        n = len(boundary)
+        all_uv = np.concatenate([chart.boundary_uv, uv])
+        everything, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n)
+        ids = np.concatenate([boundary, self.n_points + np.arange(len(inner), dtype=np.int64)])
+        return FacePatch(inner_points=everything[n:], quads=ids[quads], worst=worst)
+
+
+def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:
+    """A face's loop run the other way: seen along the sweep instead of from outside."""
+    return [(edge, not forward) for edge, forward in reversed(loop)]
+
+
+def loop_angles(face: Face, loop: Sequence[DirectedEdge]) -> list[float]:
+    """Interior angle of the face at the vertex where each edge of a reversed loop begins."""
+    at_end: dict[DirectedEdge, float] = {}
+    for own in face.loops:
+        for j, directed in enumerate(own.directed):
+            # The reversed loop begins edge j where the face's own loop ends it.
+            at_end[directed] = own.angles[(j + 1) % len(own.angles)]
+    return [at_end[edge, not forward] for edge, forward in loop]
+
+
+def four_sides(face: Face, loop: Sequence[DirectedEdge], counts: IntArray) -> list[list[DirectedEdge]] | None:
+    """Split a loop at its four corners; None where there are not four, or opposite counts differ."""
+    angles = loop_angles(face, loop)
+    corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
+    straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
+    if len(corners) != 4 or len(corners) + len(straight) != len(angles):
+        return None
+    turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
+    cuts = [c - corners[0] for c in corners] + [len(loop)]
+    sides = [turned[a:b] for a, b in pairwise(cuts)]
+    sums = [int(sum(counts[e] for e, _ in side)) for side in sides]
+    return sides if sums[0] == sums[2] and sums[1] == sums[3] else None
+
+
+def _start_at_corner(ids: IntArray, loop: Sequence[DirectedEdge], face: Face, counts: IntArray) -> IntArray:
+    """Turn a loop's nodes so that as many sharp corners as possible stand at even places.
+
+    gmsh's all-quad algorithm works on every second boundary node first, counted from the beginning.
+    """
+    sharpness = np.abs(np.pi - np.array(loop_angles(face, loop)))
+    places = np.concatenate([[0], np.cumsum([int(counts[e]) for e, _ in loop])])[:-1]
+    even = sharpness[places % 2 == 0].sum()
+    return ids if even >= sharpness[places % 2 == 1].sum() else np.roll(ids, -1)

@@ -1,0 +1,233 @@
+"""Ring nodes on edges and linking sides.
+
+Place in the flow: after ``layout`` and ``spacing``; gives the rings of ``mesh.SurfaceMesh``.
+
+Method: rails first, by the layers' places; then the edges along the loops, which divide themselves
+as the affine image of the source loop does (the map is fitted to the ring, the edge divided anew,
+a few times); then the sides by transfinite interpolation. Last, the nodes of every row slide within
+the row to where the image of the source's nodes wants them, their order kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import SurfaceMeshError
+from ..topology import FloatArray, IntArray, Sweep
+from .layout import Layout, PlacedEdge, PlacedSide
+from .spacing import Fit, divide_like, rescaled
+from .transfinite import chain_fractions, fill, join_chains, worst_corner
+
+_N_CHORDS = 16
+"""Chords a source segment is measured by: an ellipse's image is then divided to 1e-5 of a segment."""
+_N_FITS = 3
+_SLIDE_TOLERANCE = 1e-3
+"""Part of a segment below which nodes of a row are left where they are."""
+
+
+class RingBuilder:
+    """Fills ``rings`` (n_layers + 1, b, 3) step by step."""
+
+    def __init__(self, sweep: Sweep, layout: Layout, places: FloatArray, fit: Fit) -> None:
+        self.sweep = sweep
+        self.solid = sweep.solid
+        self.layout = layout
+        self.places = places
+        self.fit = fit
+        self.rings: FloatArray = np.full((layout.n_layers + 1, layout.n_ring, 3), np.nan)
+        self.fractions: dict[int, FloatArray] = {}  # by edge, from the edge's start to its end
+        self.chords = np.empty((layout.n_ring, _N_CHORDS, 3))
+        self.notes: list[str] = []
+
+    def build(self) -> None:
+        """Place every ring node."""
+        for placed in self.layout.edges.values():
+            if not placed.along_loop:
+                places = self.places[placed.loop, placed.layer : placed.layer + placed.n_segments + 1]
+                self._set_edge(placed, rescaled(places))
+            elif placed.layer == 0:
+                self._set_edge(placed, np.linspace(0.0, 1.0, placed.n_segments + 1))
+                self._measure_chords(placed)
+        moving = [p for p in self.layout.edges.values() if p.along_loop and p.layer > 0]
+        for placed in moving:
+            self._divide(placed, None)
+        self._place_vertices()
+        n_edges = self._divide_complete_rings(moving)
+        blocks = [self._fill_side(placed) for placed in self.layout.sides]
+        if n_edges < len(moving):
+            # Edges of columns that share no closed ring of edges: their layers are known only now.
+            linear = self.fit(self.rings[0], self.rings)
+            for placed in moving:
+                self._divide(placed, linear[placed.layer])
+            self._place_vertices()
+            blocks = [self._fill_side(placed) for placed in self.layout.sides]
+        self._slide_rows(blocks)
+
+    def _set_edge(self, placed: PlacedEdge, along: FloatArray) -> None:
+        """Place an edge's nodes at arc-length fractions given in its placed direction."""
+        fractions = along if placed.forward else (1.0 - along)[::-1]
+        self.fractions[placed.edge] = fractions
+        edge = self.solid.edges[placed.edge]
+        points = np.array(edge.curve.evaluate(fractions))
+        points[0], points[-1] = self.solid.vertices[edge.start], self.solid.vertices[edge.end]
+        self.rings[self.layout.nodes(placed)] = points if placed.forward else points[::-1]
+
+    def _measure_chords(self, placed: PlacedEdge) -> None:
+        n = placed.n_segments
+        points = self.solid.edges[placed.edge].curve.evaluate(np.linspace(0.0, 1.0, n * _N_CHORDS + 1))
+        chords = np.diff(points if placed.forward else points[::-1], axis=0)
+        self.chords[self.layout.columns(placed.loop, placed.column, n)] = chords.reshape(n, _N_CHORDS, 3)
+
+    def _divide(self, placed: PlacedEdge, linear_part: FloatArray | None) -> None:
+        columns = self.layout.columns(placed.loop, placed.column, placed.n_segments)
+        self._set_edge(placed, divide_like(self.chords[columns], linear_part))
+
+    def _place_vertices(self) -> None:
+        for vertex, (column, layer) in self.layout.vertices.items():
+            self.rings[layer, column] = self.solid.vertices[vertex]
+
+    def _divide_complete_rings(self, moving: list[PlacedEdge]) -> int:
+        """Divide the edges of rings that consist of edges alone; returns how many edges these are."""
+        by_layer: dict[int, list[PlacedEdge]] = {}
+        for placed in moving:
+            by_layer.setdefault(placed.layer, []).append(placed)
+        n_ring = self.layout.n_ring
+        complete = {k: edges for k, edges in by_layer.items() if sum(p.n_segments for p in edges) == n_ring}
+        layers = sorted(complete)
+        for _ in range(_N_FITS if layers else 0):
+            linear = self.fit(self.rings[0], self.rings[layers])
+            for k, part in zip(layers, linear, strict=True):
+                for placed in complete[k]:
+                    self._divide(placed, part)
+            self._place_vertices()
+        return sum(len(edges) for edges in complete.values())
+
+    def _fill_side(self, placed: PlacedSide) -> FloatArray:
+        """Fill a side; returns its parameters (h + 1, w + 1, 2)."""
+        side, face = placed.side, self.solid.faces[placed.side.face]
+        block = self.layout.block(placed)
+        grid = self.rings[block]
+        chains = (grid[0], grid[:, -1], grid[-1], grid[:, 0])
+        chains_uv = tuple(
+            join_chains([face.surface.edge_uv(e, self.fractions[e])[:: 1 if forward else -1] for e, forward in chain])
+            for chain in (side.bottom, side.right, side.top, side.left)
+        )
+        points, uv, worst = fill(face.surface, chains_uv, chains)
+        if worst <= 0:
+            self.notes.append(f"{face.label()}: its quads are folded at the worst corner (sine {worst:.2g})")
+        if not np.isfinite(points).all():
+            raise SurfaceMeshError(f"{face.label()} could not be filled: its surface gives no finite points")
+        self.rings[block] = points
+        return uv
+
+    def _slide_rows(self, blocks: list[FloatArray]) -> None:
+        """Slide nodes within the rows of every side towards the image of the source's nodes."""
+        if self.layout.n_layers < 2:
+            return
+        linear = self.fit(self.rings[0], self.rings)
+        successors = np.concatenate([self.layout.columns(j, 1, n) for j, n in enumerate(self.layout.loop_sizes)])
+        source_chords = self.rings[0, successors] - self.rings[0]
+        for placed, uv in zip(self.layout.sides, blocks, strict=True):
+            if placed.height < 2 or placed.width < 2:
+                continue
+            block = self.layout.block(placed)
+            columns = block[1][0, :-1]
+            rows = block[0][:, 0]
+            wanted = np.stack([divide_like(source_chords[columns][:, None], linear[k]) for k in rows])
+            grid = self.rings[block]
+            slid = slide_rows(grid, wanted)
+            if slid is None:
+                continue
+            self._accept_slide(placed, grid, _interpolate_rows(uv, *slid))
+
+    def _accept_slide(self, placed: PlacedSide, grid: FloatArray, uv: FloatArray) -> None:
+        surface = self.solid.faces[placed.side.face].surface
+        new = grid.copy()
+        inside = uv[1:-1, 1:-1]
+        new[1:-1, 1:-1] = surface.evaluate(inside.reshape(-1, 2)).reshape(*inside.shape[:2], 3)
+        normals = surface.normals(uv.reshape(-1, 2)).reshape(grid.shape)
+        # A slide that hurts the side itself is not worth what it brings inside.
+        if worst_corner(new, normals) >= min(0.3, 0.9 * worst_corner(grid, normals)):
+            self.rings[self.layout.block(placed)] = new
+
+    def labels(self) -> tuple[IntArray, IntArray, IntArray]:
+        """``side_faces``, ``node_edges`` and ``node_vertices`` of the surface mesh."""
+        layout = self.layout
+        side_faces = np.full((layout.n_layers, layout.n_ring), -1, dtype=np.int64)
+        for side in layout.sides:
+            columns = layout.columns(side.loop, side.column, side.width)
+            side_faces[side.layer : side.layer + side.height, columns] = side.side.face
+        node_edges = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
+        for edge in layout.edges.values():
+            node_edges[layout.nodes(edge)] = edge.edge
+        node_vertices = np.full_like(node_edges, -1)
+        for vertex, (column, layer) in layout.vertices.items():
+            node_vertices[layer, column] = vertex
+        return side_faces, node_edges, node_vertices
+
+
+def slide_rows(grid: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Where along its row each node of a grid should stand.
+
+    The borders stay: what bottom and top differ from their `wanted` fractions fades into the rows
+    between them.
+
+    Parameters
+    ----------
+    grid : (h + 1, w + 1, 3) float64
+    wanted : (h + 1, w + 1) float64
+        Fractions along each row, as the source's image divides it.
+
+    Returns
+    -------
+    present, new : (h + 1, w + 1) float64, or None where no node has to move
+    """
+    steps = np.linalg.norm(np.diff(grid, axis=1), axis=2)
+    total = steps.sum(axis=1, keepdims=True)
+    if (total == 0).any():
+        return None
+    present = np.concatenate([np.zeros((len(grid), 1)), np.cumsum(steps, axis=1)], axis=1) / total
+    present[:, -1] = 1.0
+    height = chain_fractions(grid[:, grid.shape[1] // 2])[:, None]
+    new = wanted + (1 - height) * (present[0] - wanted[0]) + height * (present[-1] - wanted[-1])
+    new[0], new[-1] = present[0], present[-1]
+    # Order kept: no segment of the row falls below a quarter of what the source's image gives it.
+    least = 0.25 * np.minimum(np.diff(wanted, axis=1), np.diff(present, axis=1))
+    widths = np.maximum(np.diff(new, axis=1), least)
+    new[:, 1:] = np.cumsum(widths, axis=1) / widths.sum(axis=1, keepdims=True)
+    new[:, 0], new[:, -1] = 0.0, 1.0
+    if np.abs(new - present).max() <= _SLIDE_TOLERANCE / steps.shape[1]:
+        return None
+    return present, new
+
+
+def _interpolate_rows(values: FloatArray, present: FloatArray, new: FloatArray) -> FloatArray:
+    """Cubic interpolation of rows (h + 1, w + 1, d) from their fractions `present` to `new`."""
+    h, w = present.shape
+    shift = 2.0 * np.arange(h)[:, None]
+    flat = (present + shift).ravel()
+    index = np.searchsorted(flat, (new + shift).ravel(), side="right").reshape(h, w) - 1
+    index = np.clip(index - np.arange(h)[:, None] * w, 0, w - 2)
+    slopes = _row_slopes(values, present)
+    rows = np.arange(h)[:, None]
+    start, end = present[rows, index], present[rows, index + 1]
+    step = np.where(end > start, end - start, 1.0)
+    t = ((new - start) / step)[..., None]
+    step = step[..., None]
+    a, b = values[rows, index], values[rows, index + 1]
+    da, db = slopes[rows, index] * step, slopes[rows, index + 1] * step
+    out = (1 + 2 * t) * (1 - t) ** 2 * a + t * (1 - t) ** 2 * da + t**2 * (3 - 2 * t) * b + t**2 * (t - 1) * db
+    out[:, 0], out[:, -1] = values[:, 0], values[:, -1]
+    return out
+
+
+def _row_slopes(values: FloatArray, present: FloatArray) -> FloatArray:
+    """Slopes at the nodes of rows: of the parabola through three nodes, one-sided at the ends."""
+    step = np.diff(present, axis=1)[..., None]
+    step = np.where(step > 0, step, 1e-300)
+    chord = np.diff(values, axis=1) / step
+    slopes = np.empty_like(values)
+    before, after = step[:, :-1], step[:, 1:]
+    slopes[:, 1:-1] = (after * chord[:, :-1] + before * chord[:, 1:]) / (before + after)
+    slopes[:, 0], slopes[:, -1] = chord[:, 0], chord[:, -1]
+    return slopes

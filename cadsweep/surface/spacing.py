@@ -1,0 +1,152 @@
+"""Where nodes stand along edges: layers along the sweep, and ring nodes that follow the source loop.
+
+Place in the flow: the surface stage calls it before any node is placed.
+
+Method: a layer stands at one *place* in [0, 1] for all rails of a loop. Within a span between
+stations the places are even, graded by `bias`, or the user's `fractions`. Around the loops, the
+nodes of an edge away from the source divide it as the affine image of the source loop's nodes
+divides their image: by lengths of the image, which always keep the order and which on an affine
+image of the source are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from ..errors import InputError
+from ..topology import FloatArray, Sweep
+from .layout import Layout
+
+Fit = Callable[[FloatArray, FloatArray], FloatArray]
+"""``fit(source_ring (b, 3), rings (m, b, 3)) -> (m, 3, 3)``: linear parts A, ``ring ~ ring_0 @ A.T + c``."""
+
+_LEAST_STRETCH, _GREATEST_STRETCH = 0.25, 4.0
+
+
+def graded_places(n: int, bias: float | Sequence[float] | None) -> FloatArray:
+    """Places (n + 1,) of n layers of one span, from 0 to 1.
+
+    Parameters
+    ----------
+    n : int
+        Layers of the span.
+    bias : float, (float, float) or None
+        Thickness of the last layer over the first's (a geometric row), or a pair: the middle's
+        thickness over the first's, and over the last's. None: even.
+    """
+    if bias is None or n == 1:
+        sizes = np.ones(n)
+    else:
+        at = np.linspace(0.0, 1.0, n)
+        if isinstance(bias, Sequence):
+            first, last = (np.log(b) for b in bias)
+            sizes = np.exp(np.interp(at, [0.0, 0.5, 1.0], [-first, 0.0, -last]))
+        else:
+            sizes = np.exp(at * np.log(bias))
+    places = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
+    places[-1] = 1.0
+    return places
+
+
+def place_layers(
+    sweep: Sweep, layout: Layout, *, bias: float | Sequence[float] | None, fractions: Sequence[float] | None
+) -> FloatArray:
+    """Places of the layers, for every loop.
+
+    Only ratios within a span matter: an edge between two layers divides itself as the places
+    between them divide.
+
+    Returns
+    -------
+    (n_loops, n_layers + 1) float64
+        Rising from 0 to 1.
+    """
+    n_layers, n_loops = layout.n_layers, len(layout.loop_sizes)
+    if fractions is not None:
+        places = np.asarray(fractions, dtype=float)
+        if places.shape != (n_layers + 1,) or places[0] != 0 or places[-1] != 1 or not (np.diff(places) > 0).all():
+            raise InputError(f"fractions must be {n_layers + 1} numbers that rise from 0 to 1, one per node layer")
+        return np.tile(places, (n_loops, 1))
+    stations = _station_layers(sweep, layout)
+    table = np.empty((n_loops, n_layers + 1))
+    for loop in range(n_loops):
+        knots = [0, *stations[loop], n_layers]
+        lengths = _span_lengths(sweep, layout, loop, knots)
+        ends = np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
+        for (a, b), (start, end) in zip(pairwise(knots), pairwise(ends), strict=True):
+            table[loop, a : b + 1] = start + (end - start) * graded_places(b - a, bias)
+    # A loop without stations follows those that have them, so that a layer is one place on all rails.
+    with_stations = [loop for loop in range(n_loops) if stations[loop]]
+    if with_stations:
+        common = table[with_stations].mean(axis=0)
+        for loop in range(n_loops):
+            if not stations[loop]:
+                table[loop] = common
+    return table
+
+
+def _station_layers(sweep: Sweep, layout: Layout) -> list[list[int]]:
+    """Layers of the stations of each loop, rising."""
+    layers: list[set[int]] = [set() for _ in layout.loop_sizes]
+    for station in sweep.stations:
+        for edge in station:
+            placed = layout.edges[edge]
+            if 0 < placed.layer < layout.n_layers:
+                layers[placed.loop].add(placed.layer)
+    return [sorted(found) for found in layers]
+
+
+def _span_lengths(sweep: Sweep, layout: Layout, loop: int, knots: Sequence[int]) -> FloatArray:
+    """Mean length of the rails of each span of a loop."""
+    lengths = np.zeros(len(knots) - 1)
+    weights = np.zeros(len(knots) - 1)
+    for placed in layout.edges.values():
+        if placed.along_loop or placed.loop != loop:
+            continue
+        span = int(np.searchsorted(knots, placed.layer, side="right")) - 1
+        lengths[span] += sweep.solid.edges[placed.edge].length
+        weights[span] += placed.n_segments / (knots[span + 1] - knots[span])
+    return lengths / np.where(weights > 0, weights, 1.0)
+
+
+def rescaled(places: FloatArray) -> FloatArray:
+    """Rising places (m,) stretched to begin at exactly 0 and end at exactly 1."""
+    out = (places - places[0]) / (places[-1] - places[0])
+    out[0], out[-1] = 0.0, 1.0
+    return out
+
+
+def fit_linear_parts(source_ring: FloatArray, rings: FloatArray) -> FloatArray:
+    """Least-squares linear parts (m, 3, 3) of the maps of a source ring (b, 3) onto rings (m, b, 3).
+
+    Across the plane of a planar source ring the map is left at nothing: no node of the ring needs it.
+    """
+    centred = source_ring - source_ring.mean(axis=0)
+    inverse = np.linalg.pinv(centred, rcond=1e-10)
+    return np.einsum("jb,mbi->mij", inverse, rings - rings.mean(axis=1, keepdims=True))
+
+
+def divide_like(chords: FloatArray, linear_part: FloatArray | None) -> FloatArray:
+    """Arc-length fractions (n + 1,) that divide an edge as the image of the source divides itself.
+
+    Parameters
+    ----------
+    chords : (n, m, 3) float64
+        The stretch of source loop that the edge answers to: m short chords for each of n segments.
+    linear_part : (3, 3) float64 or None
+        Linear part of the affine map; None for the identity.
+    """
+    lengths = np.linalg.norm(chords, axis=2).sum(axis=1)
+    if linear_part is not None:
+        image = np.linalg.norm(chords @ linear_part.T, axis=2).sum(axis=1)
+        stretch = image / np.where(lengths > 0, lengths, 1.0)
+        # A map that flattens the source would let nodes fall together.
+        middle = np.median(stretch)
+        if middle > 0:
+            lengths = lengths * np.clip(stretch, _LEAST_STRETCH * middle, _GREATEST_STRETCH * middle)
+    fractions = np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
+    fractions[-1] = 1.0
+    return fractions
