@@ -10,17 +10,22 @@ the counts nearest to the wanted ones, in the sum of relative deviations.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import pi
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array
 
 from ..errors import SurfaceMeshError
-from ..topology import DirectedEdge, Solid, Sweep
+from ..topology import DirectedEdge, Loop, Solid, Sweep
 from .naming import name_edges
+from .programme import Programme
 
 SAME_PLACE = 0.1
 """Vertices in the bottom and the top of a side are joined where their fractions differ by less."""
+
+STRAIGHT = 5.0 * pi / 6.0
+"""Angle from which a vertex of a cap's face is taken for straight."""
+UNEQUAL = 1.6
+"""Ratio of wanted counts up to which opposite sides of a four-sided cap get equal ones."""
 
 
 def loop_edges(sweep: Sweep) -> list[int]:
@@ -60,7 +65,14 @@ def assign_loops(sweep: Sweep, *, wanted: dict[int, float], fixed: dict[int, int
             continue
         evens = _even_sums(sweep, classes)
         column = {c: j for j, c in enumerate(members)}
-        counts = _solve(column, members, wanted, demanded, sums, evens)
+        want = np.array([np.exp(np.mean(np.log([wanted[e] for e in members[c]]))) for c in column])
+        counts = Programme(
+            want=want,
+            weight=np.array([len(members[c]) for c in column]) / want,
+            demanded={column[c]: n for c, n in demanded.items()},
+            sums=[{column[c]: v for c, v in row.items()} for row in sums],
+            evens=[{column[c]: v for c, v in row.items()} for row in evens],
+        ).solve()
         if counts is not None:
             return {e: counts[column[c]] for e, c in classes.items()}
     named = [e for e in fixed if e in wanted]
@@ -85,26 +97,49 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
             e = parent[e]
         return e
 
-    several = []
+    opposite: list[tuple[list[int], list[int]]] = []
     for side in sweep.linking_sides:
-        bottom, top = side.bottom, side.top
-        if len(bottom) == len(top) and (len(bottom) == 1 or (align and _alike(sweep.solid, bottom, top))):
-            for (a, _), (b, _) in zip(bottom, top, strict=True):
-                parent[find(a)] = find(b)
+        one, other = [e for e, _ in side.bottom], [e for e, _ in side.top]
+        if align and len(one) == len(other) > 1 and _alike(sweep.solid, side.bottom, side.top):
+            opposite += [([a], [b]) for a, b in zip(one, other, strict=True)]
         else:
-            several.append(side)
-    for a, (b, _) in sweep.target_edges.items():
-        parent[find(a)] = find(b)
+            opposite.append((one, other))
+    opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
+    if align:
+        opposite += [pair for f in sweep.source for pair in _opposite_sides(sweep.solid.faces[f].loops, edges)]
+    for one, other in opposite:
+        if len(one) == len(other) == 1:
+            parent[find(one[0])] = find(other[0])
     sums = []
-    for side in several:
+    for one, other in opposite:
         row: dict[int, float] = {}
-        for sign, chain in ((1.0, side.bottom), (-1.0, side.top)):
-            for e, _ in chain:
+        for sign, chain in ((1.0, one), (-1.0, other)):
+            for e in chain:
                 row[find(e)] = row.get(find(e), 0.0) + sign
         row = {c: v for c, v in row.items() if v}
         if row:
             sums.append(row)
     return {e: find(e) for e in edges}, sums
+
+
+def _opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """Opposite sides of a four-sided face of the cap; none where their wanted counts are far apart.
+
+    Equal counts there let the face be filled with a regular grid.
+    """
+    if len(loops) != 1:
+        return []
+    loop = loops[0]
+    corners = [k for k, angle in enumerate(loop.angles) if angle < STRAIGHT]
+    if len(corners) != 4 or max(loop.angles) > 2.0 * pi - STRAIGHT:
+        return []
+    n = len(loop.edges)
+    ends = [*corners, corners[0] + n]
+    sides = [[loop.edges[k % n] for k in range(ends[i], ends[i + 1])] for i in range(4)]
+    totals = [sum(wanted[e] for e in side) for side in sides]
+    if any(max(a, b) > UNEQUAL * min(a, b) for a, b in (totals[0::2], totals[1::2])):
+        return []
+    return [(sides[0], sides[2]), (sides[1], sides[3])]
 
 
 def _alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEdge]) -> bool:
@@ -128,52 +163,3 @@ def _even_sums(sweep: Sweep, classes: dict[int, int]) -> list[dict[int, int]]:
             if odd:
                 rows.append(odd)
     return rows
-
-
-def _solve(
-    column: dict[int, int],
-    members: dict[int, list[int]],
-    wanted: dict[int, float],
-    demanded: dict[int, int],
-    sums: list[dict[int, float]],
-    evens: list[dict[int, int]],
-) -> list[int] | None:
-    """Counts of all classes; None where there are none.
-
-    Unknowns: counts (n), deviations (n), halves of the even sums.
-    """
-    n = len(column)
-    want = np.array([np.exp(np.mean(np.log([wanted[e] for e in members[c]]))) for c in column])
-    n_columns = 2 * n + len(evens)
-    rows: list[dict[int, float]] = []
-    low: list[float] = []
-    high: list[float] = []
-    for j in range(n):
-        rows += [{j: 1.0, n + j: -1.0}, {j: -1.0, n + j: -1.0}]
-        low += [-np.inf, -np.inf]
-        high += [want[j], -want[j]]
-    for row in sums:
-        rows.append({column[c]: v for c, v in row.items()})
-        low.append(0.0)
-        high.append(0.0)
-    for k, odd in enumerate(evens):
-        rows.append({column[c]: float(v) for c, v in odd.items()} | {2 * n + k: -2.0})
-        low.append(0.0)
-        high.append(0.0)
-    lower = np.concatenate([np.ones(n), np.zeros(n_columns - n)])
-    upper = np.full(n_columns, np.inf)
-    for c, value in demanded.items():
-        lower[column[c]] = upper[column[c]] = value
-    weight = np.array([len(members[c]) for c in column]) / want
-    cost = np.concatenate([np.zeros(n), weight, np.zeros(len(evens))])
-    whole = np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))])
-    entries = [(i, j, v) for i, row in enumerate(rows) for j, v in row.items()]
-    i, j, v = (np.array(x) for x in zip(*entries, strict=True))
-    result = milp(
-        cost,
-        integrality=whole,
-        bounds=Bounds(lower, upper),
-        constraints=LinearConstraint(csr_array((v, (i, j)), shape=(len(rows), n_columns)), low, high),
-        options={"time_limit": 10.0, "mip_rel_gap": 1e-3},
-    )
-    return None if result.x is None else [round(x) for x in result.x[:n]]

@@ -17,10 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
-from ..topology import Solid
+from ..topology import FloatArray, Solid
 from .corners import Reading, read_rectangles, why_no_rectangle
 
 STEP_COST = 1e-3
@@ -92,51 +93,75 @@ def find_bands(solid: Solid, *, folded: bool = False) -> BandSearch:
     folded : bool
         Read faces with sharp folds as rectangles too (:func:`.corners.read_rectangles`).
     """
-    readings = [read_rectangles(face, folded=folded) for face in solid.faces]
-    classes = _EdgeSets(len(solid.edges))
+    net = _tie_edges(solid, [read_rectangles(face, folded=folded) for face in solid.faces])
+    bands: list[Band] = []
+    taken: set[int] = set()
+    for c in dict.fromkeys(net.of_edge):
+        if c in net.bad or c in taken:
+            continue
+        if c not in net.unclear:
+            bands.append(_make_band(net.clear[c], {}, net.readings))
+            continue
+        settled = _settle(net, c)
+        if settled is None:
+            face = solid.faces[net.unclear[c][0]]
+            net.bad[c] = f"no four corners of {face.label()} agree with its neighbours"
+            continue
+        chosen, states = settled
+        taken |= chosen
+        clear = [crossing for k in sorted(chosen) for crossing in net.clear.get(k, [])]
+        bands.append(_make_band(clear, states, net.readings))
+    reasons = {e: net.bad[c] for e, c in enumerate(net.of_edge) if c in net.bad}
+    return BandSearch(bands=bands, reasons=reasons, readings=net.readings)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Net:
+    """Classes of edges, and the faces they cross.
+
+    Attributes
+    ----------
+    of_edge : list of int
+        Class of every edge.
+    bad : dict of int to str
+        Classes that cannot be along a sweep.
+    clear : dict of int to list of (int, int)
+        Faces of one reading that a class crosses, and which of their chains it holds.
+    unclear : dict of int to list of int
+        Faces of several readings that a class meets.
+    """
+
+    readings: list[tuple[Reading, ...]]
+    of_edge: list[int]
+    bad: dict[int, str] = field(default_factory=dict)
+    clear: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    unclear: dict[int, list[int]] = field(default_factory=dict)
+
+
+def _tie_edges(solid: Solid, readings: list[tuple[Reading, ...]]) -> _Net:
+    """Join edges that faces of one reading set opposite to each other."""
+    sets = _EdgeSets(len(solid.edges))
     for options in readings:
         if len(options) == 1:
             a, b, c, d = options[0].chains
-            classes.join(a + c)
-            classes.join(b + d)
-    of_edge = [classes.find(e) for e in range(len(solid.edges))]
-
-    bad: dict[int, str] = {}
-    faces_of: dict[int, list[tuple[int, int]]] = {}
-    unclear_of: dict[int, list[int]] = {}
+            sets.join(a + c)
+            sets.join(b + d)
+    net = _Net(readings=readings, of_edge=[sets.find(e) for e in range(len(solid.edges))])
     for face, options in zip(solid.faces, readings, strict=True):
         if not options:
             why = f"{face.label()} {why_no_rectangle(face)}"
             for e in face.edges:
-                bad.setdefault(of_edge[e], why)
+                net.bad.setdefault(net.of_edge[e], why)
         elif len(options) == 1:
-            ways = [of_edge[options[0].chains[way][0]] for way in (0, 1)]
+            ways = [net.of_edge[options[0].chains[way][0]] for way in (0, 1)]
             if ways[0] == ways[1]:
-                bad.setdefault(ways[0], f"the rails would run both along and across {face.label()}")
+                net.bad.setdefault(ways[0], f"the rails would run both along and across {face.label()}")
             for way in (0, 1):
-                faces_of.setdefault(ways[way], []).append((face.id, way))
+                net.clear.setdefault(ways[way], []).append((face.id, way))
         else:
-            for c in {of_edge[e] for e in face.edges}:
-                unclear_of.setdefault(c, []).append(face.id)
-
-    bands: list[Band] = []
-    taken: set[int] = set()
-    for c in dict.fromkeys(of_edge):
-        if c in bad or c in taken:
-            continue
-        if c not in unclear_of:
-            bands.append(_make_band(faces_of[c], {}, readings))
-            continue
-        settled = _settle(c, readings, of_edge, bad, faces_of, unclear_of)
-        if settled is None:
-            face = solid.faces[unclear_of[c][0]]
-            bad[c] = f"no four corners of {face.label()} agree with its neighbours"
-            continue
-        chosen, states = settled
-        taken |= chosen
-        bands.append(_make_band([fw for k in sorted(chosen) for fw in faces_of.get(k, [])], states, readings))
-    reasons = {e: bad[c] for e, c in enumerate(of_edge) if c in bad}
-    return BandSearch(bands=bands, reasons=reasons, readings=readings)
+            for k in {net.of_edge[e] for e in face.edges}:
+                net.unclear.setdefault(k, []).append(face.id)
+    return net
 
 
 def _make_band(
@@ -147,84 +172,87 @@ def _make_band(
     return Band(faces=faces, rails=rails, cost=max(reading.cost for reading, _ in faces.values()))
 
 
-def _settle(
-    seed: int,
-    readings: list[tuple[Reading, ...]],
-    of_edge: list[int],
-    bad: dict[int, str],
-    faces_of: dict[int, list[tuple[int, int]]],
-    unclear_of: dict[int, list[int]],
-) -> tuple[set[int], dict[int, tuple[Reading, int]]] | None:
+def _reach(net: _Net, seed: int) -> tuple[list[int], list[int]]:
+    """Classes and faces of several readings that hang together with a class."""
+    classes: dict[int, None] = {seed: None}
+    faces: dict[int, None] = {}
+    stack = [seed]
+    while stack:
+        for f in net.unclear.get(stack.pop(), []):
+            if f in faces:
+                continue
+            faces[f] = None
+            for chain in net.readings[f][0].chains:
+                for k in {net.of_edge[e] for e in chain} - classes.keys() - net.bad.keys():
+                    classes[k] = None
+                    stack.append(k)
+    return list(classes), list(faces)
+
+
+def _settle(net: _Net, seed: int) -> tuple[set[int], dict[int, tuple[Reading, int]]] | None:
     """Choose the states of all faces with several readings, given that class `seed` is along the sweep.
 
     Returns the classes along the sweep and the chosen state of every such linking side, or None.
     """
-    reach, faces = [seed], []
-    seen_classes, seen_faces = {seed}, set()
-    for c in reach:
-        for f in unclear_of.get(c, []):
-            if f in seen_faces:
-                continue
-            seen_faces.add(f)
-            faces.append(f)
-            for e in {e for chain in readings[f][0].chains for e in chain}:
-                k = of_edge[e]
-                if k not in seen_classes and k not in bad:
-                    seen_classes.add(k)
-                    reach.append(k)
-    column = {c: j for j, c in enumerate(reach)}
-    cost = [STEP_COST] * len(reach)
-
-    states: list[tuple[int, Reading | None, int]] = []
+    classes, faces = _reach(net, seed)
+    column = {k: j for j, k in enumerate(classes)}
+    cost = [STEP_COST] * len(classes)
+    states: list[tuple[int, tuple[Reading, int] | None]] = []
     rows: list[dict[int, float]] = []
-    lower: list[float] = []
+    right: list[float] = []
     for f in faces:
-        on_face = {of_edge[e] for chain in readings[f][0].chains for e in chain}
-        row_of = {c: {column[c]: -1.0} for c in on_face if c in column}
+        on_face = {net.of_edge[e] for chain in net.readings[f][0].chains for e in chain}
+        agree = {k: {column[k]: -1.0} for k in on_face if k in column}
         one: dict[int, float] = {}
-        options = [(reading, way) for reading in readings[f] for way in (0, 1)]
-        for reading, way in [(None, 0), *options]:
-            along = set() if reading is None else _crossed(reading, way, of_edge)
-            if reading is not None and (not along <= column.keys() or along & _crossed(reading, 1 - way, of_edge)):
+        options: list[tuple[Reading, int] | None] = [None]
+        options += [(reading, way) for reading in net.readings[f] for way in (0, 1)]
+        for state in options:
+            along = set() if state is None else _crossed(state[0], state[1], net.of_edge)
+            if state is not None and (
+                not along <= column.keys() or along & _crossed(state[0], 1 - state[1], net.of_edge)
+            ):
                 continue
-            j = len(cost)
-            cost.append(0.0 if reading is None else reading.cost)
-            states.append((f, reading, way))
-            one[j] = 1.0
-            for c in along:
-                row_of[c][j] = 1.0
-        rows.append(one)
-        lower.append(1.0)
-        rows.extend(row_of.values())
-        lower.extend([0.0] * len(row_of))
+            one[len(cost)] = 1.0
+            for k in along:
+                agree[k][len(cost)] = 1.0
+            cost.append(0.0 if state is None else state[0].cost)
+            states.append((f, state))
+        rows += [one, *agree.values()]
+        right += [1.0] + [0.0] * len(agree)
+    both_ways: dict[int, list[int]] = {}
+    for k in classes:
+        for f, _ in net.clear.get(k, []):
+            both_ways.setdefault(f, []).append(column[k])
+    pairs = {tuple(p) for p in both_ways.values() if len(p) == 2}
     n_equal = len(rows)
-    ways_of: dict[int, list[int]] = {}
-    for c in reach:
-        for f, _ in faces_of.get(c, []):
-            ways_of.setdefault(f, []).append(column[c])
-    rows.extend(dict.fromkeys(pair, 1.0) for pair in {tuple(p) for p in ways_of.values() if len(p) == 2})
-    upper = [*lower[:n_equal], *[1.0] * (len(rows) - n_equal)]
-    lower.extend([0.0] * (len(rows) - n_equal))
+    rows += [dict.fromkeys(pair, 1.0) for pair in pairs]
 
+    on = _solve(cost, column[seed], rows, np.array(right + [1.0] * len(pairs)), n_equal)
+    if on is None:
+        return None
+    picked = {f: state for j, (f, state) in enumerate(states) if state is not None and on[len(classes) + j]}
+    return {k for k in classes if on[column[k]]}, picked
+
+
+def _solve(
+    cost: list[float], seed: int, rows: list[dict[int, float]], right: FloatArray, n_equal: int
+) -> npt.NDArray[np.bool_] | None:
+    """Least cost of binary unknowns: the first `n_equal` rows equal their right side, others stay below."""
     low = np.zeros(len(cost))
-    low[column[seed]] = 1.0
-    entries = [(i, j, v) for i, row in enumerate(rows) for j, v in row.items()]
-    i, j, v = (np.array(x) for x in zip(*entries, strict=True))
-    A = csr_array((v, (i, j)), shape=(len(rows), len(cost)))
+    low[seed] = 1.0
+    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
+    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
     result = milp(
         np.array(cost),
         integrality=np.ones(len(cost)),
         bounds=Bounds(low, np.ones(len(cost))),
-        constraints=LinearConstraint(A, np.array(lower), np.array(upper)),
+        constraints=LinearConstraint(
+            csr_array((v, (r, c)), shape=(len(rows), len(cost))),
+            np.where(np.arange(len(rows)) < n_equal, right, 0.0),
+            right,
+        ),
     )
-    if result.x is None:
-        return None
-    on = result.x > 0.5
-    chosen = {c for c in reach if on[column[c]]}
-    picked = {
-        f: (reading, way) for k, (f, reading, way) in enumerate(states) if reading is not None and on[len(reach) + k]
-    }
-    return chosen, picked
+    return None if result.x is None else result.x > 0.5
 
 
 def _crossed(reading: Reading, way: int, of_edge: list[int]) -> set[int]:

@@ -72,7 +72,7 @@ def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int]
         for f in solid.edges[a].faces:
             if f not in source:
                 continue
-            g = _partner(solid, f, a, b, faces, target, same)
+            g = _partner(solid, (f, a), (b, same), target)
             if g is None or faces.setdefault(f, g) != g:
                 return None
             ja, ka = _directed(solid, f)[a]
@@ -99,11 +99,13 @@ def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int]
     return faces, edges
 
 
-def _partner(solid: Solid, f: int, a: int, b: int, faces: dict[int, int], target: set[int], same: bool) -> int | None:
-    """Target face beside edge b that corresponds to source face f beside edge a."""
-    forward_a = dict(_forward(solid, f))[a]
+def _partner(solid: Solid, beside: tuple[int, int], joined: DirectedEdge, target: set[int]) -> int | None:
+    """Target face beside a joined edge that corresponds to a source face beside its edge."""
+    face, edge = beside
+    b, same = joined
+    forward = dict(_forward(solid, face))[edge]
     for g in solid.edges[b].faces:
-        if g in target and dict(_forward(solid, g))[b] == (forward_a != same):
+        if g in target and dict(_forward(solid, g))[b] == (forward != same):
             return g
     return None
 

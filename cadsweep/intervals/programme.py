@@ -1,0 +1,175 @@
+"""The integer programme of the loops: counts near the wanted ones, given sums that vanish or are even.
+
+Place in the flow: called by :mod:`.loops`. Classes that share no sum are solved apart. Where sums
+only have to be even, every odd one is mended along the cheapest chain of classes to another odd sum
+or to a class that occurs in no other sum; only where sums must vanish, ``scipy.optimize.milp`` runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import csr_array
+
+from ..topology import FloatArray
+
+FREE = -1
+"""The node that a class which occurs in one even sum alone leads to."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Programme:
+    """Counts of classes 0 to n - 1.
+
+    Attributes
+    ----------
+    want, weight : (n,) float64
+        Wanted counts, and the price of one segment more or less.
+    demanded : mapping of int to int
+    sums : sequence of mapping of int to float
+        Class to coefficient; each sum must vanish.
+    evens : sequence of mapping of int to int
+        Class to an odd multiplicity; each sum must be even.
+    """
+
+    want: FloatArray
+    weight: FloatArray
+    demanded: Mapping[int, int]
+    sums: Sequence[Mapping[int, float]]
+    evens: Sequence[Mapping[int, int]]
+
+    def solve(self) -> list[int] | None:
+        """Counts of all classes, None where there are none."""
+        counts = [self.demanded.get(j, max(1, round(w))) for j, w in enumerate(self.want)]
+        for group, sums, evens in self._groups():
+            found = None
+            if not sums and all(sum(j in odd for odd in evens) <= 2 for j in group):
+                found = self._mend(counts, evens)
+            if found is None and (sums or evens):
+                found = self._solve_group(group, sums, evens)
+                if found is None:
+                    return None
+            for j, count in (found or {}).items():
+                counts[j] = count
+        return counts
+
+    def _groups(self) -> Iterator[tuple[list[int], list[Mapping[int, float]], list[Mapping[int, int]]]]:
+        """Classes that hang together, with their sums."""
+        parent = list(range(len(self.want)))
+
+        def find(j: int) -> int:
+            while parent[j] != j:
+                parent[j] = parent[parent[j]]
+                j = parent[j]
+            return j
+
+        for row in [*self.sums, *self.evens]:
+            members = list(row)
+            for j in members[1:]:
+                parent[find(j)] = find(members[0])
+        groups: dict[int, tuple[list[int], list[Mapping[int, float]], list[Mapping[int, int]]]] = {}
+        for j in range(len(self.want)):
+            groups.setdefault(find(j), ([], [], []))[0].append(j)
+        for row in self.sums:
+            groups[find(next(iter(row)))][1].append(row)
+        for odd in self.evens:
+            groups[find(next(iter(odd)))][2].append(odd)
+        yield from groups.values()
+
+    def _step(self, j: int, count: int) -> tuple[int, float]:
+        """The cheaper of one segment more and one less for class j, and its price."""
+        options = [
+            (self.weight[j] * (abs(count + step - self.want[j]) - abs(count - self.want[j])), step)
+            for step in (1, -1)
+            if count + step >= 1
+        ]
+        price, step = min(options)
+        return step, max(float(price), 0.0)
+
+    def _mend(self, start: Sequence[int], evens: Sequence[Mapping[int, int]]) -> dict[int, int] | None:
+        """Make all sums even by steps of one along cheapest chains; None where that fails."""
+        counts = {j: start[j] for odd in evens for j in odd}
+        ends: dict[int, list[int]] = {}
+        for k, odd in enumerate(evens):
+            for j in odd:
+                ends.setdefault(j, []).append(k)
+        uneven = {k for k, odd in enumerate(evens) if sum(counts[j] for j in odd) % 2}
+        while uneven:
+            first = min(uneven)
+            chain = self._chain(first, uneven - {first}, counts, evens, ends)
+            if chain is None:
+                return None
+            last, path = chain
+            for j in path:
+                counts[j] += self._step(j, counts[j])[0]
+            uneven -= {first, last}
+        return counts
+
+    def _chain(
+        self,
+        first: int,
+        others: set[int],
+        counts: Mapping[int, int],
+        evens: Sequence[Mapping[int, int]],
+        ends: Mapping[int, Sequence[int]],
+    ) -> tuple[int, list[int]] | None:
+        """Cheapest chain of classes from sum `first` to another uneven sum or out (Dijkstra)."""
+        best: dict[int, float] = {first: 0.0}
+        came: dict[int, tuple[int, int]] = {}
+        heap = [(0.0, first)]
+        while heap:
+            price, k = heappop(heap)
+            if k == FREE or k in others:
+                path = []
+                node = k
+                while node != first:
+                    node, j = came[node]
+                    path.append(j)
+                return k, path
+            if price > best[k]:
+                continue
+            for j in evens[k]:
+                if j in self.demanded:
+                    continue
+                far = FREE if len(ends[j]) == 1 else ends[j][ends[j][0] == k]
+                total = price + self._step(j, counts[j])[1]
+                if total < best.get(far, np.inf):
+                    best[far] = total
+                    came[far] = (k, j)
+                    heappush(heap, (total, far))
+        return None
+
+    def _solve_group(
+        self, group: Sequence[int], sums: Sequence[Mapping[int, float]], evens: Sequence[Mapping[int, int]]
+    ) -> dict[int, int] | None:
+        """Counts by an integer programme; unknowns are counts (n), deviations (n), halves of the even sums."""
+        n, n_columns = len(group), 2 * len(group) + len(evens)
+        column = {j: k for k, j in enumerate(group)}
+        want = self.want[list(group)]
+        rows: list[dict[int, float]] = []
+        for k in range(n):
+            rows += [{k: 1.0, n + k: -1.0}, {k: -1.0, n + k: -1.0}]
+        high = [bound for w in want for bound in (w, -w)]
+        low = [-np.inf] * len(high) + [0.0] * (len(sums) + len(evens))
+        high += [0.0] * (len(sums) + len(evens))
+        rows += [{column[j]: v for j, v in row.items()} for row in sums]
+        rows += [{column[j]: float(v) for j, v in odd.items()} | {2 * n + k: -2.0} for k, odd in enumerate(evens)]
+        lower = np.concatenate([np.ones(n), np.zeros(n_columns - n)])
+        upper = np.full(n_columns, np.inf)
+        for j in group:
+            if j in self.demanded:
+                lower[column[j]] = upper[column[j]] = self.demanded[j]
+        entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
+        r, c, v = (np.array(x) for x in zip(*entries, strict=True))
+        result = milp(
+            np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
+            integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
+            bounds=Bounds(lower, upper),
+            constraints=LinearConstraint(csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high),
+            options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
+        )
+        return None if result.x is None else {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
