@@ -77,8 +77,10 @@ def _row(number: int, sweep: dict[str, Any]) -> tuple[Any, ...]:
     )
 
 
-def _place(center: Iterable[float]) -> str:
-    return ", ".join(f"{float(f'{c:.4g}') + 0.0:g}" for c in center)
+def _place(center: list[float]) -> str:
+    """Coordinates to four digits; what is rounding beside the largest of them is zero."""
+    noise = 1e-9 * max(map(abs, center))
+    return ", ".join(f"{0.0 if abs(c) <= noise else c:.4g}" for c in center)
 
 
 def _console() -> Any:

@@ -24,11 +24,13 @@ def mesh_file(
 ) -> dict[str, Any]:
     """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
     from ..io import check_destination, write
-    from ..pipeline import stream_mesh, sweep_mesh
+    from ..pipeline import sweep_mesh
 
     if output is not None:
         check_destination(output)
     if stream:
+        from ..pipeline import stream_mesh
+
         return plain(stream_mesh(source, output, on_progress=on_progress, **options))
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
     if output is not None:
