@@ -101,6 +101,7 @@ def extract_solid(
         faces=faces,
         volume=volume_of(shape),
         size=float(np.linalg.norm(box[1] - box[0])),
+        tolerance=largest_tolerance(shape),
         write_brep=holder,
         vertex_keys=_keys(shared[0], holder.vertices),
         edge_keys=_keys(shared[1], holder.edges),
@@ -108,6 +109,13 @@ def extract_solid(
         name=name,
         material=material,
     )
+
+
+def largest_tolerance(shape: Any) -> float:
+    """Largest gap that the model allows between its vertices, edges and faces."""
+    from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
+
+    return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
 
 
 def volume_of(shape: Any) -> float:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 
 class Named(NamedTuple):
-    """A name for a sub-shape (face, edge or solid) of the model, and where it came from."""
+    """A name for a sub-shape (face, edge or solid) where it lies in the model."""
 
     shape: Any
     name: str
@@ -26,9 +26,10 @@ class Model:
     source : str
         How messages name the model: a path, or a type.
     name : str
-        Name of the part.
+        Name of the part; empty where nobody gave one.
     names : list of Named
-        Names of faces and edges (and solids).
+        Names of faces, edges and solids as the user means them, part prefix included. A named face
+        need not be a face of `shape` itself: a tag is set before later operations.
     materials : list of Named
         Materials of solids.
     scale : float
@@ -38,7 +39,7 @@ class Model:
 
     shape: Any
     source: str
-    name: str = "part"
+    name: str = ""
     names: list[Named] = field(default_factory=list)
     materials: list[Named] = field(default_factory=list)
     scale: float = 1.0

@@ -40,6 +40,11 @@ _CASTS = {
 }
 
 
+def typed(shape: Any, kind: Any) -> Any:
+    """The shape as its own class; ``Moved`` and the like return a plain ``TopoDS_Shape``."""
+    return _CASTS[kind](shape)
+
+
 def index_map(shape: Any, kind: Any) -> Any:
     """An OpenCASCADE map of the distinct sub-shapes of `kind`, numbered from 1; edges without degenerate ones."""
     found = TopTools_IndexedMapOfShape()
