@@ -209,6 +209,7 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
         areas={name: sum(solid.faces[i].area for i in ids) * part.scale**2 for name, ids in by_name.items()},
         euler=euler_characteristic(solid),
         distance=distance,
+        tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
     )
 
 

@@ -11,20 +11,20 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from . import cad, estimate, intervals, recognition, surface
 from .assembly import FactoredMesh, factor_mesh, make_reference
-from .projection.caps import place_target
 from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from .mesh import HexMesh, SurfaceMesh
 from .options import SweepOptions
 from .projection import project_layers
+from .projection.caps import place_target
 from .quality import QualityReport, check_mesh
-from .topology import FloatArray, Part, Solid, Sweep
+from .topology import Part, Solid, Sweep
 
 log = logging.getLogger(__name__)
 
@@ -126,6 +126,7 @@ def _resolve(part: Part, choice: Any) -> tuple[int, ...] | None:
 
 def sweep_mesh(
     source: Any,
+    /,
     *,
     isolated: bool = False,
     timeout: float | None = None,

@@ -198,6 +198,8 @@ class Solid:
     volume : float
     size : float
         Diagonal of the bounding box.
+    tolerance : float
+        Largest gap that the model allows between a vertex or an edge and its faces.
     write_brep : BrepWriter
     vertex_keys, edge_keys, face_keys : int64 arrays
         Ids within the whole part: equal keys in two solids mean the same, shared entity.
@@ -210,6 +212,7 @@ class Solid:
     faces: tuple[Face, ...]
     volume: float
     size: float
+    tolerance: float = 0.0
     write_brep: BrepWriter
     vertex_keys: IntArray
     edge_keys: IntArray

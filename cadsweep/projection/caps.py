@@ -13,8 +13,8 @@ import numpy as np
 
 from ..errors import ProjectionError
 from ..mesh import SurfaceMesh
-from .target import project_target
 from ..topology import FloatArray, IntArray, Sweep
+from .target import project_target
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
