@@ -6,17 +6,22 @@ Place in the flow: the second half of ``load``.
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
-from ..errors import CadError
+from ..errors import CadError, CadSweepError
 from ..topology import Part
 from .divide import divide_closed
 from .extract import Labels, extract_solid
+from .heal import mend, take_solid
 from .model import Model, Named
 from .names import plain
 from .naming import declare_names
 from .shapes import EDGE, FACE, SOLID, index_map, subshapes
 from .tracing import Traced
+from .units import normalise
+from .validate import check_closed, check_finite
 
 logger = logging.getLogger(__name__)
 
@@ -27,23 +32,29 @@ def make_part(model: Model) -> Part:
     Raises
     ------
     CadError
-        The model is not one usable solid.
+        The model is not one usable solid; the message names the source and the stage.
     """
-    solids = subshapes(model.shape, SOLID)
-    if len(solids) != 1:
-        raise CadError(f"{model.source}: holds {len(solids)} solids; cadsweep needs one.")
     notes = list(model.notes)
-    traced = Traced(solids[0])
-    faces, lost_faces = declare_names(model.names, traced.shape, FACE)
-    edges, lost_edges = declare_names(model.names, traced.shape, EDGE)
+    with _stage(model, "checking coordinates"):
+        check_finite(model.shape)
+    traced = Traced(model.shape)
+    with _stage(model, "reading names"):
+        faces, lost_faces = declare_names(model.names, model.shape, FACE)
+        edges, lost_edges = declare_names(model.names, model.shape, EDGE)
     naming_notes = faces.notes + edges.notes + lost_faces + lost_edges
     for note in naming_notes:
         logger.warning("%s: %s", model.source, note)
-    notes += naming_notes
-    name, material = _first_name(model.names, solids[0]), _first_name(model.materials, solids[0])
-
-    notes += divide_closed(traced)
-    solid = subshapes(traced.shape, SOLID)[0]
+    with _stage(model, "choosing the solid"):
+        notes += take_solid(traced, model.names)
+    name, material = _first_name(model.names, traced.shape), _first_name(model.materials, traced.shape)
+    with _stage(model, "healing"):
+        notes += mend(traced)
+    with _stage(model, "normalising units"):
+        scale, offset = normalise(traced)
+    with _stage(model, "dividing closed faces"):
+        notes += divide_closed(traced)
+        solid = subshapes(traced.shape, SOLID)[0]
+        check_closed(solid)
     face_origins = traced.face_origins(index_map(solid, FACE))
     edge_origins = traced.edge_origins(index_map(solid, EDGE))
     labels = Labels(
@@ -51,20 +62,38 @@ def make_part(model: Model) -> Part:
         [faces.by_entity.get(j) if j is not None else None for j in face_origins],
         [edges.by_entity.get(j) if j is not None else None for j in edge_origins],
     )
+    with _stage(model, "reading the geometry"):
+        extracted = extract_solid(
+            solid,
+            labels=labels,
+            name=None if name is None else plain(name, "part"),
+            material=None if material is None else plain(material, "material"),
+        )
     return Part(
-        solids=(
-            extract_solid(
-                solid,
-                labels=labels,
-                name=None if name is None else plain(name, "part"),
-                material=None if material is None else plain(material, "material"),
-            ),
-        ),
+        solids=(extracted,),
         name=model.name or name or "part",
-        scale=model.scale,
-        notes=tuple(notes),
+        scale=model.scale * scale,
+        offset=model.scale * offset,
+        notes=tuple(notes + naming_notes),
         names={**edges.originals, **faces.originals},
     )
+
+
+@contextmanager
+def _stage(model: Model, doing: str) -> Iterator[None]:
+    """Say in every error which model it is, and turn OpenCASCADE's own into a ``CadError``."""
+    try:
+        yield
+    except CadError as error:
+        raise CadError(f"{model.source}: {error}") from error
+    except (CadSweepError, MemoryError):
+        raise
+    except Exception as error:
+        detail = str(error).strip().splitlines()
+        raise CadError(
+            f"{model.source}: OpenCASCADE failed while {doing} ({type(error).__name__}"
+            f"{': ' + detail[0] if detail else ''}). The model may be damaged; repair it in its CAD program."
+        ) from error
 
 
 def _first_name(named: list[Named], solid: Any) -> str | None:

@@ -88,9 +88,26 @@ def extract_solid(
             for e, forward in loop.directed:
                 uses[e].append((f, forward))
 
-    edges = tuple(_edge(j, ends[j], curves[j], uses[j], frames, labels.edge_names[j]) for j in range(len(holder.edges)))
+    edges = tuple(
+        _edge(
+            j,
+            ends=ends[j],
+            curve=curves[j],
+            uses=uses[j],
+            normals=frames,
+            name=labels.edge_names[j],
+        )
+        for j in range(len(holder.edges))
+    )
     faces = tuple(
-        _face(j, holder.faces[j], surfaces[j], loops[j], labels.face_keys[j], labels.face_names[j])
+        _face(
+            j,
+            shape=holder.faces[j],
+            surface=surfaces[j],
+            loops=loops[j],
+            key=labels.face_keys[j],
+            name=labels.face_names[j],
+        )
         for j in range(n_faces)
     )
     box = bounds(shape)
@@ -210,6 +227,7 @@ def _face_loops(
 
 def _edge(
     number: int,
+    *,
     ends: tuple[int, int],
     curve: tuple[EdgeCurve, str],
     uses: Sequence[tuple[int, bool]],
@@ -243,7 +261,9 @@ def _edge(
     )
 
 
-def _face(number: int, shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], key: str, name: str | None) -> Face:
+def _face(
+    number: int, *, shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], key: str, name: str | None
+) -> Face:
     properties = GProp_GProps()
     BRepGProp.SurfaceProperties_s(shape, properties)
     center = _point(properties.CentreOfMass())

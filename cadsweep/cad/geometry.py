@@ -98,58 +98,81 @@ def read_surface(surface: Any) -> tuple[surfaces.Geometry, str]:
     """Read a ``Geom_Surface``: its geometry, and its kind in the words of ``topology.Face``."""
     adaptor = GeomAdaptor_Surface(surface)
     kind = adaptor.GetType()
-    if kind == _S.GeomAbs_Plane:
-        return surfaces.Plane(frame=_frame(adaptor.Plane())), "plane"
-    if kind == _S.GeomAbs_Cylinder:
-        cylinder = adaptor.Cylinder()
-        return surfaces.Cone(frame=_frame(cylinder), radius=cylinder.Radius()), "cylinder"
-    if kind == _S.GeomAbs_Cone:
-        cone = adaptor.Cone()
-        return surfaces.Cone(frame=_frame(cone), radius=cone.RefRadius(), half_angle=cone.SemiAngle()), "cone"
-    if kind == _S.GeomAbs_Sphere:
-        sphere = adaptor.Sphere()
-        return (
-            surfaces.Torus(frame=_frame(sphere), major=0.0, minor=sphere.Radius(), periods=(surfaces.TWO_PI, None)),
-            "sphere",
-        )
-    if kind == _S.GeomAbs_Torus:
-        torus = adaptor.Torus()
-        return surfaces.Torus(frame=_frame(torus), major=torus.MajorRadius(), minor=torus.MinorRadius()), "torus"
+    if kind in _ELEMENTARY:
+        return _ELEMENTARY[kind](adaptor)
     while hasattr(surface, "BasisSurface") and kind != _S.GeomAbs_OffsetSurface:
         surface = surface.BasisSurface()  # a trimmed surface
-    if kind == _S.GeomAbs_SurfaceOfExtrusion:
-        basis = read_curve(surface.BasisCurve()).geometry
-        period = adaptor.UPeriod() if adaptor.IsUPeriodic() else None
-        return surfaces.Extruded(curve=basis, direction=_row3(surface.Direction()), periods=(period, None)), "extrusion"
-    if kind == _S.GeomAbs_SurfaceOfRevolution:
-        basis = read_curve(surface.BasisCurve()).geometry
-        axis = surface.Axis()
-        period = adaptor.VPeriod() if adaptor.IsVPeriodic() else None
-        return (
-            surfaces.Revolved(
-                curve=basis,
-                origin=_row3(axis.Location()),
-                axis=_row3(axis.Direction()),
-                periods=(surfaces.TWO_PI, period),
-            ),
-            "revolution",
-        )
+    if kind in _SWEPT:
+        return _SWEPT[kind](adaptor, surface)
     if kind == _S.GeomAbs_BSplineSurface:
         return _spline_surface(adaptor.BSpline()), "bspline"
     if kind == _S.GeomAbs_BezierSurface:
         return _spline_surface(GeomConvert.SurfaceToBSplineSurface_s(surface)), "bspline"
-    periods = (
-        adaptor.UPeriod() if adaptor.IsUPeriodic() else None,
-        adaptor.VPeriod() if adaptor.IsVPeriodic() else None,
+    return surfaces.Called(function=_surface_function(surface), periods=_periods(adaptor)), "other"
+
+
+def _plane(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+    return surfaces.Plane(frame=_frame(adaptor.Plane())), "plane"
+
+
+def _cylinder(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+    cylinder = adaptor.Cylinder()
+    return surfaces.Cone(frame=_frame(cylinder), radius=cylinder.Radius()), "cylinder"
+
+
+def _cone(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+    cone = adaptor.Cone()
+    return surfaces.Cone(frame=_frame(cone), radius=cone.RefRadius(), half_angle=cone.SemiAngle()), "cone"
+
+
+def _sphere(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+    sphere = adaptor.Sphere()
+    periods = (surfaces.TWO_PI, None)
+    return surfaces.Torus(frame=_frame(sphere), major=0.0, minor=sphere.Radius(), periods=periods), "sphere"
+
+
+def _torus(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+    torus = adaptor.Torus()
+    return surfaces.Torus(frame=_frame(torus), major=torus.MajorRadius(), minor=torus.MinorRadius()), "torus"
+
+
+def _extruded(adaptor: Any, surface: Any) -> tuple[surfaces.Geometry, str]:
+    basis = read_curve(surface.BasisCurve()).geometry
+    periods = (adaptor.UPeriod() if adaptor.IsUPeriodic() else None, None)
+    return surfaces.Extruded(curve=basis, direction=_row3(surface.Direction()), periods=periods), "extrusion"
+
+
+def _revolved(adaptor: Any, surface: Any) -> tuple[surfaces.Geometry, str]:
+    basis = read_curve(surface.BasisCurve()).geometry
+    axis = surface.Axis()
+    revolved = surfaces.Revolved(
+        curve=basis,
+        origin=_row3(axis.Location()),
+        axis=_row3(axis.Direction()),
+        periods=(surfaces.TWO_PI, adaptor.VPeriod() if adaptor.IsVPeriodic() else None),
     )
-    return surfaces.Called(function=_surface_function(surface), periods=periods), "other"
+    return revolved, "revolution"
 
 
-def _spline_surface(surface: Any) -> surfaces.Spline:
-    periods = (
+_ELEMENTARY = {
+    _S.GeomAbs_Plane: _plane,
+    _S.GeomAbs_Cylinder: _cylinder,
+    _S.GeomAbs_Cone: _cone,
+    _S.GeomAbs_Sphere: _sphere,
+    _S.GeomAbs_Torus: _torus,
+}
+_SWEPT = {_S.GeomAbs_SurfaceOfExtrusion: _extruded, _S.GeomAbs_SurfaceOfRevolution: _revolved}
+
+
+def _periods(surface: Any) -> surfaces.Periods:
+    return (
         surface.UPeriod() if surface.IsUPeriodic() else None,
         surface.VPeriod() if surface.IsVPeriodic() else None,
     )
+
+
+def _spline_surface(surface: Any) -> surfaces.Spline:
+    periods = _periods(surface)
     if periods != (None, None):
         surface = surface.Copy()
         if periods[0] is not None:

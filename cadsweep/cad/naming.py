@@ -51,10 +51,10 @@ def declare_names(named: Sequence[Named], original: Any, kind: Any) -> tuple[Dec
     shapes = mapped(found, kind)
     groups = []
     lost = []
-    for shape, name in named:
-        if shape.ShapeType() != kind:
+    for labelled, name in named:
+        if labelled.ShapeType() != kind:
             continue
-        shape = typed(shape, kind)
+        shape = typed(labelled, kind)
         number = found.FindIndex(shape)
         numbers = [number - 1] if number else _by_place(shape, shapes, kind)
         if not numbers:

@@ -74,9 +74,8 @@ def run_script(path: Path, params: Mapping[str, Any]) -> Model:
             ) from error
     if not result.success:
         error = result.exception
-        raise InputError(
-            f"{path}{_at(_script_line(error, cqgi.CQSCRIPT))}: the script raises {type(error).__name__}: {_short(error)}"
-        ) from error
+        line = _script_line(error, cqgi.CQSCRIPT)
+        raise InputError(f"{path}{_at(line)}: the script raises {type(error).__name__}: {_short(error)}") from error
     return _shown(path, result.results)
 
 
@@ -101,7 +100,8 @@ def _shown(path: Path, results: list[Any]) -> Model:
     model = read_object(shown)
     if model is None:
         raise InputError(
-            f"{path}: the script shows a {type(shown).__name__}, which is no shape. Show a Workplane, Shape or Assembly."
+            f"{path}: the script shows a {type(shown).__name__}, which is no shape. "
+            "Show a Workplane, Shape or Assembly."
         )
     model.source = str(path)
     options = results[0].options
