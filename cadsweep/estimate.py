@@ -13,7 +13,7 @@ Not handled: quads that the mesher makes smaller than asked for, next to small e
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .errors import InputError
 from .topology import Intervals, Sweep
@@ -32,7 +32,7 @@ SECONDS_PER_QUAD = 1e-4
 
 GIGABYTE = 1e9
 
-LARGEST_COUNT = 10**15
+LARGEST_COUNT = 10**60
 """Counts beyond are all the same: too many."""
 
 
@@ -52,6 +52,10 @@ class Estimate:
         Time on one ordinary core.
     size : float
         The edge length that the figures are for, model units.
+    largest : float
+        Size of the whole part, model units: no edge length beyond makes sense.
+    layers_follow : bool
+        The number of layers comes from the size, and falls where that grows.
     streamed : bool
         The mesh is written slab by slab; only the cap and one slab are in memory.
     """
@@ -62,6 +66,8 @@ class Estimate:
     n_bytes: int
     seconds: float
     size: float
+    largest: float = math.inf
+    layers_follow: bool = False
     streamed: bool = False
 
     def __str__(self) -> str:
@@ -117,9 +123,11 @@ def estimate_size(
     n_edges = 0
     if smallest is not None and smallest < size:
         n_edges = _bounded(_loops_length(sweep) / smallest)
+    follow = layers is None
     if layers is None:
         layers = max(1, _bounded(_sweep_length(sweep) / size))
-    return _from_counts(sweep, size, layers, n_edges, scale=scale, streamed=streamed)
+    expected = _from_counts(sweep, size, layers, n_edges, scale=scale, streamed=streamed)
+    return replace(expected, layers_follow=follow)
 
 
 def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scale: float, streamed: bool) -> Estimate:
@@ -127,15 +135,14 @@ def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scal
     # The boundary has its own count: a cap with many short edges holds more quads than its area says.
     n_quads = max(1, _bounded(_cap_area(sweep) / size**2 if size > 1e-150 else math.inf), n_edges // 4)
     n_hexes = n_quads * n_layers
-    resident = min(n_hexes, 10**6) if streamed else n_hexes
-    n_bytes = int(BASE_BYTES + BYTES_PER_QUAD * n_quads + BYTES_PER_HEX * resident + 48 * n_edges * n_layers)
     return Estimate(
         n_quads=n_quads,
         n_layers=n_layers,
         n_hexes=n_hexes,
-        n_bytes=n_bytes,
+        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
         seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
         size=size * scale,
+        largest=sweep.solid.size * scale,
         streamed=streamed,
     )
 
@@ -156,20 +163,42 @@ def check_budget(expected: Estimate, *, max_hexes: int | None = None, max_memory
         With the figures, and the size that would fit.
     """
     budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
-    if expected.n_bytes <= budget and (max_hexes is None or expected.n_hexes <= max_hexes):
+    most = math.inf if max_hexes is None else max_hexes
+    if expected.n_hexes <= most and expected.n_bytes <= budget:
         return
-    if max_hexes is not None and expected.n_hexes > max_hexes:
-        limit, excess = f"the limit is {_count(max_hexes)} hexes", expected.n_hexes / max_hexes
-    else:
-        limit = f"the limit is {_memory(budget)} of memory"
-        excess = (expected.n_bytes - BASE_BYTES) / max(budget - BASE_BYTES, 0.01 * budget)
-    # Quads go with 1 / size^2; layers go with 1 / size too unless they were given, so this is on the safe side.
-    fitting = expected.size * math.sqrt(excess) * 1.05
-    raise InputError(
-        f"the mesh would have {expected}; {limit}: try size {_round_up(fitting):g} or more"
-        + (f", or fewer layers than {_count(expected.n_layers)}" if expected.n_layers > 1 else "")
-        + ("" if expected.streamed else ", or raise the limit")
-    )
+    limit = f"{_count(int(most))} hexes" if expected.n_hexes > most else f"{_memory(budget)} of memory"
+    ways = _ways_out(expected, budget, most)
+    raise InputError(f"the mesh would have {expected}, beyond the limit of {limit}; " + ", or ".join(ways))
+
+
+def _ways_out(expected: Estimate, budget: float, most: float) -> list[str]:
+    """What the user may do: the size that fits, the layers that fit, a higher limit."""
+    power = 3 if expected.layers_follow else 2
+
+    def fits(ratio: float) -> bool:
+        n_quads, n_hexes = expected.n_quads / ratio**2, expected.n_hexes / ratio**power
+        return n_hexes <= most and _bytes(n_quads, n_hexes, expected.streamed) <= budget
+
+    low, high = 1.0, 1e100
+    for _ in range(200):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    ways = []
+    size = _round_up(1.05 * high * expected.size)
+    if fits(high) and size < expected.largest:
+        ways.append(f"try size {size:g} or more")
+    per_layer = _bytes(0, expected.n_quads, expected.streamed) - BASE_BYTES
+    room = budget - _bytes(expected.n_quads, 0, expected.streamed)
+    layers = min(most / expected.n_quads, room / per_layer if not expected.streamed else math.inf)
+    if 1 <= layers < expected.n_layers:
+        ways.append(f"try {_round_down(layers):,} layers")
+    return [*ways, "raise the limit"]
+
+
+def _bytes(n_quads: float, n_hexes: float, streamed: bool) -> float:
+    """Memory at the peak of the work."""
+    resident = min(n_hexes, 1e6) if streamed else n_hexes
+    return BASE_BYTES + BYTES_PER_QUAD * n_quads + BYTES_PER_HEX * resident
 
 
 def free_memory() -> float:
@@ -233,3 +262,9 @@ def _round_up(value: float) -> float:
     """Two digits, upwards."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.ceil(value / unit) * unit
+
+
+def _round_down(value: float) -> int:
+    """Two digits, downwards."""
+    unit = 10.0 ** max(math.floor(math.log10(value)) - 1, 0)
+    return int(math.floor(value / unit) * unit)

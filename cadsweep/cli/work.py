@@ -110,7 +110,7 @@ def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
     mesh = read(path)
     on_progress("quality", None)
     report = mesh.quality()
-    return {**plain(report.as_dict()), "valid": bool(report.valid), "text": str(report)}
+    return {**plain(report.to_dict()), "valid": bool(report.valid), "text": str(report)}
 
 
 def view_file(path: str, *, screenshot: str | None, on_progress: Progress) -> None:

@@ -51,9 +51,18 @@ def test_the_size_that_is_named_fits(factor, limits):
     check_budget(estimate_size(sweep, size=size), **limits)
 
 
-def test_layers_count_too():
-    with pytest.raises(InputError, match="fewer layers"):
+def test_the_number_of_layers_that_is_named_fits():
+    with pytest.raises(InputError, match="layers") as caught:
         check_budget(estimate_size(plate_sweep(), layers=10**8), max_memory=4.0)
+    layers = int(re.search(r"try ([\d,]+) layers", str(caught.value))[1].replace(",", ""))
+    check_budget(estimate_size(plate_sweep(), layers=layers), max_memory=4.0)
+    assert layers > 1000
+
+
+def test_no_size_beyond_the_part_is_proposed():
+    with pytest.raises(InputError) as caught:
+        check_budget(estimate_size(plate_sweep(), layers=10**8), max_hexes=10**5)
+    assert "size" not in str(caught.value)
 
 
 def test_a_streamed_mesh_needs_memory_for_its_cap_alone():
