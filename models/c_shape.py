@@ -27,7 +27,7 @@ MIN_SCALED_JACOBIAN = 0.3
 def domed(face, height):
     """A cap on the boundary of a plane face that rises to `height` above its middle."""
     top = face.Center() + face.normalAt() * height
-    surface = cq.Face.makeNSidedSurface(face.Edges(), [top])
+    surface = cq.Face.makeNSidedSurface(face.Edges(), [top], nbPtsOnCur=40, nbIter=4, tol2d=1e-7, tol3d=1e-7)
     return cq.Face.constructOn(surface, face.outerWire())
 
 

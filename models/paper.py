@@ -41,9 +41,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cadsweep.intervals import assign_intervals
 
 import cadsweep as cs
+from cadsweep.intervals import assign_intervals
 from cadsweep.mesh import SurfaceMesh, sweep_hexes
 from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseudo_normal
 from cadsweep.quality import scaled_jacobians

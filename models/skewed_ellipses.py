@@ -21,14 +21,14 @@ import cadquery as cq
 from cadquery import func
 
 length = 5.0  # height of the target's centre above the source's
-skew = 2.5  # sideways shift of the target's centre
+skew = 3.0  # sideways shift of the target's centre
 short, long = 1.0, 1.5  # semi-axes of the source, along and across the skew; `long` is the target's along it
-tilt = 20.0  # inclination of the source, degrees
+tilt = 40.0  # inclination of the source, degrees
 dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
 
 MIN_SCALED_JACOBIAN = 0.2
 
-inclined = cq.Vector(math.cos(math.radians(tilt)), 0, math.sin(math.radians(tilt)))
+inclined = cq.Vector(math.cos(math.radians(tilt)), 0, -math.sin(math.radians(tilt)))
 normal = cq.Vector(-inclined.z, 0, inclined.x)  # of the source, along the sweep
 # Half way, the semi-axes are the means of those at the ends: equal there, the ring is a circle.
 last = (inclined * short + cq.Vector(long, 0, 0)).Length - long
@@ -42,7 +42,8 @@ def ellipse(center, normal, x_axis, x_radius, y_radius):
 
 def domed(wire, top):
     """A smooth face on a wire, through the point `top`."""
-    return cq.Face.constructOn(cq.Face.makeNSidedSurface(wire.Edges(), [top]), wire)
+    surface = cq.Face.makeNSidedSurface(wire.Edges(), [top], nbPtsOnCur=40, nbIter=4, tol2d=1e-7, tol3d=1e-7)
+    return cq.Face.constructOn(surface, wire)
 
 
 start = ellipse(cq.Vector(0, 0, 0), normal, inclined, short, long)

@@ -49,7 +49,8 @@ def section(t):
 
 def cap(wire, *through):
     """A smooth face on a wire, through the points `through`."""
-    return cq.Face.constructOn(cq.Face.makeNSidedSurface(wire.Edges(), through), wire)
+    surface = cq.Face.makeNSidedSurface(wire.Edges(), through, degree=5, nbPtsOnCur=30, nbIter=3, tol3d=1e-7)
+    return cq.Face.constructOn(surface, wire)
 
 
 sides = func.loft(*(section(i / (n_sections - 1)) for i in range(n_sections))).Faces()

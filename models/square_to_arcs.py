@@ -23,16 +23,16 @@ from cadquery import func
 
 side = 2.0  # side of the square
 length = 5.0  # height of the target's centre above the source's
-skew = 2.5  # sideways shift of the target's centre
+skew = 3.0  # sideways shift of the target's centre
 bulge = 0.2  # sagitta of the target's arcs
-tilt = 20.0  # inclination of the source, degrees
+tilt = 40.0  # inclination of the source, degrees
 dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
 n_sections = 5  # sections that the sides are drawn through
 
 MIN_SCALED_JACOBIAN = 0.2
 
 half = side / 2
-inclined = cq.Vector(math.cos(math.radians(tilt)), 0, math.sin(math.radians(tilt)))
+inclined = cq.Vector(math.cos(math.radians(tilt)), 0, -math.sin(math.radians(tilt)))
 normal = cq.Vector(-inclined.z, 0, inclined.x)  # of the source, along the sweep
 corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
 
@@ -56,7 +56,8 @@ def section(t):
 
 def domed(wire, top):
     """A smooth face on a wire, through the point `top`."""
-    return cq.Face.constructOn(cq.Face.makeNSidedSurface(wire.Edges(), [top]), wire)
+    surface = cq.Face.makeNSidedSurface(wire.Edges(), [top], degree=5, nbPtsOnCur=30, nbIter=3, tol3d=1e-7)
+    return cq.Face.constructOn(surface, wire)
 
 
 start, end = section(0), section(1)
