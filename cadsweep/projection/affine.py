@@ -31,7 +31,7 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
 from .inputs import FUNCTIONALS, checked_choice, checked_loops, checked_points
-from .normals import PLANAR, chunks, normal_share, one_loop, ring_moments
+from .normals import PLANAR, RingMoments, centred, chunks, normal_share, one_loop, ring_moments
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero."""
@@ -187,28 +187,72 @@ def fit_from_cap(
     loops: Sequence[IntArray],
     functional: str,
     *,
-    cap_layer: int = 0,
     vectors: FloatArray | None = None,
 ) -> AffineMaps:
-    """Fit the maps from one ring (b, n) to many (K, b, n), all in the order of ``np.concatenate(loops)``.
+    """Fit the maps from one ring (b, n) to many (K, b, n), all in the order of ``np.concatenate(loops)``."""
+    sources = ring_moments(cap_ring[None], loops, projector=np.empty((0, len(cap_ring))))
+    Q, factors = _factorise(cap_ring)
+    moments = ring_moments(rings, loops, projector=Q.T)
+    return _maps_of(
+        sources, 0, moments, factors=factors, n_ring_nodes=len(cap_ring), functional=functional, vectors=vectors
+    )
 
-    `cap_layer` is the layer that an error about `cap_ring` names.
-    """
-    n = cap_ring.shape[1]
-    Q, values, Vt = np.linalg.svd(cap_ring - cap_ring.mean(axis=0), full_matrices=False)
-    if len(values) < n:  # m = n - 1 nodes: whatever they are, they span too little, and the check below says so
-        Q, values = np.pad(Q, ((0, 0), (0, n - len(values)))), np.pad(values, (0, n - len(values)))
-        Vt = np.pad(Vt, ((0, n - len(Vt)), (0, 0)))
-    cap = ring_moments(cap_ring[None], loops, projector=np.empty((0, len(cap_ring))), first_layer=cap_layer)
-    moments = ring_moments(rings, loops, projector=np.ascontiguousarray(Q.T))
-    ones = np.ones((len(rings), 1))
+
+def fit_from_caps(
+    rings: FloatArray, loops: Sequence[IntArray], functional: str, *, caps: Sequence[int]
+) -> tuple[AffineMaps, ...]:
+    """Fit the maps from some of the `rings` (K, b, n) to all of them, in one pass over the rings."""
+    factorised = [_factorise(rings[cap]) for cap in caps]
+    moments = ring_moments(rings, loops, projector=np.concatenate([Q.T for Q, _ in factorised]))
+    m, n = rings.shape[1:]
+    return tuple(
+        _maps_of(
+            moments,
+            cap % len(rings),
+            moments,
+            factors=factors,
+            columns=slice(j * n, (j + 1) * n),
+            n_ring_nodes=m,
+            functional=functional,
+        )
+        for j, (cap, (_, factors)) in enumerate(zip(caps, factorised, strict=True))
+    )
+
+
+def _factorise(ring: FloatArray) -> tuple[FloatArray, RingFactors]:
+    """``ring - center = Q diag(values) Vt``; Q (m, n)."""
+    n = ring.shape[1]
+    Q, values, Vt = np.linalg.svd(ring - ring.mean(axis=0), full_matrices=False)
+    missing = n - len(values)
+    if missing:  # fewer than n nodes span too little, and the moments say so with the layer's name
+        Q, values, Vt = (
+            np.pad(Q, ((0, 0), (0, missing))),
+            np.pad(values, (0, missing)),
+            np.pad(Vt, ((0, missing), (0, 0))),
+        )
+    return Q, RingFactors(values=values[None], Vt=Vt[None])
+
+
+def _maps_of(
+    sources: RingMoments,
+    source: int,
+    moments: RingMoments,
+    *,
+    factors: RingFactors,
+    columns: slice = slice(None),
+    n_ring_nodes: int,
+    functional: str,
+    vectors: FloatArray | None = None,
+) -> AffineMaps:
+    """Solve for all rings of `moments` from ring `source` of `sources`; `columns` of its products are of `factors`."""
+    ones = np.ones((len(moments.centers), 1))
     return solve_systems(
-        factors=RingFactors(values=ones * values, Vt=ones[..., None] * Vt),
-        products=moments.products,
-        n_ring_nodes=len(cap_ring),
-        source_centers=ones * cap.centers,
+        factors=RingFactors(values=ones * factors.values, Vt=ones[..., None] * factors.Vt),
+        products=moments.products[:, columns],
+        n_ring_nodes=n_ring_nodes,
+        source_centers=ones * sources.centers[source],
         centers=moments.centers,
-        source_normals=ones * cap.normals,
+        source_normals=ones * sources.normals[source],
         normals=moments.normals,
         functional=functional,
         vectors=vectors,
@@ -217,8 +261,7 @@ def fit_from_cap(
 
 def fit_steps(rings: FloatArray, loops: Sequence[IntArray], functional: str) -> AffineMaps:
     """Fit the maps from each ring to the next one; the first map is from ring 0 to itself."""
-    sources = np.concatenate([rings[:1], rings[:-1]])
-    factors, products = factorise_pairs(sources, rings)
+    factors, products = factorise_pairs(rings)
     moments = ring_moments(rings, loops, projector=np.empty((0, rings.shape[1])))
     before = np.concatenate([[0], np.arange(len(rings) - 1)])
     return solve_systems(
@@ -291,23 +334,25 @@ def _normal_weight(factors: RingFactors) -> FloatArray:
     return np.asarray(factors.radius * np.sqrt(squares))
 
 
-def factorise_pairs(sources: FloatArray, rings: FloatArray) -> tuple[RingFactors, FloatArray]:
-    """Factorise every ring of `sources` (K, m, n) and return ``Q^T (ring - center)`` beside the factors.
+def factorise_pairs(rings: FloatArray) -> tuple[RingFactors, FloatArray]:
+    """Factorise the ring before each ring (K, m, n), and return ``Q^T (ring - center)`` beside the factors.
+
+    Before ring 0 comes ring 0 itself.
 
     The eigenvectors of the Gram matrix turn a ring's columns nearly orthogonal; the Gram matrix of the turned
     and normalised columns is then close to the unit matrix, and its Cholesky factor removes what is left.
     Unlike the normal equations this keeps the accuracy of an orthogonal factorisation, with small batched products.
     """
-    n_rings, m, n = sources.shape
+    n_rings, _, n = rings.shape
     B, products = np.empty((n_rings, n, n)), np.empty((n_rings, n, n))
-    mean = np.full((1, m), 1.0 / m)
-    for run in chunks(n_rings, 2 * sources[0].nbytes):
-        X = sources[run] - mean @ sources[run]
-        Y = rings[run] - mean @ rings[run]
-        V = np.linalg.eigh(X.transpose(0, 2, 1) @ X)[1]
-        Z = X @ V
-        ZT = np.ascontiguousarray(Z.transpose(0, 2, 1))
-        gram = ZT @ Z
+    for run in chunks(n_rings, 3 * rings[0].nbytes):
+        local = centred(rings[max(run.start - 1, 0) : run.stop])[1]
+        X, Y = local[:-1], local[1:]
+        if run.start == 0:
+            X, Y = np.concatenate([local[:1], X]), local
+        V = np.linalg.eigh(np.einsum("kim,kjm->kij", X, X))[1]
+        Z = V.transpose(0, 2, 1) @ X
+        gram = np.einsum("kim,kjm->kij", Z, Z)
         D = np.sqrt(np.maximum(np.einsum("kii->ki", gram), 0.0))
         rounding = 1e-13 * D.max(axis=1, keepdims=True)
         kept = rounding < D
@@ -316,6 +361,6 @@ def factorise_pairs(sources: FloatArray, rings: FloatArray) -> tuple[RingFactors
         C[:, np.arange(n), np.arange(n)] = 1.0
         L = np.linalg.cholesky(C)
         B[run] = L.transpose(0, 2, 1) @ (D[..., None] * V.transpose(0, 2, 1))
-        products[run] = np.linalg.solve(L, inverse[..., None] * (ZT @ Y))
+        products[run] = np.linalg.solve(L, inverse[..., None] * (Z @ Y.transpose(0, 2, 1)))
     W, values, Vt = np.linalg.svd(B)
     return RingFactors(values=values, Vt=Vt), W.transpose(0, 2, 1) @ products

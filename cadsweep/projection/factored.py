@@ -3,19 +3,22 @@
 Place in the flow: what :func:`project_layers` returns, and what the pipeline, the streaming writers and ``expand`` make
 nodes from.
 
-Method: ``points[k] = basis @ coefficients[k]``, written by BLAS straight into the result, layer by layer; then the
-boundary nodes are overwritten with the rings, bit for bit. The same layer has the same bits in every slab.
+Method: ``points[k] = basis @ coefficients[k]``, written straight into the result (:mod:`.kernels`); the boundary nodes
+are overwritten with the rings, bit for bit, while their layer is still in the cache. A layer has the same bits in every
+slab.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from os import PathLike
 
 import numpy as np
 
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
+from . import kernels
 
 _SLAB_BYTES = 1 << 20
 
@@ -29,6 +32,7 @@ class Corrections:
     layers : (c,) int64
         Layer of each entry, ascending.
     nodes : (c,) int64
+        Never a boundary node.
     displacements : (c, n) float64
     """
 
@@ -149,21 +153,34 @@ class FactoredSweep:
             raise InputError(f"`out` is {found}; wanted a float64 array of shape {shape}")
         elif not out.flags.writeable:
             raise InputError("`out` is read-only")
-        step = max(1, _SLAB_BYTES // max(1, self.source_points.nbytes))
-        for start in range(0, len(chosen), step):
-            ks = chosen[start : start + step]
-            slab = out[start : start + step]
-            np.matmul(self.basis, self.coefficients[ks], out=slab)
-            self._finish(slab, ks)
+        if not len(chosen):
+            return out
+        if shape[2] == 3 and out.flags.c_contiguous:
+            kernels.place(self._packed, self.coefficients[layers], self.ring_nodes, self.rings[layers], out)
+        elif shape[2] == 3:
+            # A view with gaps: through a few layers of contiguous memory, so that the bits stay the same.
+            step = max(1, _SLAB_BYTES // self.source_points.nbytes)
+            for start in range(0, len(chosen), step):
+                ks = chosen[start : start + step]
+                slab = np.empty((len(ks), *shape[1:]))
+                kernels.place(self._packed, self.coefficients[ks], self.ring_nodes, self.rings[ks], slab)
+                out[start : start + step] = slab
+        else:
+            np.matmul(self.basis, self.coefficients[layers], out=out)
+            out[:, self.ring_nodes] = self.rings[layers]
+        self._finish(out, chosen)
         return out
 
+    @cached_property
+    def _packed(self) -> FloatArray:
+        return kernels.pack(self.basis)
+
     def _finish(self, slab: FloatArray, ks: IntArray) -> None:
-        """Put on a slab what the product does not know: corrections, rings, caps."""
+        """Put on a slab what the product does not know: corrections and caps."""
         if self.corrections is not None:
-            for j, k in enumerate(ks):
-                entries = self.corrections.of_layer(int(k))
+            for j, k in enumerate(ks.tolist()):
+                entries = self.corrections.of_layer(k)
                 slab[j, self.corrections.nodes[entries]] += self.corrections.displacements[entries]
-        slab[:, self.ring_nodes] = self.rings[ks]
         for j in np.flatnonzero(ks == 0).tolist():
             slab[j] = self.source_points
         if self.target_points is not None:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
-from .affine import AffineMaps, fit_from_cap, fit_steps
+from .affine import AffineMaps, fit_from_caps, fit_steps
 from .factored import FactoredSweep, make_basis
 from .inputs import FUNCTIONALS, STRATEGIES, checked_choice, checked_ids, checked_loops, checked_points
 from .residual import TOLERANCE, carry_tolerance, compress, cotangent_weights, extend
@@ -101,16 +101,14 @@ def project_layers(
     if strategy == "both" and target is None:
         raise InputError("strategy 'both' needs `target_points`; without a target cap use 'source' or 'advancing'")
 
-    from_source = (
-        fit_composed(ring_array, node_loops, functional)
-        if strategy == "advancing"
-        else fit_from_cap(ring_array[0], ring_array, node_loops, functional)
-    )
     from_target, weights = None, np.zeros(len(ring_array))
     if strategy == "both":
-        last = len(ring_array) - 1
-        from_target = fit_from_cap(ring_array[-1], ring_array, node_loops, functional, cap_layer=last)
+        from_source, from_target = fit_from_caps(ring_array, node_loops, functional, caps=(0, -1))
         weights = chord_weights(ring_array)
+    elif strategy == "source":
+        (from_source,) = fit_from_caps(ring_array, node_loops, functional, caps=(0,))
+    else:
+        from_source = fit_composed(ring_array, node_loops, functional)
     source_center = from_source.source_centers[0]
     target_center = None if from_target is None else from_target.source_centers[0]
     coefficients = _affine_coefficients(from_source, from_target, weights)

@@ -117,9 +117,7 @@ def one_loop(n_nodes: int) -> tuple[IntArray, ...]:
     return (np.arange(n_nodes, dtype=np.int64),)
 
 
-def ring_moments(
-    rings: FloatArray, loops: Sequence[IntArray], *, projector: FloatArray, first_layer: int = 0
-) -> RingMoments:
+def ring_moments(rings: FloatArray, loops: Sequence[IntArray], *, projector: FloatArray) -> RingMoments:
     """Pass once over rings (K, b, n), in the order of ``np.concatenate(loops)``, and gather their moments.
 
     Parameters
@@ -129,8 +127,6 @@ def ring_moments(
         Only their lengths count here.
     projector : (p, b) float64
         Rows by which every centred ring is multiplied.
-    first_layer : int
-        Layer of ``rings[0]``, for messages.
 
     Raises
     ------
@@ -144,30 +140,36 @@ def ring_moments(
     products = np.zeros((n_rings, len(projector), n))
     grams = np.empty((n_rings, len(slices), n, n))
     turns = np.empty((n_rings, len(slices), n, n))
+    rows = np.ascontiguousarray(projector)
     for run in chunks(n_rings, rings[0].nbytes):
         for j, s in enumerate(slices):
-            loop = rings[run, s]
-            weights = np.full((1, s.stop - s.start), 1.0 / (s.stop - s.start))
-            center = weights @ loop
-            local = loop - center
-            loop_centers[run, j] = center[:, 0]
-            transposed = local.transpose(0, 2, 1)
-            grams[run, j] = transposed @ local
-            turns[run, j] = transposed[:, :, :-1] @ local[:, 1:]
-            turns[run, j] += local[:, -1, :, None] * local[:, None, 0]
-            if len(projector):
-                products[run] += projector[:, s] @ local
+            loop_centers[run, j], local = centred(rings[run, s])
+            grams[run, j] = np.einsum("kim,kjm->kij", local, local)
+            turns[run, j] = local[:, :, :-1] @ local[:, :, 1:].transpose(0, 2, 1)
+            turns[run, j] += local[:, :, -1, None] * local[:, None, :, 0]
+            if len(rows):
+                products[run] += (local @ rows[:, s].T).transpose(0, 2, 1)
     centers = np.einsum("j,kjc->kc", shares, loop_centers)
     if len(projector) and len(slices) > 1:
         # Each loop was centred on itself, which keeps small holes exact; this brings them to the ring's centre.
         sums = np.stack([projector[:, s].sum(axis=1) for s in slices])
         products += np.einsum("jp,kjc->kpc", sums, loop_centers - centers[:, None])
-    _refuse_collapsed(grams, first_layer)
+    _refuse_collapsed(grams)
     normals = _line_normals(rings, slices[0]) if n == 2 else _area_normals(rings, slices, turns, grams)
     return RingMoments(centers=centers, products=products, normals=normals)
 
 
-def _refuse_collapsed(grams: FloatArray, first_layer: int) -> None:
+def centred(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Means (K, n) of rings (K, m, n), and the rings about them, components first (K, n, m)."""
+    _, m, n = rings.shape
+    centers = (np.full((1, m), 1.0 / m) @ rings)[:, 0]
+    local = np.empty((len(rings), n, m))
+    for c in range(n):  # three long loops instead of many of length three
+        np.subtract(rings[:, :, c], centers[:, c, None], out=local[:, c])
+    return centers, local
+
+
+def _refuse_collapsed(grams: FloatArray) -> None:
     """Raise where a loop spans less than n - 1 dimensions, by its Gram matrices (K, n_loops, n, n)."""
     n = grams.shape[-1]
     values = np.linalg.eigvalsh(grams)
@@ -179,7 +181,6 @@ def _refuse_collapsed(grams: FloatArray, first_layer: int) -> None:
     bad = thickness2 <= bound
     if bad.any():
         layer, loop = (int(i) for i in np.argwhere(bad)[0])
-        layer += first_layer
         what = "on a line" if n == 3 else "in fewer than n - 1 dimensions"
         raise ProjectionError(
             f"layer {layer}: the nodes of loop {loop} lie {what}, so they determine no affine map; "

@@ -1,0 +1,98 @@
+"""The product ``basis @ coefficients[k]`` for many layers, at the speed of memory.
+
+Place in the flow: called by :meth:`FactoredSweep.points` alone.
+
+Method. It computes ``out[k] = basis @ coefficients[k]; out[k, ring_nodes] = rings[k]``. A general matrix product
+wastes most of its time on three columns, so the loop is written out: nodes in blocks whose columns lie one after the
+other, four columns at a time, a few layers for each block while it is in the nearest cache. Layers are shared among
+threads; every node of every layer is summed in the same order, so the bits do not depend on their number.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numba import njit
+
+from ..quality.threads import n_threads
+from ..topology import FloatArray, IntArray
+
+_BLOCK = 128
+_LAYERS = 8
+_ENOUGH_NODES = 200_000
+"""Below this many nodes starting threads costs more than they save."""
+
+
+def pack(basis: FloatArray) -> FloatArray:
+    """Lay out a basis (n, r) for :func:`place`: (n_blocks, columns * block), columns padded to a multiple of four."""
+    n, r = basis.shape
+    n_blocks, columns = -(-n // _BLOCK), 4 * -(-r // 4)
+    packed = np.zeros((n_blocks, columns, _BLOCK))
+    full = n // _BLOCK
+    packed[:full, :r] = basis[: full * _BLOCK].reshape(full, _BLOCK, r).transpose(0, 2, 1)
+    if full < n_blocks:
+        packed[-1, :r, : n - full * _BLOCK] = basis[full * _BLOCK :].T
+    return packed.reshape(n_blocks, -1)
+
+
+def place(
+    packed: FloatArray, coefficients: FloatArray, ring_nodes: IntArray, rings: FloatArray, out: FloatArray
+) -> None:
+    """Fill contiguous `out` (K, n, 3) from a packed basis, coefficients (K, r, 3) and rings (K, b, 3)."""
+    n_layers, r, _ = coefficients.shape
+    padded = np.zeros((n_layers, 4 * -(-r // 4), 3))
+    padded[:, :r] = coefficients
+    runs = [slice(k, min(k + _LAYERS, n_layers)) for k in range(0, n_layers, _LAYERS)]
+
+    def work(run: slice) -> None:
+        _place(packed, padded[run], ring_nodes, rings[run], out[run])
+
+    threads = min(n_threads(), len(runs)) if n_layers * out.shape[1] >= _ENOUGH_NODES else 1
+    if threads == 1:
+        for run in runs:
+            work(run)
+        return
+    with ThreadPoolExecutor(threads, thread_name_prefix="placing") as pool:
+        for _ in pool.map(work, runs):
+            pass
+
+
+# Contraction lets a multiplication and an addition be one instruction; it changes no order of summation.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+def _place(packed, coefficients, ring_nodes, rings, out):  # type: ignore[no-untyped-def]  # pragma: no cover
+    n = out.shape[1]
+    sums = np.empty(3 * _BLOCK)
+    for block in range(packed.shape[0]):
+        start = block * _BLOCK
+        m = min(_BLOCK, n - start)
+        columns = packed[block]
+        for k in range(out.shape[0]):
+            for g in range(0, coefficients.shape[1], 4):
+                a = coefficients[k, g : g + 4]
+                b = columns[g * _BLOCK : (g + 4) * _BLOCK]
+                x0, x1, x2, x3 = a[0, 0], a[1, 0], a[2, 0], a[3, 0]
+                y0, y1, y2, y3 = a[0, 1], a[1, 1], a[2, 1], a[3, 1]
+                z0, z1, z2, z3 = a[0, 2], a[1, 2], a[2, 2], a[3, 2]
+                if g == 0:
+                    for i in range(_BLOCK):
+                        b0, b1, b2, b3 = b[i], b[i + _BLOCK], b[i + 2 * _BLOCK], b[i + 3 * _BLOCK]
+                        sums[i] = b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
+                        sums[i + _BLOCK] = b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3
+                        sums[i + 2 * _BLOCK] = b0 * z0 + b1 * z1 + b2 * z2 + b3 * z3
+                else:
+                    for i in range(_BLOCK):
+                        b0, b1, b2, b3 = b[i], b[i + _BLOCK], b[i + 2 * _BLOCK], b[i + 3 * _BLOCK]
+                        sums[i] += b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3
+                        sums[i + _BLOCK] += b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3
+                        sums[i + 2 * _BLOCK] += b0 * z0 + b1 * z1 + b2 * z2 + b3 * z3
+            rows = out[k, start : start + m]
+            for i in range(m):
+                rows[i, 0] = sums[i]
+                rows[i, 1] = sums[i + _BLOCK]
+                rows[i, 2] = sums[i + 2 * _BLOCK]
+    for k in range(out.shape[0]):
+        for j in range(ring_nodes.shape[0]):
+            i = ring_nodes[j]
+            for c in range(3):
+                out[k, i, c] = rings[k, j, c]
