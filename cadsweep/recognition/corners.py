@@ -22,7 +22,9 @@ from ..topology import Face
 
 RIGHT = pi / 2
 MAX_READINGS = 24
-MAX_CHOICES = 3000
+MAX_CHOICES = 12
+"""Choices beyond which a face has no corners to speak of: it looks like a circle."""
+MAX_FOLDED_CHOICES = 500
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +80,7 @@ def read_rectangles(face: Face, *, folded: bool = False) -> tuple[Reading, ...]:
     must = [i for i in range(n) if not may_side[i]]
     free = [i for i in range(n) if may_end[i] and may_side[i]]
     n_free = 4 - len(must)
-    if n_free < 0 or n_free > len(free) or comb(len(free), n_free) > MAX_CHOICES:
+    if n_free < 0 or n_free > len(free) or comb(len(free), n_free) > (MAX_FOLDED_CHOICES if folded else MAX_CHOICES):
         return ()
 
     as_end = [abs(a - RIGHT) / RIGHT for a in loop.angles]

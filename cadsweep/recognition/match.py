@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..topology import DirectedEdge, Solid, Sweep
+import numpy as np
+
+from ..topology import DirectedEdge, FloatArray, Solid, Sweep
 
 
 def match_caps(sweep: Sweep) -> Sweep:
@@ -67,7 +69,11 @@ def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int]
     faces: dict[int, int] = {}
     queue = list(joined.items())
     done: set[tuple[int, int]] = set()
-    while queue:
+    while True:
+        if not queue:
+            queue = _inner_loops(solid, faces, edges, done)
+        if not queue:
+            break
         a, (b, same) = queue.pop()
         for f in solid.edges[a].faces:
             if f not in source:
@@ -97,6 +103,43 @@ def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int]
     if len(edges) != len({e for f in source for e in solid.faces[f].edges}):
         return None
     return faces, edges
+
+
+def _inner_loops(
+    solid: Solid, faces: dict[int, int], edges: dict[int, DirectedEdge], done: set[tuple[int, int]]
+) -> list[tuple[int, DirectedEdge]]:
+    """Pair an edge of a loop inside a cap (of an imprint) with one on the other cap, by its place.
+
+    The places are compared after the affine map that the edges matched so far define.
+    """
+    waiting = [(f, j) for f in faces for j in range(len(solid.faces[f].loops)) if (f, j) not in done]
+    if not waiting:
+        return []
+    f, j = waiting[0]
+    source, target = _matched_points(solid, edges)
+    center, far_center = source.mean(axis=0), target.mean(axis=0)
+    fit, *_ = np.linalg.lstsq(source - center, target - far_center, rcond=1e-9)
+    edge = solid.edges[solid.faces[f].loops[j].edges[0]]
+    place = (edge.midpoint - center) @ fit + far_center
+    taken = {b for b, _ in edges.values()}
+    candidates = [e for loop in solid.faces[faces[f]].loops for e in loop.edges if e not in taken]
+    if not candidates:
+        return []
+    answer = min(candidates, key=lambda e: float(np.linalg.norm(solid.edges[e].midpoint - place)))
+    forward, far_forward = dict(_forward(solid, f))[edge.id], dict(_forward(solid, faces[f]))[answer]
+    pair = (answer, forward != far_forward)
+    edges[edge.id] = pair
+    return [(edge.id, pair)]
+
+
+def _matched_points(solid: Solid, edges: dict[int, DirectedEdge]) -> tuple[FloatArray, FloatArray]:
+    """Middles and starts of matched edges, on the source and on the target."""
+    source, target = [], []
+    for a, (b, same) in edges.items():
+        one, other = solid.edges[a], solid.edges[b]
+        source += [one.midpoint, solid.vertices[one.start]]
+        target += [other.midpoint, solid.vertices[other.start if same else other.end]]
+    return np.array(source), np.array(target)
 
 
 def _partner(solid: Solid, beside: tuple[int, int], joined: DirectedEdge, target: set[int]) -> int | None:
