@@ -11,20 +11,24 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import cad, estimate, intervals, recognition, surface
+from . import cad, estimate, intervals, recognition, smoothing, surface
 from .assembly import FactoredMesh, factor_mesh, make_reference
 from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
-from .mesh import HexMesh, SurfaceMesh
+from .factors import load_factors, save_factors
+from .io.atomic import check_place, replaced_file
+from .mesh import HexMesh
 from .options import SweepOptions
 from .projection import project_layers
 from .projection.caps import place_target
 from .quality import QualityReport, check_mesh
-from .topology import Part, Solid, Sweep
+from .topology import FloatArray, Part, Solid, Sweep
 
 log = logging.getLogger(__name__)
 
@@ -178,7 +182,9 @@ def sweep_mesh(
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
     run = _Run(on_progress=on_progress or _silent)
     part, sweeps = _find(source, chosen, run)
-    return _best_mesh(part, sweeps, chosen, run)
+    mesh = _first_good(part, sweeps, chosen, run, _make_mesh).mesh
+    assert mesh is not None
+    return mesh
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:
@@ -190,6 +196,57 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     return SweepOptions(**options)
 
 
+def write_factors(
+    source: Any, path: str | PathLike[str], *, on_progress: Progress | None = None, **options: Any
+) -> HexMesh:
+    """Mesh a part as :func:`sweep_mesh` does, and keep its factors: megabytes for any number of layers.
+
+    Parameters
+    ----------
+    source, **options
+        As for :func:`sweep_mesh`, of order 1.
+    path : path
+        A ``.sweep.npz`` file, for :func:`expand`.
+
+    Returns
+    -------
+    HexMesh
+        The mesh that the factors give back, bit for bit.
+    """
+    chosen = make_options(options)
+    if chosen.order != 1:
+        raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
+    run = _Run(on_progress=on_progress or _silent)
+    part, sweeps = _find(source, chosen, run)
+    made = _first_good(part, sweeps, chosen, run, _make_mesh)
+    with replaced_file(check_place(Path(path))) as stream:
+        save_factors(made.factored, stream)
+    assert made.mesh is not None
+    return made.mesh
+
+
+def expand(path: str | PathLike[str]) -> HexMesh:
+    """Multiply a file of factors out to its mesh; needs neither CAD nor gmsh.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or something else.
+    """
+    mesh = load_factors(path).to_mesh()
+    mesh.info["quality"] = check_mesh(mesh)
+    return mesh
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Made:
+    """One candidate sweep, made and checked."""
+
+    factored: FactoredMesh
+    report: QualityReport
+    mesh: HexMesh | None = None
+
+
 def _find(source: Any, options: SweepOptions, run: _Run) -> tuple[Part, list[Sweep]]:
     with run.stage("cad"):
         part = load(source, params=None if options.params is None else dict(options.params))
@@ -198,74 +255,89 @@ def _find(source: Any, options: SweepOptions, run: _Run) -> tuple[Part, list[Swe
     return part, sweeps
 
 
-def _best_mesh(part: Part, sweeps: list[Sweep], options: SweepOptions, run: _Run) -> HexMesh:
-    """Mesh by the first candidate that does well, or by the best of those tried."""
-    tried: list[HexMesh] = []
+Make = Callable[[Part, Sweep, SweepOptions, _Run], _Made]
+
+
+def _first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: _Run, make: Make) -> _Made:
+    """Make the first candidate that does well, or the best of those tried."""
+    tried: list[_Made] = []
     failures: list[CadSweepError] = []
     for sweep in sweeps[:MOST_CANDIDATES]:
         try:
-            mesh = _mesh_by(part, sweep, options, run)
+            made = make(part, sweep, options, run)
         except (InputError, NotSweepableError):
             raise  # what the user asked for cannot be had by another sweep either
         except CadSweepError as error:
-            log.info("sweep from %s: %s", sweep.source, error)
+            log.info("sweep from faces %s given up: %s", sweep.source, error)
             failures.append(error)
             continue
-        tried.append(mesh)
-        if mesh.info["quality"].valid and mesh.info["quality"].min_scaled_jacobian >= GOOD_ENOUGH:
+        tried.append(made)
+        if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
             break
     if not tried:
         raise failures[0]
-    mesh = max(tried, key=lambda m: (m.info["quality"].valid, m.info["quality"].min_scaled_jacobian))
-    mesh.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
-    mesh.info["seconds"] = run.seconds
-    return mesh
+    best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
+    best.factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
+    return best
 
 
-def _mesh_by(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> HexMesh:
+def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _Made:
     """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
-    factored, surfaces = factor_sweep(part, sweep, options, run)
+    factored = factor_sweep(part, sweep, options, run)
     with run.stage("assembly"):
         mesh = factored.to_mesh()
     reference = make_reference(part, sweep)
     with run.stage("quality"):
         report = check_mesh(mesh, cad=reference)
-    if options.smoothing and report.min_scaled_jacobian < SMOOTH_BELOW:
+    if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
         with run.stage("smoothing"):
-            mesh = _smoothed(factored, mesh, surfaces)
-        with run.stage("quality"):
-            report = check_mesh(mesh, cad=reference)
+            factored = _smoothed(factored, mesh.points)
+        if len(factored.moved_nodes):
+            factored.points(out=mesh.points.reshape(-1, factored.structure.n_nodes, 3))
+            with run.stage("quality"):
+                report = check_mesh(mesh, cad=reference)
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
-        raise _refusal(report)
-    if options.order == 2:
-        raise InputError("order 2 is not built yet")
-    return mesh
+        raise refusal(report)
+    return _Made(factored=factored, report=report, mesh=mesh)
 
 
-def _refusal(report: QualityReport) -> InvertedHexError:
-    worst = "; ".join(str(hexahedron) for hexahedron in report.worst[:3])
+def _smoothed(factored: FactoredMesh, points: FloatArray) -> FactoredMesh:
+    """Mend the worst places; what was moved is kept beside the factors."""
+    structure = factored.structure
+    fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
+    fixed[:, np.concatenate(structure.loops)] = True
+    if not structure.periodic:
+        fixed[[0, -1]] = True
+    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
+    factored.info["notes"] += better.steps
+    return replace(
+        factored, moved_nodes=better.nodes, moved_points=(better.positions - factored.offset) / factored.scale
+    )
+
+
+def refusal(report: QualityReport) -> InvertedHexError:
+    """Say what is wrong with a mesh that is not handed over."""
     return InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])} (worst: {worst}); "
-        "try another size, more layers, or another source face",
+        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
 
 
-def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> tuple[FactoredMesh, SurfaceMesh]:
+def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> FactoredMesh:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     size = None if options.size is None else options.size / part.scale
     layers = options.layers if options.fractions is None else len(options.fractions) - 1
     edge_sizes = _edge_sizes(part, sweep, options)
     with run.stage("intervals"):
-        limits = {"max_hexes": options.max_hexes, "max_memory": options.max_memory}
         smallest = min(edge_sizes.values(), default=None)
         rough = estimate.estimate_size(sweep, size=size, layers=layers, smallest=smallest, scale=part.scale)
         if rough is not None:
-            estimate.check_budget(rough, **limits)
+            estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
         counts = intervals.assign_intervals(sweep, size=size, layers=layers, edge_sizes=edge_sizes or None)
-        estimate.check_budget(estimate.estimate(sweep, counts, scale=part.scale), **limits)
+        expected = estimate.estimate(sweep, counts, scale=part.scale)
+        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
     with run.stage("surface"):
         surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
     with run.stage("projection"):
@@ -280,7 +352,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> 
             target_points=target.points,
             residual=options.residual,
         )
-    factored = factor_mesh(
+    return factor_mesh(
         sweep,
         surfaces,
         placed,
@@ -297,7 +369,6 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> 
             "seconds": run.seconds,
         },
     )
-    return factored, surfaces
 
 
 def _edge_sizes(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, float]:
@@ -318,8 +389,3 @@ def _describe(sweep: Sweep, n_layers: int) -> dict[str, Any]:
         "target": [faces[i].name or i for i in sweep.target],
         "layers": n_layers,
     }
-
-
-def _smoothed(factored: FactoredMesh, mesh: HexMesh, surfaces: SurfaceMesh) -> HexMesh:
-    """Mend the worst places; the same mesh where nothing helps."""
-    raise NotImplementedError

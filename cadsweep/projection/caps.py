@@ -88,9 +88,10 @@ def place_target(sweep: Sweep, surfaces: SurfaceMesh) -> PlacedCap:
 
 def boundary_loops(quads: IntArray, points: FloatArray) -> tuple[IntArray, ...]:
     """Boundary cycles of a quad mesh, the longest first, each with the mesh on its left."""
+    n = int(quads.max()) + 1
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-    key = edges[:, 0] * (quads.max() + 1) + edges[:, 1]
-    twin = edges[:, 1] * (quads.max() + 1) + edges[:, 0]
+    key = edges[:, 0] * n + edges[:, 1]
+    twin = edges[:, 1] * n + edges[:, 0]
     following = dict(edges[~np.isin(key, twin)].tolist())
     loops = []
     while following:

@@ -18,6 +18,12 @@ FORMAT = "cadsweep factored sweep 1"
 
 def save_sweep(sweep: FactoredSweep, path: str | PathLike[str]) -> None:
     """Write `sweep` at exactly `path`."""
+    with open(path, "wb") as file:
+        np.savez_compressed(file, **sweep_arrays(sweep))  # type: ignore[arg-type]
+
+
+def sweep_arrays(sweep: FactoredSweep) -> dict[str, np.ndarray]:
+    """Arrays from which :func:`sweep_of_arrays` makes the same sweep again."""
     n = sweep.source_points.shape[1]
     # The first columns of the basis are cap points minus a centre; the centre is the ring's own mean, kept as bits.
     arrays = {
@@ -46,8 +52,7 @@ def save_sweep(sweep: FactoredSweep, path: str | PathLike[str]) -> None:
         arrays["correction_nodes"] = _small_ints(sweep.corrections.nodes)
         arrays["corrections"] = sweep.corrections.displacements
     assert n in (2, 3)
-    with open(path, "wb") as file:
-        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+    return arrays
 
 
 def load_sweep(path: str | PathLike[str]) -> FactoredSweep:
@@ -60,12 +65,12 @@ def load_sweep(path: str | PathLike[str]) -> FactoredSweep:
     if str(arrays.get("format")) != FORMAT:
         raise InputError(f"{path}: not a factored sweep of this version (wanted {FORMAT!r})")
     try:
-        return _sweep_of(arrays)
+        return sweep_of_arrays(arrays)
     except KeyError as error:
         raise InputError(f"{path}: the array {error} is missing") from error
 
 
-def _sweep_of(arrays: dict[str, np.ndarray]) -> FactoredSweep:
+def sweep_of_arrays(arrays: dict[str, np.ndarray]) -> FactoredSweep:
     ends = np.cumsum(arrays["loop_lengths"])
     target, target_center = arrays.get("target_points"), arrays.get("target_center")
     modes = arrays["modes"]
