@@ -16,11 +16,14 @@ from os import PathLike
 from pathlib import Path
 from struct import error as struct_error
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
-from .atomic import check_place, replaced_file
+from .atomic import check_place, replaced_file, replaced_folder
+
+if TYPE_CHECKING:
+    from .labels import LabelledMesh
 
 logger = logging.getLogger(__name__)
 
@@ -28,11 +31,34 @@ __all__ = ["FORMATS", "check_destination", "read", "write"]
 
 FORMATS: dict[str, str] = {
     ".vtu": "VTK XML unstructured grid: ParaView, PyVista",
-    ".msh": "Gmsh MSH 4.1 binary; 2.2 text with version='2.2': gmsh, dolfinx, OpenFOAM's gmshToFoam",
+    ".vtkhdf": "VTK HDF5: ParaView, PyVista",
+    ".msh": "Gmsh MSH 4.1 binary, or 2.2 text with version='2.2': gmsh, dolfinx; OpenFOAM's gmshToFoam",
+    ".inp": "Abaqus and CalculiX input, to be included in a deck",
+    ".unv": "I-deas universal file: Code_Aster, Salome",
+    ".med": "MED 4: Code_Aster, Salome",
+    ".cgns": "CGNS (HDF5)",
+    ".e": "Exodus II: ParaView, Cubit, MOOSE",
+    ".exo": "Exodus II",
+    ".mesh": "MFEM mesh 1.3",
+    ".polymesh": "OpenFOAM: a folder named polyMesh (case/constant/polyMesh)",
 }
-"""Suffix to what it is."""
+"""Suffix to what it is. A path whose last name is ``polyMesh`` needs no suffix."""
 
-_MODULES = {".vtu": "vtu", ".msh": "msh"}
+_FOLDER = ".polymesh"
+
+_MODULES = {
+    ".vtu": "vtu",
+    ".vtkhdf": "vtkhdf",
+    ".msh": "msh",
+    ".inp": "inp",
+    ".unv": "unv",
+    ".med": "med",
+    ".cgns": "cgns",
+    ".e": "exodus",
+    ".exo": "exodus",
+    ".mesh": "mfem_mesh",
+    ".polymesh": "foam",
+}
 
 
 def check_destination(path: str | PathLike[str]) -> Path:
@@ -50,7 +76,7 @@ def check_destination(path: str | PathLike[str]) -> Path:
     path = Path(path)
     _suffix(path)
     place = check_place(path)
-    if place.is_dir():
+    if place.is_dir() and _suffix(path) != _FOLDER:
         raise InputError(f"{path} is a folder; give a file name")
     return path
 
@@ -77,31 +103,35 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
     CadSweepError
         The disk is full, or what was read back differs.
     """
-    from .compare import check_same
     from .labels import label_mesh
 
     path = check_destination(path)
     module = _module(path)
     options = {name: value for name, value in options.items() if value is not None}
-    allowed = getattr(module.write, "__kwdefaults__", None) or {}
+    allowed = getattr(getattr(module, "write", None), "__kwdefaults__", None) or {}
     for name in options:
         if name not in allowed:
             known = ", ".join(allowed) or "none"
             raise InputError(f"{_suffix(path)} files have no option {name!r}; they have: {known}")
     labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80))
-    one_group = module.one_group_a_cell(**options) if hasattr(module, "one_group_a_cell") else False
-    with replaced_file(path) as stream:
-        try:
-            module.write(stream, labelled, **options)
-            stream.flush()
-            os.fsync(stream.fileno())
-            if verify:
-                stream.seek(0)
-                check_same(labelled, module.read(stream), one_group=one_group)
-        except InputError:
-            raise
-        except CadSweepError as error:
-            raise CadSweepError(f"{path} was not written: {error}") from error
+    try:
+        if _suffix(path) == _FOLDER:
+            labelled = module.outer_only(labelled)
+            with replaced_folder(path, known_files=module.FILES) as folder:
+                module.write_folder(folder, labelled)
+                if verify:
+                    _check(module, labelled, module.read_folder(folder), options)
+        else:
+            with replaced_file(path) as stream:
+                module.write(stream, labelled, **options)
+                stream.flush()
+                if verify:
+                    stream.seek(0)
+                    _check(module, labelled, module.read(stream), options)
+    except InputError:
+        raise
+    except CadSweepError as error:
+        raise CadSweepError(f"{path} was not written: {error}") from error
     logger.info("wrote %s: %d nodes, %d hexes", path, mesh.n_nodes, mesh.n_hexes)
 
 
@@ -121,6 +151,8 @@ def read(path: str | PathLike[str]) -> HexMesh:
     path = Path(path)
     module = _module(path)
     try:
+        if _suffix(path) == _FOLDER:
+            return module.read_folder(path)
         with open(path, "rb") as stream:
             return module.read(stream)
     except InputError as error:
@@ -134,8 +166,25 @@ def read(path: str | PathLike[str]) -> HexMesh:
         raise InputError(f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error})") from error
 
 
+def _check(module: ModuleType, mesh: LabelledMesh, back: HexMesh, options: dict[str, Any]) -> None:
+    from .compare import all_boundaries, all_parts, check_same
+
+    groups = (
+        module.kept_groups(mesh, **options)
+        if hasattr(module, "kept_groups")
+        else (all_boundaries(mesh), all_parts(mesh))
+    )
+    check_same(
+        mesh,
+        back,
+        groups,
+        tolerance=getattr(module, "POINT_TOLERANCE", 0.0),
+        turned=getattr(module, "TURNED", False),
+    )
+
+
 def _suffix(path: Path) -> str:
-    suffix = path.suffix.lower()
+    suffix = _FOLDER if path.name.lower() == "polymesh" else path.suffix.lower()
     if suffix not in FORMATS:
         what = f"the suffix {path.suffix!r} of {path} names no format" if path.suffix else f"{path} has no suffix"
         raise InputError(f"{what}; known: {' '.join(FORMATS)}")

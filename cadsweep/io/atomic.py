@@ -132,17 +132,18 @@ def _open_beside(place: Path) -> tuple[BinaryIO, Path | None]:
     if hasattr(os, "O_TMPFILE"):
         try:
             number = os.open(place.parent, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o666)
-            return os.fdopen(number, "r+b", buffering=0), None
+            return os.fdopen(number, "r+b"), None
         except OSError as error:
             if error.errno not in _NO_NAMELESS_FILES:
                 raise
     hidden = place.parent / _hidden_name(place)
-    return open(hidden, "x+b", buffering=0), hidden
+    return open(hidden, "x+b"), hidden
 
 
 def _finish(stream: BinaryIO, hidden: Path | None, place: Path) -> None:
     with suppress(FileNotFoundError):  # a file that is replaced keeps its permissions
         os.fchmod(stream.fileno(), stat.S_IMODE(place.stat().st_mode))
+    stream.flush()
     os.fsync(stream.fileno())
     if hidden is None:
         hidden = place.parent / _hidden_name(place)

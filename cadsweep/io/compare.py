@@ -15,15 +15,29 @@ from .labels import LabelledMesh, cyclic
 _CHUNK = 1 << 16
 
 
-def check_same(mesh: LabelledMesh, back: HexMesh, *, one_group: bool = False) -> None:
+Groups = tuple[dict[str, IntArray], dict[str, IntArray]]
+"""Boundaries (name to quads) and parts (name to hex ids)."""
+
+
+def check_same(
+    mesh: LabelledMesh, back: HexMesh, groups: Groups, *, tolerance: float = 0.0, turned: bool = False
+) -> None:
     """Compare a mesh with what a reader made of its file: nodes, hexes, names, and the quads and hexes of each name.
 
     Quads may come in another order and begin at another corner, but not turn the other way.
 
     Parameters
     ----------
-    one_group : bool
-        The format keeps one group a cell: the disjoint blocks are expected.
+    mesh : LabelledMesh
+        What was sent.
+    back : HexMesh
+        What was read.
+    groups : (dict, dict)
+        Boundaries and parts as the format keeps them.
+    tolerance : float
+        Relative difference allowed of a coordinate; 0: bit for bit.
+    turned : bool
+        A hex may begin at another corner; its volume must stay positive.
 
     Raises
     ------
@@ -33,10 +47,19 @@ def check_same(mesh: LabelledMesh, back: HexMesh, *, one_group: bool = False) ->
     for what, sent, got in (("nodes", mesh.points, back.points), ("hexes", mesh.hexes, back.hexes)):
         if sent.shape != got.shape:
             raise CadSweepError(f"reading it back gave {what} of shape {got.shape} instead of {sent.shape}")
-        for start in range(0, len(sent), _CHUNK):
-            if not np.array_equal(sent[start : start + _CHUNK], got[start : start + _CHUNK]):
-                raise CadSweepError(f"reading it back gave other {what}, first in rows {start} and after")
-    boundaries, parts = expected_groups(mesh, one_group=one_group)
+    for start in range(0, len(mesh.points), _CHUNK):
+        sent, got = mesh.points[start : start + _CHUNK], back.points[start : start + _CHUNK]
+        if not np.array_equal(sent, got) and not (np.abs(sent - got) <= tolerance * np.abs(sent)).all():
+            raise CadSweepError(f"reading it back gave other nodes, the first in rows {start} and after")
+    for start in range(0, len(mesh.hexes), _CHUNK):
+        sent, got = mesh.hexes[start : start + _CHUNK], back.hexes[start : start + _CHUNK]
+        if turned and np.array_equal(np.sort(sent, axis=1), np.sort(got, axis=1)):
+            if np.array_equal(_volume_signs(mesh, sent), _volume_signs(mesh, got)):
+                continue
+        elif np.array_equal(sent, got):
+            continue
+        raise CadSweepError(f"reading it back gave other hexes, the first in rows {start} and after")
+    boundaries, parts = groups
     for what, sent_groups, got_groups in (("boundary", boundaries, back.boundaries), ("part", parts, back.parts)):
         if set(sent_groups) != set(got_groups):
             missing = sorted(set(sent_groups) ^ set(got_groups))
@@ -49,18 +72,33 @@ def check_same(mesh: LabelledMesh, back: HexMesh, *, one_group: bool = False) ->
             raise CadSweepError(f"reading it back gave other hexes of part {name!r}")
 
 
-def expected_groups(mesh: LabelledMesh, *, one_group: bool) -> tuple[dict[str, IntArray], dict[str, IntArray]]:
-    """Boundaries (quads) and parts (hex ids) as the file should hold them."""
-    if one_group:
-        faces = mesh.faces.exclusive_names() if len(mesh.quads) else ()
-        return (
-            {name: mesh.quads[mesh.faces.cells(j)] for j, name in enumerate(faces)},
-            {name: mesh.volumes.cells(j) for j, name in enumerate(mesh.volumes.exclusive_names())},
-        )
-    return (
-        {name: mesh.quads[mesh.faces.named(name)] for name in mesh.faces.names},
-        {name: mesh.volumes.named(name) for name in mesh.volumes.names},
-    )
+def all_boundaries(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """Every boundary by its name, overlapping or not."""
+    return {name: mesh.quads[mesh.faces.named(name)] for name in mesh.faces.names}
+
+
+def all_parts(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """Every part by its name, overlapping or not."""
+    return {name: mesh.volumes.named(name) for name in mesh.volumes.names}
+
+
+def disjoint_boundaries(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """The disjoint blocks of the boundaries, for formats with one group a face."""
+    return {name: mesh.quads[mesh.faces.cells(j)] for j, name in enumerate(mesh.faces.exclusive_names())}
+
+
+def disjoint_parts(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """The disjoint blocks of the parts, for formats with one group a hex."""
+    return {name: mesh.volumes.cells(j) for j, name in enumerate(mesh.volumes.exclusive_names())}
+
+
+def _volume_signs(mesh: LabelledMesh, hexes: IntArray) -> np.ndarray:
+    # The triple product of the edges at each corner, summed: positive for a hex that is not inside out.
+    p = mesh.points[hexes[:, :8]]
+    a = (p[:, [1, 2, 5, 6]] - p[:, [0, 3, 4, 7]]).sum(axis=1)
+    b = (p[:, [3, 2, 7, 6]] - p[:, [0, 1, 4, 5]]).sum(axis=1)
+    c = (p[:, 4:] - p[:, :4]).sum(axis=1)
+    return np.einsum("ij,ij->i", np.cross(a, b), c) > 0
 
 
 def same_quads(some: IntArray, others: IntArray) -> bool:
@@ -77,5 +115,7 @@ def _ordered(quads: IntArray) -> IntArray:
     first = quads[:, :4].argmin(axis=1)[:, None]
     turned = cyclic(quads[:, :4])
     if width >= 8:  # the middles of the edges turn with the corners
-        turned = np.hstack([turned, np.take_along_axis(quads[:, 4:8], (first + np.arange(4)) % 4, axis=1), quads[:, 8:]])
+        turned = np.hstack(
+            [turned, np.take_along_axis(quads[:, 4:8], (first + np.arange(4)) % 4, axis=1), quads[:, 8:]]
+        )
     return turned[np.lexsort(turned.T[::-1])]

@@ -7,6 +7,7 @@ attributes). The disjoint blocks serve both: a block is the set of all cells tha
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +19,8 @@ from ..errors import InputError
 from ..mesh import HEX_FACES, HexMesh
 from ..topology import FloatArray, IntArray
 from .names import portable_names
+
+logger = logging.getLogger(__name__)
 
 DEFAULT_PART = "volume"
 """Name of the hexes that belong to no part."""
@@ -157,6 +160,7 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80) -> LabelledMesh:
         if ids.ndim != 1:
             raise InputError(f"part {name!r} should hold hex ids in one dimension, not {ids.shape}")
         _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
+    boundaries, parts = _without_empty(boundaries, "boundary"), _without_empty(parts, "part")
     quads, faces = _face_blocks(boundaries, n_corners[0])
     return LabelledMesh(
         points=points, hexes=hexes, quads=quads, faces=faces, volumes=_volume_blocks(parts, len(hexes)), info=mesh.info
@@ -249,6 +253,13 @@ def _renamed(groups: Mapping[str, Any], max_name: int) -> dict[str, IntArray]:
     return {names[name]: np.asarray(ids, dtype=np.int64) for name, ids in groups.items()}
 
 
+def _without_empty(groups: dict[str, IntArray], what: str) -> dict[str, IntArray]:
+    for name, ids in groups.items():
+        if len(ids) == 0:
+            logger.warning("the %s %r has no members and is not written", what, name)
+    return {name: ids for name, ids in groups.items() if len(ids)}
+
+
 def _face_blocks(boundaries: dict[str, IntArray], n_corners: int) -> tuple[IntArray, Blocks]:
     stacked = np.concatenate([*boundaries.values(), np.empty((0, n_corners), dtype=np.int64)])
     first, codes = corner_keys(stacked[:, :4])
@@ -276,6 +287,8 @@ def _volume_blocks(parts: dict[str, IntArray], n_hexes: int) -> Blocks:
 def make_blocks(sets: dict[str, IntArray], n_cells: int) -> Blocks:
     """Split cells into blocks of equal names, in the order of the blocks' first cells."""
     of_cell = np.zeros(n_cells, dtype=np.int64)
+    if n_cells == 0:
+        return Blocks(names=tuple(sets), members=(), of_cell=of_cell)
     members: list[tuple[str, ...]] = [()]
     for name, ids in sets.items():
         inside = np.zeros(n_cells, dtype=bool)

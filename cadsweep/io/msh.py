@@ -12,6 +12,7 @@ from typing import BinaryIO
 from ..errors import InputError
 from ..mesh import HexMesh
 from . import msh22, msh41
+from .compare import Groups, all_boundaries, all_parts, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh
 from .msh_read import read_content
 
@@ -38,10 +39,12 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool | None = None, v
         msh22.write(stream, mesh)
 
 
-def one_group_a_cell(*, version: str = "4.1", **others: object) -> bool:
-    """Whether the file keeps only one group a cell."""
-    del others
-    return str(version) == "2.2"
+def kept_groups(mesh: LabelledMesh, *, version: str = "4.1", binary: bool | None = None) -> Groups:
+    """Groups as the file holds them: all in 4.1, disjoint ones in 2.2."""
+    del binary
+    if str(version) == "2.2":
+        return disjoint_boundaries(mesh), disjoint_parts(mesh)
+    return all_boundaries(mesh), all_parts(mesh)
 
 
 def read(stream: BinaryIO) -> HexMesh:

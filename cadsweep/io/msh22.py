@@ -24,8 +24,6 @@ from .text import write_rows
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh."""
     faces, volumes = mesh.faces.exclusive_names(), mesh.volumes.exclusive_names()
-    if not len(mesh.quads):
-        faces = ()
     n, m, q = len(mesh.points), len(mesh.hexes), len(mesh.quads)
     stream.write(b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n")
     stream.write(physical_names(faces, volumes))

@@ -46,9 +46,9 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool = True) -> None:
     put.column(np.arange(1, n + 1, dtype=np.uint64))
     put.table(mesh.points)
     stream.write(b"$EndNodes\n$Elements\n")
-    put.sizes(len(mesh.volumes.members) + len(mesh.faces.members) * (q > 0), m + q, 1, m + q)
+    put.sizes(len(mesh.volumes.members) + len(mesh.faces.members), m + q, 1, m + q)
     put.end()
-    for block in range(len(mesh.faces.members) if q else 0):
+    for block in range(len(mesh.faces.members)):
         ids = mesh.faces.cells(block)
         put.integers(2, block + 1, QUAD_TYPES[mesh.quads.shape[1]])
         put.sizes(len(ids))
@@ -67,7 +67,7 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool = True) -> None:
 
 def _write_entities(put: _BinaryOutput | _TextOutput, mesh: LabelledMesh) -> None:
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    n_surfaces = len(mesh.faces.members) if len(mesh.quads) else 0
+    n_surfaces = len(mesh.faces.members)
     put.sizes(0, 0, n_surfaces, len(mesh.volumes.members))
     put.end()
     for block in range(n_surfaces):

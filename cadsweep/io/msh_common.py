@@ -81,7 +81,7 @@ def collect(points: FloatArray, node_tags: IntArray, groups: Groups) -> HexMesh:
     quads = [renumber(block) for block in groups.nodes.get(quad_kind, [])]
     boundaries = _named(groups, quad_kind, 2, quads)
     for (dimension, _), name in groups.names.items():
-        if dimension == 2:
+        if dimension == 2:  # a name without quads is still a name
             boundaries.setdefault(name, np.empty((0, width), dtype=np.int64))
     return HexMesh(
         points=points,

@@ -78,7 +78,9 @@ def _physical_names(data: memoryview, place: int) -> tuple[dict[tuple[int, int],
     end = re.compile(rb"\$EndPhysicalNames").search(data, place)
     if end is None:
         raise InputError("its list of physical names is cut short")
-    rows = re.findall(r'^\s*(\d+)\s+(\d+)\s+"(.*)"\s*$', bytes(data[place : end.start()]).decode("utf-8", "replace"), re.M)
+    rows = re.findall(
+        r'^\s*(\d+)\s+(\d+)\s+"(.*)"\s*$', bytes(data[place : end.start()]).decode("utf-8", "replace"), re.M
+    )
     return {(int(dimension), int(tag)): name for dimension, tag, name in rows}, end.end()
 
 

@@ -66,7 +66,7 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
                 kind += f' NumberOfComponents="{data.shape[1]}"'
             if tuples:
                 kind += f' NumberOfTuples="{len(data)}"'
-        head = f"<DataArray {kind} Name={quoteattr(name)} format=\"appended\" offset=\"{offset}\"/>\n"
+        head = f'<DataArray {kind} Name={quoteattr(name)} format="appended" offset="{offset}"/>\n'
         parts.append(data)
         offset += 8 + data.nbytes
         return head

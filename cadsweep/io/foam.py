@@ -1,0 +1,216 @@
+"""OpenFOAM mesh: a folder named ``polyMesh`` (``case/constant/polyMesh``) with points, faces, owner, neighbour, boundary.
+
+Place in the flow: a format module of :mod:`cadsweep.io`, the only one whose output is a folder.
+
+A face has one patch here. Patches are the disjoint blocks of the boundaries, named by the rule of
+:meth:`~cadsweep.io.labels.Blocks.exclusive_names`; every name of a face stands in ``inGroups`` of its patch, so a
+boundary condition may be given for a name even where it spans several patches. Parts are cell zones (disjoint, by the
+same rule). Faces without a name are the patch ``defaultFaces``; quads inside the mesh are no patches and are left out.
+
+Order 1 only. A hex comes back turned, because OpenFOAM keeps faces and not corners. Reading knows text files.
+
+References
+----------
+OpenFOAM user guide, "Mesh description"; faces are ordered by owner, then neighbour ("upper triangular order"), normals
+point out of the owner.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HEX_FACES, HexMesh
+from ..topology import IntArray
+from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
+from .labels import LabelledMesh, corner_keys, make_blocks
+from .text import write_rows
+
+logger = logging.getLogger(__name__)
+
+FILES = frozenset({"points", "faces", "owner", "neighbour", "boundary", "cellZones", "faceZones", "pointZones", "sets"})
+"""What may stand in a folder that is replaced."""
+
+
+TURNED = True
+"""A hex comes back with other first corner."""
+
+
+def kept_groups(mesh: LabelledMesh) -> Groups:
+    """All boundaries (as patches or their groups), the patches of other names, and the disjoint parts."""
+    return {**disjoint_boundaries(mesh), **all_boundaries(mesh)}, disjoint_parts(mesh)
+
+
+def outer_only(mesh: LabelledMesh) -> LabelledMesh:
+    """Leave out named quads inside the mesh, which are no patches."""
+    corners = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
+    first, codes = corner_keys(np.concatenate([corners, mesh.quads]))
+    inner = np.bincount(codes[: len(corners)], minlength=len(first))[codes[len(corners) :]] == 2
+    if not inner.any():
+        return mesh
+    logger.warning("%d named quads inside the mesh are no OpenFOAM patches; they are left out", inner.sum())
+    number = np.cumsum(~inner) - 1
+    sets = {name: mesh.faces.named(name) for name in mesh.faces.names}
+    sets = {name: number[ids[~inner[ids]]] for name, ids in sets.items()}
+    faces = make_blocks({name: ids for name, ids in sets.items() if len(ids)}, int((~inner).sum()))
+    return replace(mesh, quads=mesh.quads[~inner], faces=faces)
+
+
+def write_folder(folder: Path, mesh: LabelledMesh) -> None:
+    """Write a labelled mesh into an empty folder."""
+    if mesh.hexes.shape[1] != 8:
+        raise InputError("OpenFOAM's cells are of order 1; make the mesh with order=1")
+    faces, owner, neighbour, patches = _ordered_faces(mesh)
+    note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
+    with open(folder / "points", "wb") as stream:
+        stream.write(_head("vectorField", "points") + b"%d\n(\n" % len(mesh.points))
+        write_rows(stream, "(%r %r %r)\n", mesh.points)
+        stream.write(b")\n")
+    with open(folder / "faces", "wb") as stream:
+        stream.write(_head("faceList", "faces") + b"%d\n(\n" % len(faces))
+        write_rows(stream, "4(%d %d %d %d)\n", faces)
+        stream.write(b")\n")
+    for name, values in (("owner", owner), ("neighbour", neighbour)):
+        with open(folder / name, "wb") as stream:
+            stream.write(_head("labelList", name, note=note) + b"%d\n(\n" % len(values))
+            write_rows(stream, "%d\n", values)
+            stream.write(b")\n")
+    rows = []
+    for name, groups, first, count in patches:
+        inside = f"        inGroups        {len(groups)}({' '.join(groups)});\n" if groups else ""
+        rows.append(
+            f"    {name}\n    {{\n        type            patch;\n{inside}"
+            f"        nFaces          {count};\n        startFace       {first};\n    }}\n"
+        )
+    text = f"{len(rows)}\n(\n{''.join(rows)})\n"
+    (folder / "boundary").write_bytes(_head("polyBoundaryMesh", "boundary") + text.encode())
+    zones = mesh.volumes.exclusive_names()
+    with open(folder / "cellZones", "wb") as stream:
+        stream.write(_head("regIOobject", "cellZones") + b"%d\n(\n" % len(zones))
+        for block, name in enumerate(zones):
+            ids = mesh.volumes.cells(block)
+            stream.write(f"{name}\n{{\n    type cellZone;\n    cellLabels List<label>\n{len(ids)}\n(\n".encode())
+            write_rows(stream, "%d\n", ids)
+            stream.write(b")\n;\n}\n")
+        stream.write(b")\n")
+
+
+def _head(kind: str, name: str, *, note: str = "") -> bytes:
+    note = f'    note        "{note}";\n' if note else ""
+    return (
+        f"FoamFile\n{{\n    version     2.0;\n    format      ascii;\n    class       {kind};\n{note}"
+        f'    location    "constant/polyMesh";\n    object      {name};\n}}\n\n'
+    ).encode()
+
+
+def _ordered_faces(
+    mesh: LabelledMesh,
+) -> tuple[IntArray, IntArray, IntArray, list[tuple[str, tuple[str, ...], int, int]]]:
+    """All faces in OpenFOAM's order, owners, neighbours, and patches (name, groups, first face, number)."""
+    sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
+    of = np.repeat(np.arange(len(mesh.hexes)), 6)
+    first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
+    uses = np.bincount(codes[: len(sides)], minlength=len(first))
+    if uses.max() > 2 or uses.min() < 1:
+        raise InputError("a quad belongs to more than two hexes, or to none: OpenFOAM cannot read such a mesh")
+    # The key's first side belongs to the lower hex, because sides are listed hex by hex.
+    last = np.empty(len(first), dtype=np.int64)
+    last[codes[: len(sides)]] = np.arange(len(sides))
+    first = np.full(len(first), len(sides), dtype=np.int64)
+    np.minimum.at(first, codes[: len(sides)], np.arange(len(sides)))
+    inner = np.flatnonzero(uses == 2)
+    order = np.lexsort([of[last[inner]], of[first[inner]]])
+    inner = inner[order]
+    patch_of = np.full(len(first), -1, dtype=np.int64)
+    patch_of[codes[len(sides) :]] = mesh.faces.of_cell
+    outer = np.flatnonzero(uses == 1)
+    names = mesh.faces.exclusive_names()
+    patches: list[tuple[str, tuple[str, ...], int, int]] = []
+    listed = [inner]
+    start = len(inner)
+    for block, name in [*enumerate(names), (-1, "defaultFaces")]:
+        these = outer[patch_of[outer] == block]
+        if len(these) == 0:
+            continue
+        groups = tuple(n for n in mesh.faces.members[block] if n != name) if block >= 0 else ()
+        patches.append((name, groups, start, len(these)))
+        listed.append(these[np.argsort(of[first[these]], kind="stable")])
+        start += len(these)
+    order = np.concatenate(listed)
+    return sides[first[order]], of[first[order]], of[last[inner]], patches
+
+
+def read_folder(folder: Path) -> HexMesh:
+    """Read a mesh of hexes; the corners of a hex begin anywhere."""
+    points = np.array(_list(folder, "points").replace("(", " ").replace(")", " ").split(), dtype=np.float64).reshape(
+        -1, 3
+    )
+    rows = re.findall(r"(\d+)\s*\(([^()]*)\)", _list(folder, "faces"))
+    owner = np.array(_list(folder, "owner").split(), dtype=np.int64)
+    neighbour = np.array(_list(folder, "neighbour").split(), dtype=np.int64)
+    if len(rows) != len(owner) or len(neighbour) > len(owner):
+        raise InputError("its files do not fit together, or one is cut short")
+    if {n for n, _ in rows} != {"4"}:
+        raise InputError("it has faces that are no quads; meshes of hexahedra are read")
+    faces = np.array([row.split() for _, row in rows], dtype=np.int64)
+    n_cells = int(owner.max()) + 1
+    inner = len(neighbour)
+    of = np.concatenate([owner, neighbour])
+    around = np.concatenate([faces, faces[:inner, ::-1]])
+    order = np.argsort(of, kind="stable")
+    if (np.bincount(of, minlength=n_cells) != 6).any():
+        raise InputError("it has cells without six faces; meshes of hexahedra are read")
+    hexes = _corners(around[order].reshape(n_cells, 6, 4))
+    boundaries: dict[str, list[IntArray]] = {}
+    text = _list(folder, "boundary")
+    for name, body in re.findall(r"(\S+)\s*\{([^{}]*)\}", text):
+        count, start = (int(re.search(rf"{key}\s+(\d+)", body)[1]) for key in ("nFaces", "startFace"))  # type: ignore[index]
+        groups = re.search(r"inGroups\s+(?:List<word>\s*)?\d*\s*\(([^()]*)\)", body)
+        for key in dict.fromkeys([name, *(groups[1].split() if groups else [])]):
+            boundaries.setdefault(key, []).append(faces[start : start + count])
+    parts = {}
+    if (folder / "cellZones").exists():
+        for name, ids in re.findall(r"(\w+)\s*\{[^{}]*?\d+\s*\(([\d\s]*)\)[^{}]*\}", _list(folder, "cellZones")):
+            parts[name] = np.array(ids.split(), dtype=np.int64)
+    return HexMesh(
+        points=points, hexes=hexes, boundaries={k: np.concatenate(v) for k, v in boundaries.items()}, parts=parts
+    )
+
+
+def _list(folder: Path, name: str) -> str:
+    """The text between the outer brackets of a file's list."""
+    try:
+        text = (folder / name).read_text("ascii")
+    except UnicodeDecodeError:
+        raise InputError(f"its file {name} is binary; write it as text (foamFormatConvert)") from None
+    if re.search(r"format\s+binary", text[:2000]):
+        raise InputError(f"its file {name} is binary; write it as text (foamFormatConvert)")
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    text = re.sub(r"//.*", "", text)
+    body = text[text.find("}") + 1 :]
+    begin, end = body.find("("), body.rfind(")")
+    if begin < 0 or end < begin:
+        raise InputError(f"its file {name} holds no list, or is cut short")
+    return body[begin + 1 : end]
+
+
+def _corners(around: IntArray) -> IntArray:
+    """Corners (m, 8) in VTK's order of cells given by their outward faces (m, 6, 4)."""
+    base = around[:, 0, ::-1]
+    hexes = np.full((len(around), 8), -1, dtype=np.int64)
+    hexes[:, :4] = base
+    for face in range(1, 6):
+        for k in range(4):
+            tail, head = around[:, face, k], around[:, face, (k + 1) % 4]
+            upright = ~(head[:, None] == base).any(axis=1)
+            for j in range(4):
+                found = upright & (tail == base[:, j])
+                hexes[found, 4 + j] = head[found]
+    if (hexes < 0).any():
+        raise InputError("it has cells with six quads that are no hexahedra")
+    return hexes

@@ -1,0 +1,198 @@
+"""Abaqus and CalculiX input, ``.inp``: a mesh made to be included in a deck.
+
+Place in the flow: a format module of :mod:`cadsweep.io`. The file holds nodes, one ``*ELEMENT`` block a part, and every
+boundary both as ``*NSET`` and as ``*SURFACE`` of element faces; no material, section or step::
+
+    *INCLUDE, INPUT=part.inp
+    *SOLID SECTION, ELSET=part, MATERIAL=steel
+
+Elements are C3D8 or C3D20 (change ``TYPE`` for C3D8I, C3D20R, ...: the order of the nodes is the same). CalculiX reads
+20 characters of a number, so a coordinate of more is rounded to what fits, 13 digits at the least.
+
+Not handled: hex27 (CalculiX has no such element). Reading knows ``*NODE``, ``*ELEMENT``, ``*ELSET``, ``*NSET`` and
+``*SURFACE``; other keywords are passed over, ``*INCLUDE`` is not followed.
+
+References
+----------
+CalculiX CrunchiX user's manual, "Eight-node brick element (C3D8)", "Twenty-node brick element (C3D20)", "*SURFACE": the
+order of the nodes, and faces S1 to S6 = 1-2-3-4, 5-8-7-6, 1-5-6-2, 2-6-7-3, 3-7-8-4, 4-8-5-1, the order of ``HEX_FACES``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import BinaryIO
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HexMesh
+from ..topology import IntArray
+from .labels import LabelledMesh
+from .sides import quads_of_sides
+from .text import write_rows
+
+TYPES = {8: "C3D8", 20: "C3D20"}
+"""The nodes of C3D20 stand in VTK's order: corners, bottom edges, top edges, upright edges."""
+
+POINT_TOLERANCE = 1e-12
+_MAX_NUMBER = 20
+_PER_LINE = 16
+
+
+def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Write a labelled mesh."""
+    size = mesh.hexes.shape[1]
+    if size not in TYPES:
+        raise InputError("CalculiX and Abaqus/Standard read no hex27; make the mesh with order=2, nodes=20")
+    n = len(mesh.points)
+    stream.write(b"** cadsweep: nodes, elements, node sets and surfaces; to be included in a deck\n*NODE\n")
+    numbers = np.array([_number(x) for x in mesh.points.reshape(-1).tolist()], dtype=object).reshape(n, 3)
+    write_rows(stream, "%d, %s, %s, %s\n", np.arange(1, n + 1), numbers)
+    # 16 entries a line at the most: C3D20 goes over two.
+    row = "%d" + ", %d" * min(size, _PER_LINE - 1) + (",\n%d" + ", %d" * (size - _PER_LINE) if size > 15 else "") + "\n"
+    for block, names in enumerate(mesh.volumes.members):
+        ids = mesh.volumes.cells(block)
+        stream.write(f"*ELEMENT, TYPE={TYPES[size]}, ELSET={names[0]}\n".encode())
+        write_rows(stream, row, ids + 1, mesh.hexes[ids] + 1)
+    for block, names in enumerate(mesh.volumes.members):
+        for name in names[1:]:
+            _write_list(stream, f"*ELSET, ELSET={name}", mesh.volumes.cells(block) + 1)
+    of, sides = mesh.sides if len(mesh.quads) else (np.empty(0, int), np.empty(0, int))
+    for name in mesh.faces.names:
+        ids = mesh.faces.named(name)
+        _write_list(stream, f"*NSET, NSET={name}", np.unique(mesh.quads[ids]) + 1)
+        stream.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n".encode())
+        write_rows(stream, "%d, S%d\n", of[ids] + 1, sides[ids] + 1)
+
+
+def _number(value: float) -> str:
+    text = repr(value)
+    digits = 16
+    while len(text) > _MAX_NUMBER:
+        text = f"{value:.{digits}g}"
+        digits -= 1
+    return text
+
+
+def _write_list(stream: BinaryIO, head: str, ids: IntArray) -> None:
+    lines = [ids[j : j + _PER_LINE].tolist() for j in range(0, len(ids), _PER_LINE)]
+    # A comma at the end of a line says that the list goes on in some dialects; none reads a missing one wrong.
+    body = ",\n".join(", ".join(map(str, line)) for line in lines)
+    stream.write(f"{head}\n{body}\n".encode())
+
+
+def read(stream: BinaryIO) -> HexMesh:
+    """Read nodes, hexes, sets and surfaces of a deck."""
+    text = stream.read().decode("utf-8", "replace")
+    deck = _Deck()
+    for keyword, options, body in _blocks(text):
+        deck.take(keyword, options, body)
+    return deck.mesh()
+
+
+def _blocks(text: str) -> Iterator[tuple[str, dict[str, str], str]]:
+    text = re.sub(r"^\*\*.*$", "", text.replace("\r\n", "\n"), flags=re.MULTILINE)
+    for block in re.split(r"^\*(?=[A-Za-z])", text, flags=re.MULTILINE)[1:]:
+        head, _, body = block.partition("\n")
+        words = [word.strip() for word in head.split(",")]
+        options = {}
+        for word in words[1:]:
+            key, _, value = word.partition("=")
+            options[key.strip().upper()] = value.strip()
+        yield words[0].upper(), options, body
+
+
+class _Deck:
+    """Collects what the keyword blocks of a deck say."""
+
+    def __init__(self) -> None:
+        self.node_tags: list[IntArray] = []
+        self.points: list[np.ndarray] = []
+        self.elements: list[tuple[str, IntArray]] = []
+        self.elsets: dict[str, list[IntArray]] = {}
+        self.nsets: dict[str, IntArray] = {}
+        self.surfaces: dict[str, list[tuple[str, int]]] = {}
+
+    def take(self, keyword: str, options: dict[str, str], body: str) -> None:
+        if keyword == "NODE":
+            rows = _numbers(body)
+            if rows.size % 4:
+                raise InputError("a node has not three coordinates, or the file is cut short")
+            rows = rows.reshape(-1, 4)
+            self.node_tags.append(rows[:, 0].astype(np.int64))
+            self.points.append(rows[:, 1:])
+        elif keyword == "ELEMENT":
+            kind = options.get("TYPE", "").upper()
+            size = _size_of(kind)
+            if size == 0:
+                return
+            rows = _numbers(body).astype(np.int64)
+            if rows.size % (size + 1):
+                raise InputError(f"an element of type {kind} has not {size} nodes, or the file is cut short")
+            rows = rows.reshape(-1, size + 1)
+            self.elements.append((kind, rows))
+            if options.get("ELSET"):
+                self.elsets.setdefault(options["ELSET"], []).append(rows[:, 0])
+        elif keyword == "ELSET" and options.get("ELSET"):
+            self.elsets.setdefault(options["ELSET"], []).append(self._list(body, options, self.elsets))
+        elif keyword == "SURFACE" and options.get("NAME") and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            pairs = [line.split(",") for line in body.splitlines() if line.strip()]
+            self.surfaces[options["NAME"]] = [(p[0].strip(), int(p[1].strip().upper().lstrip("S"))) for p in pairs]
+
+    def _list(self, body: str, options: dict[str, str], known: dict[str, list[IntArray]]) -> IntArray:
+        if "GENERATE" in options:
+            rows = _numbers(body).astype(np.int64).reshape(-1, 3)
+            return np.concatenate([np.arange(a, b + 1, c) for a, b, c in rows.tolist()])
+        found = []
+        for word in re.split(r"[,\s]+", body.strip(", \n\t")):
+            found.append(np.concatenate(known[word]) if word in known else np.array([int(word)]))
+        return np.concatenate(found)
+
+    def mesh(self) -> HexMesh:
+        if not self.points or not self.elements:
+            raise InputError("it has no nodes or no hexahedra (C3D8, C3D20)")
+        sizes = sorted({rows.shape[1] - 1 for _, rows in self.elements})
+        if len(sizes) > 1:
+            raise InputError("it has hexes of several orders, or other solid elements too")
+        tags = np.concatenate(self.node_tags)
+        order = np.argsort(tags, kind="stable")
+        elements = np.concatenate([rows for _, rows in self.elements])
+        elements = elements[np.argsort(elements[:, 0], kind="stable")]
+        points = np.concatenate(self.points)[order]
+        hexes = _rows_of(tags[order], elements[:, 1:])
+        parts = {n: np.sort(_rows_of(elements[:, 0], np.concatenate(ids))) for n, ids in self.elsets.items()}
+        boundaries = {}
+        for name, pairs in self.surfaces.items():
+            of = [
+                parts[word] if word in parts else _rows_of(elements[:, 0], np.array([int(word)])) for word, _ in pairs
+            ]
+            sides = np.repeat([side - 1 for _, side in pairs], [len(ids) for ids in of])
+            boundaries[name] = quads_of_sides(hexes, np.concatenate(of), sides)
+        return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
+
+
+def _size_of(kind: str) -> int:
+    """Nodes of a hex type; 0 for elements of fewer dimensions."""
+    if re.fullmatch(r"(C3D8|DC3D8|F3D8)[A-Z]*", kind):
+        return 8
+    if re.fullmatch(r"(C3D20|DC3D20)[A-Z]*", kind):
+        return 20
+    if re.match(r"D?C3D(4|5|6|10|15|27)", kind):
+        raise InputError(f"it has elements of type {kind}; only C3D8 and C3D20 are read")
+    return 0
+
+
+def _numbers(body: str) -> np.ndarray:
+    try:
+        return np.array(body.replace(",", " ").replace("D", "E").split(), dtype=np.float64)
+    except ValueError as error:
+        raise InputError(f"a number is no number ({error})") from None
+
+
+def _rows_of(tags: IntArray, wanted: IntArray) -> IntArray:
+    place = np.minimum(np.searchsorted(tags, wanted), len(tags) - 1)
+    if (tags[place] != wanted).any():
+        raise InputError("it names a node or an element that is not there")
+    return place

@@ -1,0 +1,199 @@
+"""MFEM mesh, ``.mesh``, version 1.3: attributes with names.
+
+Place in the flow: a format module of :mod:`cadsweep.io`. MFEM gives every element and boundary element one attribute.
+The attributes are the disjoint blocks of the groups; every name is an attribute set over them
+(``mesh.bdr_attribute_sets["inlet"]``), so that overlapping groups are kept.
+
+Order 1 has ``vertices``; hex27 has ``nodes`` in the space ``L2_T1_3D_P2`` (every element its own 27 nodes, x fastest),
+as MFEM itself keeps curved meshes that are read from elsewhere. hex20 is no element of MFEM.
+
+Boundary quads that no name covers are written with an attribute of their own, ``unnamed``: MFEM wants the whole
+boundary.
+
+References
+----------
+MFEM, "Mesh formats", mfem.org/mesh-formats: MFEM mesh v1.0 and v1.3; geometry 5 is CUBE, 3 SQUARE, with VTK's corners.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import BinaryIO
+
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HexMesh
+from ..topology import IntArray
+from .labels import Blocks, LabelledMesh, corner_keys, find_sides
+from .sides import HEX_EDGES, SIDES, quads_of_sides
+from .text import write_rows
+
+LEXICOGRAPHIC = np.array(
+    [0, 8, 1, 11, 24, 9, 3, 10, 2, 16, 22, 17, 20, 26, 21, 19, 23, 18, 4, 12, 5, 15, 25, 13, 7, 14, 6]
+)
+"""``node(x + 3 y + 9 z) = vtk_nodes[LEXICOGRAPHIC[x + 3 y + 9 z]]``, x, y, z in 0, 1, 2."""
+
+
+def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Write a labelled mesh."""
+    size = mesh.hexes.shape[1]
+    if size == 20:
+        raise InputError("MFEM has no hex20; make the mesh with order=2, nodes=27")
+    corners, blocks = _whole_boundary(mesh)
+    hexes = mesh.hexes[:, :8]
+    used, hexes, corners = _corner_numbers(hexes, corners, len(mesh.points))
+    stream.write(b"MFEM mesh v1.3\n\ndimension\n3\n\nelements\n%d\n" % len(hexes))
+    write_rows(stream, "%d 5" + " %d" * 8 + "\n", mesh.volumes.of_cell + 1, hexes)
+    _write_sets(stream, "attribute_sets", mesh.volumes)
+    stream.write(b"\nboundary\n%d\n" % len(corners))
+    write_rows(stream, "%d 3" + " %d" * 4 + "\n", blocks.of_cell + 1, corners)
+    _write_sets(stream, "bdr_attribute_sets", blocks)
+    stream.write(b"\nvertices\n%d\n" % len(used))
+    if size == 8:
+        stream.write(b"3\n")
+        write_rows(stream, "%r %r %r\n", mesh.points)
+    else:
+        stream.write(b"\nnodes\nFiniteElementSpace\nFiniteElementCollection: L2_T1_3D_P2\nVDim: 3\nOrdering: 1\n\n")
+        write_rows(stream, "%r %r %r\n", mesh.points[mesh.hexes[:, LEXICOGRAPHIC].reshape(-1)])
+    stream.write(b"\nmfem_mesh_end\n")
+
+
+def _corner_numbers(hexes: IntArray, quads: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Number the corners alone, in the order of the nodes."""
+    is_corner = np.zeros(n, dtype=bool)
+    is_corner[hexes] = True
+    used = np.flatnonzero(is_corner)
+    if len(used) == n or not is_corner[: len(used)].all():
+        number = np.cumsum(is_corner) - 1
+        return used, number[hexes], number[quads]
+    return used, hexes, quads
+
+
+def _whole_boundary(mesh: LabelledMesh) -> tuple[IntArray, Blocks]:
+    """Named quads, then the quads of the boundary without a name."""
+    outer = mesh.hexes[:, SIDES[:, :4]].reshape(-1, 4)
+    first, codes = corner_keys(np.concatenate([outer, mesh.quads[:, :4]]))
+    counts = np.bincount(codes[: len(outer)], minlength=len(first))
+    counts[codes[len(outer) :]] = 0
+    unnamed = outer[np.sort(first[counts == 1])]
+    if len(unnamed) == 0:
+        return mesh.quads[:, :4], mesh.faces
+    members = (*mesh.faces.members, ())
+    of_cell = np.concatenate([mesh.faces.of_cell, np.full(len(unnamed), len(members) - 1)])
+    return np.concatenate([mesh.quads[:, :4], unnamed]), Blocks(
+        names=mesh.faces.names, members=members, of_cell=of_cell
+    )
+
+
+def _write_sets(stream: BinaryIO, keyword: str, blocks: Blocks) -> None:
+    lines = []
+    for name in blocks.names:
+        tags = [j for j, names in enumerate(blocks.members, 1) if name in names]
+        lines.append(f'"{name}" {len(tags)} {" ".join(map(str, tags))}'.rstrip())
+    stream.write("\n".join(["", keyword, str(len(lines)), *lines, ""]).encode())
+
+
+def read(stream: BinaryIO) -> HexMesh:
+    """Read a mesh of hexes of order 1, or of order 2 as :func:`write` makes it."""
+    text = stream.read().decode("utf-8", "replace")
+    if not re.match(r"MFEM mesh v1\.[0-9]", text):
+        raise InputError("it does not begin with 'MFEM mesh v1.'")
+    text = re.sub(r"^\s*#.*$", "", text, flags=re.MULTILINE)
+    elements = _cells(text, "elements", geometry=5, width=8)
+    boundary = _cells(text, "boundary", geometry=3, width=4)
+    hexes, quads = elements[:, 2:], boundary[:, 2:]
+    head = re.search(r"^vertices\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    if head is None:
+        raise InputError("it has no vertices, or is cut short")
+    nodes = re.search(
+        r"^nodes\s+FiniteElementSpace\s+FiniteElementCollection: (\S+)\s+VDim: 3\s+Ordering: 1\s+", text, re.M
+    )
+    if nodes is None:
+        if re.search(r"^nodes\b", text, re.MULTILINE):
+            raise InputError("it has curved elements in a space that is not read (L2_T1_3D_P2 is)")
+        values = _floats(text, head.end())
+        n = int(head[1])
+        if len(values) < 1 + 3 * n or values[0] != 3:
+            raise InputError("it has fewer vertices than it says, or not in three dimensions")
+        points = values[1 : 1 + 3 * n].reshape(n, 3)
+    else:
+        points, hexes, quads = _curved(nodes[1], _floats(text, nodes.end()), hexes, quads)
+    if hexes.size and (hexes.min() < 0 or hexes.max() >= len(points)):
+        raise InputError("an element names a vertex that is not there")
+    boundaries = {
+        name: quads[np.isin(boundary[:, 0], tags)]
+        for name, tags in _sets(text, "bdr_attribute_sets", boundary[:, 0], "boundary").items()
+    }
+    parts = {
+        name: np.flatnonzero(np.isin(elements[:, 0], tags))
+        for name, tags in _sets(text, "attribute_sets", elements[:, 0], "part").items()
+    }
+    return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
+
+
+def _cells(text: str, keyword: str, *, geometry: int, width: int) -> IntArray:
+    head = re.search(rf"^{keyword}\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    if head is None:
+        raise InputError(f"it has no section {keyword!r}, or is cut short")
+    n = int(head[1])
+    end = text.find("\n\n", head.end())
+    body = text[head.end() : end if end >= 0 else len(text)].split("\n")[:n]
+    rows = [line.split() for line in body]
+    if len(rows) != n or any(len(row) < 2 for row in rows):
+        raise InputError(f"its section {keyword!r} is cut short")
+    kinds = {row[1] for row in rows}
+    if kinds - {str(geometry)} or (keyword == "elements" and not rows):
+        raise InputError(
+            f"its {keyword} are of the geometries {sorted(kinds)}; only hexahedra (5) and quads (3) are read"
+        )
+    return np.array(rows, dtype=np.int64).reshape(n, 2 + width)
+
+
+def _floats(text: str, start: int) -> np.ndarray:
+    body = text[start:].split("mfem_mesh_end")[0]
+    return np.array(body.split(), dtype=np.float64)
+
+
+def _curved(space: str, values: np.ndarray, hexes: IntArray, quads: IntArray) -> tuple[np.ndarray, IntArray, IntArray]:
+    if space != "L2_T1_3D_P2" or len(values) != len(hexes) * 81:
+        raise InputError(f"it has curved elements in the space {space}, or is cut short; L2_T1_3D_P2 is read")
+    vtk = np.argsort(LEXICOGRAPHIC)
+    spots = values.reshape(len(hexes), 27, 3)[:, vtk].reshape(-1, 3)
+    # A node of several elements stands once for each. Corners are known by number, the others by their corners.
+    n = int(hexes.max()) + 1
+    edges = np.sort(hexes[:, HEX_EDGES], axis=2).reshape(-1, 2)
+    _, edge_of = np.unique(edges, axis=0, return_inverse=True)
+    order = [5, 3, 2, 4, 0, 1]  # HEX_FACES row of nodes 20 ... 25
+    _, face_of = corner_keys(hexes[:, SIDES[order, :4]].reshape(-1, 4))
+    edge_of = edge_of.reshape(len(hexes), 12)
+    n_edges, n_faces = int(edge_of.max()) + 1, int(face_of.max()) + 1
+    full = np.hstack(
+        [
+            hexes,
+            n + edge_of,
+            n + n_edges + face_of.reshape(len(hexes), 6),
+            (n + n_edges + n_faces + np.arange(len(hexes)))[:, None],
+        ]
+    )
+    points = np.empty((n + n_edges + n_faces + len(hexes), 3))
+    points[full.reshape(-1)] = spots
+    of, sides = find_sides(full, quads, len(points)) if len(quads) else (np.empty(0, int), np.empty(0, int))
+    return points, full, quads_of_sides(full, of, sides)
+
+
+def _sets(text: str, keyword: str, tags: IntArray, stem: str) -> dict[str, list[int]]:
+    head = re.search(rf"^{keyword}\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    if head is None:
+        return {f"{stem}_{tag}": [tag] for tag in np.unique(tags).tolist()}
+    rows = re.compile(r'\s*"([^"]*)"\s+(\d+)')
+    found: dict[str, list[int]] = {}
+    place = head.end()
+    for _ in range(int(head[1])):
+        row = rows.match(text, place)
+        values = re.compile(r"\s+(\d+)" * int(row[2])).match(text, row.end()) if row and int(row[2]) < 100_000 else None
+        if row is None or values is None:
+            raise InputError(f"its section {keyword!r} is cut short")
+        found[row[1]] = [int(word) for word in values.groups()]
+        place = values.end()
+    return found

@@ -1,0 +1,102 @@
+"""VTK's HDF5 format, ``.vtkhdf``: an unstructured grid of one or several pieces.
+
+Place in the flow: a format module of :mod:`cadsweep.io`. Names are kept in the same arrays as in ``.vtu`` (see
+:mod:`cadsweep.io.vtu`), in the groups ``CellData`` and ``FieldData``. Times are not tracked, so that the same mesh
+gives the same bytes.
+
+Not handled on reading: time steps, composite datasets, polyhedra.
+
+References
+----------
+VTK file formats, "VTKHDF File Format" (docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/index.html), version
+2.2; node order: see :mod:`cadsweep.io.vtk_cells`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, BinaryIO
+
+import h5py
+import numpy as np
+
+from ..errors import InputError
+from ..mesh import HexMesh
+from . import vtk_cells
+from .labels import LabelledMesh
+
+VERSION = (2, 2)
+
+
+def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Write a labelled mesh as one piece."""
+    cells, fields, points = vtk_cells.grid_arrays(mesh)
+    with h5py.File(stream, "w", libver=("v108", "v110")) as file:
+        root = open_grid(file)
+        root["NumberOfPoints"] = np.array([len(mesh.points)], dtype=np.int64)
+        root["NumberOfCells"] = np.array([len(mesh.hexes)], dtype=np.int64)
+        root["NumberOfConnectivityIds"] = np.array([mesh.hexes.size], dtype=np.int64)
+        root["Points"] = mesh.points
+        root["Connectivity"] = mesh.hexes.reshape(-1)
+        root["Offsets"] = vtk_cells.offsets(mesh.hexes)
+        root["Types"] = vtk_cells.types(mesh.hexes)
+        for group, arrays in (("CellData", cells), ("PointData", points), ("FieldData", fields)):
+            write_arrays(root.require_group(group), arrays)
+
+
+def open_grid(file: h5py.File) -> h5py.Group:
+    """Make the root group of an unstructured grid."""
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = np.array(VERSION, dtype=np.int64)
+    root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
+    return root
+
+
+def write_arrays(group: h5py.Group, arrays: dict[str, np.ndarray]) -> None:
+    """Write arrays of numbers or of names into a data group."""
+    for name, values in arrays.items():
+        if values.dtype.kind == "U":
+            group.create_dataset(
+                name, data=[str(v) for v in values], dtype=h5py.string_dtype("ascii")
+            )  # VTK reads no other strings
+        else:
+            group[name] = values
+
+
+def read(stream: BinaryIO) -> HexMesh:
+    """Read a grid of hexes with whatever names it holds; pieces are joined."""
+    with h5py.File(stream, "r") as file:
+        root = file.get("VTKHDF")
+        kind = root.attrs.get("Type", b"") if isinstance(root, h5py.Group) else b""
+        kind = kind.decode() if isinstance(kind, bytes) else str(kind)
+        if not isinstance(root, h5py.Group) or kind != "UnstructuredGrid":
+            raise InputError("it holds no VTKHDF unstructured grid")
+        if "Steps" in root:
+            raise InputError("it holds time steps; one mesh is read")
+        n_points = root["NumberOfPoints"][:].astype(np.int64)
+        n_cells = root["NumberOfCells"][:].astype(np.int64)
+        n_ids = root["NumberOfConnectivityIds"][:].astype(np.int64)
+        connectivity = root["Connectivity"][:].astype(np.int64, copy=False)
+        stored = root["Offsets"][:].astype(np.int64, copy=False)
+        if len(stored) != n_cells.sum() + len(n_cells) or len(connectivity) != n_ids.sum():
+            raise InputError("its list of cells is cut short or does not fit together")
+        offsets = [np.zeros(1, dtype=np.int64)]
+        for j in range(len(n_cells)):
+            first_id, first_cell = n_ids[:j].sum(), n_cells[:j].sum() + j
+            offsets.append(stored[first_cell + 1 : first_cell + 1 + n_cells[j]] + first_id)
+            connectivity[first_id : first_id + n_ids[j]] += n_points[:j].sum()
+        return vtk_cells.grid_mesh(
+            points=root["Points"][:].astype(np.float64, copy=False),
+            connectivity=connectivity,
+            offsets=np.concatenate(offsets) if len(offsets) != 2 else stored,
+            types=root["Types"][:],
+            cell_data=_arrays(root, "CellData"),
+            field_data=_arrays(root, "FieldData"),
+        )
+
+
+def _arrays(root: h5py.Group, group: str) -> dict[str, Any]:
+    found = {}
+    for name, data in root.get(group, {}).items():
+        text = h5py.check_string_dtype(data.dtype) is not None
+        found[name] = [v.decode() for v in data[:]] if text else data[:]
+    return found
