@@ -1,12 +1,14 @@
 """Metrics and checks of meshes, on arrays: what every mesh passes before it is handed over."""
 
 from .accumulate import QualityAccumulator
+from .bernstein import positive_inside
 from .check import check_mesh, check_surface, make_report
-from .limits import BoundaryLimit, boundary_limit
+from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
 from .metrics import HexMetrics, measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
-from .report import CadReference, MetricSummary, QualityReport, WorstHex, describe_hex
+from .report import CadReference, MetricSummary, QualityReport, WorstHex
 
 __all__ = [
+    "HEX_CORNERS",
     "BoundaryLimit",
     "CadReference",
     "HexMetrics",
@@ -17,9 +19,10 @@ __all__ = [
     "boundary_limit",
     "check_mesh",
     "check_surface",
-    "describe_hex",
+    "corner_limits",
     "make_report",
     "measure_hexes",
+    "positive_inside",
     "quad_areas",
     "quad_scaled_jacobians",
     "scaled_jacobians",

@@ -125,7 +125,7 @@ def _column(control, axis, order):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _jacobian(control, order):  # type: ignore[no-untyped-def]
+def _jacobian(control, order):  # type: ignore[no-untyped-def]  # noqa: PLR0912
     """Bernstein coefficients (d + 1, d + 1, d + 1), d = 3 order - 1, of the Jacobian, and its scale."""
     u, longest_u = _column(control, 0, order)
     v, longest_v = _column(control, 1, order)

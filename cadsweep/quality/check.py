@@ -29,7 +29,7 @@ from . import conformity
 from .accumulate import QualityAccumulator
 from .cadcheck import cad_problems
 from .metrics import quad_areas
-from .report import CadReference, QualityReport, describe_hex
+from .report import CadReference, QualityReport
 
 COINCIDENT = 1e-10
 """Nodes nearer than this times the mesh's diagonal are the same point."""
@@ -104,7 +104,7 @@ def make_report(
     """Turn running metrics and findings into a report; inverted hexahedra come first among the problems."""
     found = list(problems)
     if seen.n_inverted:
-        named = "; ".join(describe_hex(h) for h in seen.worst[:3])
+        named = "; ".join(str(h) for h in seen.worst[:3])
         found.insert(0, f"{seen.n_inverted} of {seen.n_hexes} hexahedra are inverted, the worst are {named}")
     return QualityReport(
         n_nodes=n_nodes,

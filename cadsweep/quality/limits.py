@@ -1,4 +1,4 @@
-"""The quality that a fixed boundary leaves possible: :func:`boundary_limit`.
+"""The quality that fixed nodes leave possible: :func:`boundary_limit`, :func:`corner_limits`.
 
 Place in the flow: smoothing and reports ask it how good a swept mesh can become at all.
 """
@@ -8,9 +8,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..mesh import SweptStructure
 from ..topology import FloatArray, IntArray
+
+HEX_CORNERS = (
+    (0, 1, 3, 4),
+    (1, 2, 0, 5),
+    (2, 3, 1, 6),
+    (3, 0, 2, 7),
+    (4, 7, 5, 0),
+    (5, 4, 6, 1),
+    (6, 5, 7, 2),
+    (7, 6, 4, 3),
+)
+"""Each corner of a hexahedron and the ends of its three edges, in the order of a positive determinant."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +86,28 @@ def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLim
                     value=float(values[i]), node=node, hex=int(corners[i]) // 4 + layer * len(q), layer=layer
                 )
     return best
+
+
+def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.bool_]) -> FloatArray:
+    """Worst scaled Jacobian (m,) over each hexahedron's corners whose four nodes are all fixed; 1 where none is.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8) int64
+    fixed : (n,) bool
+    """
+    limits = np.ones(len(hexes))
+    for corner, after, before, upright in HEX_CORNERS:
+        of = np.flatnonzero(
+            fixed[hexes[:, corner]] & fixed[hexes[:, after]] & fixed[hexes[:, before]] & fixed[hexes[:, upright]]
+        )
+        h = hexes[of]
+        values = _corner_values(
+            points, h[:, corner], h[:, after], h[:, before], points[h[:, upright]] - points[h[:, corner]]
+        )
+        limits[of] = np.minimum(limits[of], values)
+    return limits
 
 
 def _corner_values(

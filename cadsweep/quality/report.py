@@ -91,6 +91,15 @@ class WorstHex:
     scaled_jacobian: float
     inverted: bool
 
+    def __str__(self) -> str:
+        place = ", ".join(f"{c:.5g}" for c in self.center)
+        layer = "" if self.layer is None else f" in layer {self.layer}"
+        mark = ", inverted" if self.inverted else ""
+        return (
+            f"hex {self.id}{layer} at ({place}): scaled Jacobian {self.scaled_jacobian:.4g}, "
+            f"volume {self.volume:.4g}{mark}"
+        )
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class QualityReport:
@@ -175,7 +184,7 @@ class QualityReport:
         lines += self._bars()
         if self.worst:
             lines.append("worst hexahedra:")
-            lines += ["  " + describe_hex(h) for h in self.worst]
+            lines += ["  " + str(h) for h in self.worst]
         lines += [f"problem: {p}" for p in self.problems]
         lines += [f"note: {n}" for n in self.notes]
         return "\n".join(lines)
@@ -191,14 +200,6 @@ class QualityReport:
             f"  {edges[i]:5.2f} .. {edges[i + 1]:5.2f} {counts[i]:>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
             for i in rows
         ]
-
-
-def describe_hex(one: WorstHex) -> str:
-    """One line about a hexahedron: id, layer, place, value."""
-    place = ", ".join(f"{c:.5g}" for c in one.center)
-    layer = "" if one.layer is None else f" in layer {one.layer}"
-    mark = ", inverted" if one.inverted else ""
-    return f"hex {one.id}{layer} at ({place}): scaled Jacobian {one.scaled_jacobian:.4g}, volume {one.volume:.4g}{mark}"
 
 
 def _plain(value: Any) -> Any:

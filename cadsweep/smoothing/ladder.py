@@ -1,0 +1,265 @@
+"""Check, relax, untangle, polish, check: :func:`improve` mends the worst places of a swept mesh.
+
+Place in the flow: after projection, where the mesh's worst scaled Jacobian is below the goal.
+
+Method. The hexahedra below the goal and their neighbours form patches; the nodes inside a patch
+move, all others stay where they are. Three steps follow each other, each kept only where it raises
+the patch's worst scaled Jacobian:
+
+relax
+    Each layer's nodes take the place that its neighbours' weighted mean gives (one sparse solve).
+untangle
+    A regularised shape energy that is finite for inverted hexahedra (:mod:`.energy`).
+polish
+    A high power of one over the scaled Jacobian: the worst corner counts most.
+
+A patch that stays below the goal grows, twice, before it is given up.
+
+Not handled: a boundary quad that is itself inverted: no inner node can mend the hexahedron on it
+(:func:`cadsweep.quality.boundary_limit` says how good a mesh can become at all).
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
+
+from ..mesh import SweptStructure
+from ..quality import corner_limits
+from ..topology import FloatArray, IntArray
+from .patch import BoolArray, Patch, edge_lengths, polished, proven_values, untangled
+from .relax import relaxed
+
+_log = logging.getLogger(__name__)
+
+GOAL = 0.3
+OF_LIMIT = 0.97
+"""Share of what a corner of fixed nodes allows that its hexahedron should reach."""
+
+GROWTH = (2, 4, 8)
+"""Rings of neighbours around the bad hexahedra, tried in turn."""
+
+MOST_HEXES = 300_000
+"""Hexahedra of the largest patch that is optimised."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Smoothed:
+    """What :func:`improve` did.
+
+    Attributes
+    ----------
+    nodes : (m,) int64
+        Nodes that moved, ascending.
+    positions : (m, 3) float64
+        Where to.
+    steps : tuple of str
+        One readable line for each step that was tried, kept or rolled back.
+    before, after : float
+        Worst scaled Jacobian of the whole mesh.
+    n_inverted_before, n_inverted_after : int
+        Hexahedra with a corner that is not positive.
+    """
+
+    nodes: IntArray
+    positions: FloatArray
+    steps: tuple[str, ...]
+    before: float
+    after: float
+    n_inverted_before: int
+    n_inverted_after: int
+
+
+def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, goal: float = GOAL) -> Smoothed:
+    """Raise the worst scaled Jacobian of a swept mesh to a goal, where that can be done.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        All nodes, numbered as `structure` says. Not changed.
+    structure : SweptStructure
+    fixed : (n,) bool
+        Nodes that must not move: those on the boundary.
+    goal : float
+        Scaled Jacobian that every hexahedron should reach.
+
+    Returns
+    -------
+    Smoothed
+        ``after >= before``; no node moves where nothing is below the goal or nothing helps.
+    """
+    points = np.array(points, dtype=np.float64)
+    fixed = np.asarray(fixed, dtype=bool)
+    values = hex_values(points, structure)
+    before, inverted = float(np.min(values)), int(np.count_nonzero(values <= 0))
+    steps: list[str] = []
+    moved = np.zeros(len(points), dtype=bool)
+    tried = 0
+    for rings in GROWTH:
+        bad = _below_goal(points, structure, values, fixed, goal)
+        if not np.any(bad):
+            break
+        region = grown(bad, structure, rings)
+        if tried == region.size:  # the last patch was the whole mesh: it cannot grow
+            break
+        tried = int(np.count_nonzero(region))
+        for hexes in patches(region, structure):
+            if len(hexes) > MOST_HEXES:
+                steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
+                continue
+            nodes, changed = _mend(points, structure, hexes, fixed, goal, steps)
+            points[nodes] = changed
+            moved[nodes] = True
+        values = hex_values(points, structure)
+    nodes = np.flatnonzero(moved)
+    for line in steps:
+        _log.info("%s", line)
+    return Smoothed(
+        nodes=nodes,
+        positions=points[nodes],
+        steps=tuple(steps),
+        before=before,
+        after=float(np.min(values)),
+        n_inverted_before=inverted,
+        n_inverted_after=int(np.count_nonzero(values <= 0)),
+    )
+
+
+def _below_goal(
+    points: FloatArray, structure: SweptStructure, values: FloatArray, fixed: BoolArray, goal: float
+) -> BoolArray:
+    """Hexahedra (n_layers, q) below what they should reach and can."""
+    below = np.flatnonzero(values.ravel() < goal)
+    goals = _goals(points, hex_nodes(structure, below), fixed, goal)
+    bad = np.zeros(values.size, dtype=bool)
+    bad[below] = values.ravel()[below] < goals
+    return bad.reshape(values.shape)
+
+
+def _goals(points: FloatArray, hexes: IntArray, fixed: BoolArray, goal: float) -> FloatArray:
+    """The goal of each hexahedron: no more than `OF_LIMIT` of what its fixed corners allow.
+
+    A hexahedron with an inverted fixed corner cannot be mended; it only has to get no worse.
+    """
+    return np.maximum(np.minimum(goal, OF_LIMIT * corner_limits(points, hexes, fixed)), 1e-3)
+
+
+def _mend(
+    points: FloatArray, structure: SweptStructure, hexes: IntArray, fixed: BoolArray, goal: float, steps: list[str]
+) -> tuple[IntArray, FloatArray]:
+    """Run the steps on one patch; return the nodes that moved and their new places."""
+    nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
+    local = local.reshape(-1, 8)
+    free = ~fixed[nodes] & ~_touches_others(structure, hexes, nodes)
+    if not np.any(free):
+        return nodes[:0], points[:0]
+    start = points[nodes]
+    patch = Patch(
+        points=start,
+        hexes=local,
+        free=free,
+        lengths=_wanted_lengths(start, local),
+        goals=_goals(start, local, fixed[nodes], goal),
+    )
+    first, last = (int(h) // len(structure.quads) for h in (hexes[0], hexes[-1]))
+    where = f"{len(hexes)} hexahedra of layers {first} to {last}"
+    current, score = start, patch.score(start)
+    for name in ("relax", "untangle", "polish"):
+        if score.reached >= 1 or (name != "polish" and score.worst > 0):
+            continue
+        if name == "relax":
+            candidate = relaxed(patch, current)
+        elif name == "untangle":
+            candidate = untangled(patch, current)
+        else:
+            candidate = polished(patch, current)
+        value = patch.score(candidate)
+        if value.beats(score):
+            steps.append(f"{name} {where}: worst scaled Jacobian {score.worst:.3g} to {value.worst:.3g}")
+            current, score = candidate, value
+        else:
+            steps.append(f"{name} {where}: rolled back, worst stays {score.worst:.3g}")
+    changed = free & np.any(current != start, axis=1)
+    return nodes[changed], current[changed]
+
+
+def _wanted_lengths(points: FloatArray, hexes: IntArray) -> FloatArray:
+    """Edge lengths of the patch's hexahedra, held within a factor of their median."""
+    lengths = edge_lengths(points, hexes)
+    middle = np.median(lengths, axis=0)
+    return np.clip(lengths, middle / 20, middle * 20)
+
+
+def hex_values(points: FloatArray, structure: SweptStructure) -> FloatArray:
+    """Proven scaled Jacobians (n_layers, q) of a swept mesh, layer by layer, so that no (m, 8) array is needed."""
+    n, q = structure.n_nodes, structure.quads
+    values = np.empty((structure.n_layers, len(q)))
+    local = np.hstack([q, q + n])
+    for k in range(structure.n_layers):
+        if structure.periodic and k == structure.n_layers - 1:
+            values[k] = proven_values(np.concatenate([points[k * n :], points[:n]]), local)
+        else:
+            values[k] = proven_values(points[k * n : (k + 2) * n], local)
+    return values
+
+
+def hex_nodes(structure: SweptStructure, hexes: IntArray) -> IntArray:
+    """Nodes (m, 8) of hexahedra given by id."""
+    layer, quad = np.divmod(hexes, len(structure.quads))
+    lower = structure.quads[quad] + (layer * structure.n_nodes)[:, None]
+    upper_layer = (layer + 1) % structure.n_layers if structure.periodic else layer + 1
+    return np.hstack([lower, structure.quads[quad] + (upper_layer * structure.n_nodes)[:, None]])
+
+
+def _incidence(structure: SweptStructure) -> sparse.csr_matrix:
+    """Which node (row) is a corner of which quad (column) of one layer."""
+    q = structure.quads
+    rows, cols = q.ravel(), np.repeat(np.arange(len(q)), 4)
+    return sparse.csr_matrix((np.ones(len(rows)), (rows, cols)), shape=(structure.n_nodes, len(q)))
+
+
+def grown(marked: BoolArray, structure: SweptStructure, rings: int) -> BoolArray:
+    """Add to marked hexahedra (n_layers, q) those within some rings of neighbours across nodes."""
+    incidence = _incidence(structure)
+    for _ in range(rings):
+        touched = (incidence @ marked.T.astype(np.float64)) > 0
+        marked = (incidence.T @ touched.astype(np.float64)).T > 0
+        wider = marked.copy()
+        wider[1:] |= marked[:-1]
+        wider[:-1] |= marked[1:]
+        if structure.periodic:
+            wider[0] |= marked[-1]
+            wider[-1] |= marked[0]
+        marked = wider
+    return marked
+
+
+def patches(region: BoolArray, structure: SweptStructure) -> list[IntArray]:
+    """Split marked hexahedra (n_layers, q) into connected pieces of ascending ids."""
+    ids = np.flatnonzero(region.ravel())
+    if not len(ids):
+        return []
+    nodes, local = np.unique(hex_nodes(structure, ids), return_inverse=True)
+    rows, cols = np.repeat(np.arange(len(ids)), 8), local.ravel() + len(ids)
+    size = len(ids) + len(nodes)
+    graph = sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(size, size))
+    _, label = connected_components(graph, directed=False)
+    label = label[: len(ids)]
+    order = np.argsort(label, kind="stable")
+    cuts = np.flatnonzero(np.diff(label[order])) + 1
+    return [np.sort(piece) for piece in np.split(ids[order], cuts)]
+
+
+def _touches_others(structure: SweptStructure, hexes: IntArray, nodes: IntArray) -> BoolArray:
+    """Which nodes of a patch belong to a hexahedron outside it."""
+    counts = np.bincount(np.searchsorted(nodes, hex_nodes(structure, hexes).ravel()), minlength=len(nodes))
+    per_node = np.bincount(structure.quads.ravel(), minlength=structure.n_nodes)
+    layer, node = np.divmod(nodes, structure.n_nodes)
+    sides = np.full(len(nodes), 2)
+    if not structure.periodic:
+        sides[(layer == 0) | (layer == structure.n_layers)] = 1
+    return counts < per_node[node] * sides
