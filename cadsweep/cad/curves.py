@@ -73,6 +73,11 @@ class Periodic:
     spline: BSpline
     period: float
 
+    @property
+    def breaks(self) -> FloatArray:
+        """Distinct knots of one period."""
+        return self.spline.breaks
+
     def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
         """Points and derivatives up to `order`."""
         first, last = self.spline.knots[0], self.spline.knots[-1]
@@ -197,6 +202,11 @@ class EdgeCurve:
             tangents[j] = pair[1] - pair[0]
             norms[j] = np.linalg.norm(tangents[j])
         return tangents / np.where(norms > 0, norms, 1.0)[:, None]
+
+    @cached_property
+    def end_tangents(self) -> FloatArray:
+        """Unit tangents (2, 3) at the start and the end, in the direction start to end."""
+        return self.tangents(np.array([0.0, 1.0]))
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray]:

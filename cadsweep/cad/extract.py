@@ -28,10 +28,12 @@ from ..topology import Edge, Face, FloatArray, Loop, Solid
 from .angles import chain_loops, corner_angles, dihedral_angle
 from .curves import EdgeCurve
 from .face_surface import FaceSurface
-from .geometry import read_curve, read_curve_2d, read_surface
+from .geometry import read_curve, read_curve_2d, read_surface, surface_kind
+from .measure import Measure, measure_face
 from .shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
 
 _INFINITE = 1e100
+_EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
 class Labels(NamedTuple):
@@ -99,12 +101,17 @@ def extract_solid(
         )
         for j in range(len(holder.edges))
     )
+    measures = [
+        _measured(holder.faces[j], surfaces[j], loops[j], {curves[e][1] for e in surfaces[j].curves})
+        for j in range(n_faces)
+    ]
     faces = tuple(
         _face(
             j,
             shape=holder.faces[j],
             surface=surfaces[j],
             loops=loops[j],
+            measure=measures[j],
             key=labels.face_keys[j],
             name=labels.face_names[j],
         )
@@ -116,7 +123,7 @@ def extract_solid(
         vertices=vertices,
         edges=edges,
         faces=faces,
-        volume=volume_of(shape),
+        volume=_volume(shape, measures),
         size=float(np.linalg.norm(box[1] - box[0])),
         tolerance=largest_tolerance(shape),
         write_brep=holder,
@@ -133,13 +140,6 @@ def largest_tolerance(shape: Any) -> float:
     from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
 
     return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
-
-
-def volume_of(shape: Any) -> float:
-    """Signed volume of a solid: negative where its faces look inwards."""
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
-    return float(properties.Mass())
 
 
 def _keys(shared: Any, own: Sequence[Any]) -> Any:
@@ -168,7 +168,7 @@ def _edge_ends(edge: Any, vertex_map: Any) -> tuple[int, int]:
 
 def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> FaceSurface:
     surface = BRep_Tool.Surface_s(face)
-    geometry, _ = read_surface(surface)
+    geometry = read_surface(surface)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
     limits[np.abs(limits) > _INFINITE] *= np.inf
@@ -261,19 +261,52 @@ def _edge(
     )
 
 
-def _face(
-    number: int, *, shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], key: str, name: str | None
-) -> Face:
+def _measured(shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], kinds: set[str]) -> Measure:
+    """Area, centroid and volume share of a face.
+
+    OpenCASCADE measures what it measures exactly, planes between lines and conics; its share of the
+    volume is NaN where a curved face has no parameter curves.
+    """
+    flat = _kind(shape) == "plane"
+    measure = None if flat and kinds <= _EXACT_CURVES else measure_face(surface, loops)
+    if measure is not None:
+        return measure
     properties = GProp_GProps()
     BRepGProp.SurfaceProperties_s(shape, properties)
-    center = _point(properties.CentreOfMass())
-    _, kind = read_surface(BRep_Tool.Surface_s(shape))
+    area, center = float(properties.Mass()), _point(properties.CentreOfMass())
+    volume = area * float(center @ surface.normals(surface.project(center[None]))[0]) / 3.0
+    return Measure(area, center, volume if flat else float("nan"))
+
+
+def _volume(shape: Any, measures: Sequence[Measure]) -> float:
+    volume = sum(m.volume for m in measures)
+    if not np.isnan(volume):
+        return volume
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def _kind(shape: Any) -> str:
+    return surface_kind(BRep_Tool.Surface_s(shape))
+
+
+def _face(
+    number: int,
+    *,
+    shape: Any,
+    surface: FaceSurface,
+    loops: tuple[Loop, ...],
+    measure: Measure,
+    key: str,
+    name: str | None,
+) -> Face:
     return Face(
         id=number,
-        kind=kind,
-        area=float(properties.Mass()),
-        center=center,
-        normal=surface.normals(surface.project(center[None]))[0],
+        kind=_kind(shape),
+        area=measure.area,
+        center=measure.center,
+        normal=surface.normals(surface.project(measure.center[None]))[0],
         loops=loops,
         surface=surface,
         name=name,

@@ -88,8 +88,7 @@ class FaceSurface:
     @cached_property
     def _scale(self) -> float:
         """Size of the product of the partial derivatives over the face, to know a vanishing one by."""
-        u, v = (np.linspace(*self.box[:, j], 5) for j in (0, 1))
-        grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+        grid = self._box_grid(5)
         _, by_u, by_v = self.geometry.derivatives(grid)
         return float(np.median(np.linalg.norm(by_u, axis=1)) * np.median(np.linalg.norm(by_v, axis=1)))
 
@@ -114,9 +113,13 @@ class FaceSurface:
 
     @cached_property
     def _grid(self) -> tuple[FloatArray, cKDTree]:
-        u, v = (np.linspace(*self.box[:, j], _GRID) for j in (0, 1))
-        grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+        grid = self._box_grid(_GRID)
         return grid, cKDTree(self.geometry.evaluate(grid))
+
+    def _box_grid(self, n: int) -> FloatArray:
+        shares = np.linspace(0.0, 1.0, n)
+        grid = np.stack(np.meshgrid(shares, shares, indexing="ij"), axis=-1).reshape(-1, 2)
+        return self.box[0] + grid * (self.box[1] - self.box[0])
 
     def _refine(self, points: FloatArray, uv: FloatArray, n_steps: int = 50) -> FloatArray:
         """Gauss-Newton for the nearest points from `uv`; a step that does not come nearer is halved."""

@@ -94,8 +94,8 @@ def _curve_function(curve: Any, row: Any) -> Any:
     return call
 
 
-def read_surface(surface: Any) -> tuple[surfaces.Geometry, str]:
-    """Read a ``Geom_Surface``: its geometry, and its kind in the words of ``topology.Face``."""
+def read_surface(surface: Any) -> surfaces.Geometry:
+    """Read a ``Geom_Surface``."""
     adaptor = GeomAdaptor_Surface(surface)
     kind = adaptor.GetType()
     if kind in _ELEMENTARY:
@@ -105,44 +105,51 @@ def read_surface(surface: Any) -> tuple[surfaces.Geometry, str]:
     if kind in _SWEPT:
         return _SWEPT[kind](adaptor, surface)
     if kind == _S.GeomAbs_BSplineSurface:
-        return _spline_surface(adaptor.BSpline()), "bspline"
+        return _spline_surface(adaptor.BSpline())
     if kind == _S.GeomAbs_BezierSurface:
-        return _spline_surface(GeomConvert.SurfaceToBSplineSurface_s(surface)), "bspline"
-    return surfaces.Called(function=_surface_function(surface), periods=_periods(adaptor)), "other"
+        return _spline_surface(GeomConvert.SurfaceToBSplineSurface_s(surface))
+    if kind == _S.GeomAbs_OffsetSurface:
+        return _offset(surface)
+    return surfaces.Called(function=_surface_function(surface), periods=_periods(adaptor))
 
 
-def _plane(adaptor: Any) -> tuple[surfaces.Geometry, str]:
-    return surfaces.Plane(frame=_frame(adaptor.Plane())), "plane"
+def surface_kind(surface: Any) -> str:
+    """The kind of a ``Geom_Surface`` in the words of ``topology.Face``."""
+    return _KINDS.get(GeomAdaptor_Surface(surface).GetType(), "other")
 
 
-def _cylinder(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+def _plane(adaptor: Any) -> surfaces.Geometry:
+    return surfaces.Plane(frame=_frame(adaptor.Plane()))
+
+
+def _cylinder(adaptor: Any) -> surfaces.Geometry:
     cylinder = adaptor.Cylinder()
-    return surfaces.Cone(frame=_frame(cylinder), radius=cylinder.Radius()), "cylinder"
+    return surfaces.Cone(frame=_frame(cylinder), radius=cylinder.Radius())
 
 
-def _cone(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+def _cone(adaptor: Any) -> surfaces.Geometry:
     cone = adaptor.Cone()
-    return surfaces.Cone(frame=_frame(cone), radius=cone.RefRadius(), half_angle=cone.SemiAngle()), "cone"
+    return surfaces.Cone(frame=_frame(cone), radius=cone.RefRadius(), half_angle=cone.SemiAngle())
 
 
-def _sphere(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+def _sphere(adaptor: Any) -> surfaces.Geometry:
     sphere = adaptor.Sphere()
     periods = (surfaces.TWO_PI, None)
-    return surfaces.Torus(frame=_frame(sphere), major=0.0, minor=sphere.Radius(), periods=periods), "sphere"
+    return surfaces.Torus(frame=_frame(sphere), major=0.0, minor=sphere.Radius(), periods=periods)
 
 
-def _torus(adaptor: Any) -> tuple[surfaces.Geometry, str]:
+def _torus(adaptor: Any) -> surfaces.Geometry:
     torus = adaptor.Torus()
-    return surfaces.Torus(frame=_frame(torus), major=torus.MajorRadius(), minor=torus.MinorRadius()), "torus"
+    return surfaces.Torus(frame=_frame(torus), major=torus.MajorRadius(), minor=torus.MinorRadius())
 
 
-def _extruded(adaptor: Any, surface: Any) -> tuple[surfaces.Geometry, str]:
+def _extruded(adaptor: Any, surface: Any) -> surfaces.Geometry:
     basis = read_curve(surface.BasisCurve()).geometry
     periods = (adaptor.UPeriod() if adaptor.IsUPeriodic() else None, None)
-    return surfaces.Extruded(curve=basis, direction=_row3(surface.Direction()), periods=periods), "extrusion"
+    return surfaces.Extruded(curve=basis, direction=_row3(surface.Direction()), periods=periods)
 
 
-def _revolved(adaptor: Any, surface: Any) -> tuple[surfaces.Geometry, str]:
+def _revolved(adaptor: Any, surface: Any) -> surfaces.Geometry:
     basis = read_curve(surface.BasisCurve()).geometry
     axis = surface.Axis()
     revolved = surfaces.Revolved(
@@ -151,7 +158,16 @@ def _revolved(adaptor: Any, surface: Any) -> tuple[surfaces.Geometry, str]:
         axis=_row3(axis.Direction()),
         periods=(surfaces.TWO_PI, adaptor.VPeriod() if adaptor.IsVPeriodic() else None),
     )
-    return revolved, "revolution"
+    return revolved
+
+
+def _offset(surface: Any) -> surfaces.Geometry:
+    while not hasattr(surface, "Offset"):
+        surface = surface.BasisSurface()
+    basis = read_surface(surface.BasisSurface())
+    u0, u1, v0, v1 = surface.Bounds()
+    widths = [width if width < 1e6 else 1.0 for width in (u1 - u0, v1 - v0)]
+    return surfaces.Offset(basis=basis, distance=surface.Offset(), step=(1e-5 * widths[0], 1e-5 * widths[1]))
 
 
 _ELEMENTARY = {
@@ -160,6 +176,17 @@ _ELEMENTARY = {
     _S.GeomAbs_Cone: _cone,
     _S.GeomAbs_Sphere: _sphere,
     _S.GeomAbs_Torus: _torus,
+}
+_KINDS = {
+    _S.GeomAbs_Plane: "plane",
+    _S.GeomAbs_Cylinder: "cylinder",
+    _S.GeomAbs_Cone: "cone",
+    _S.GeomAbs_Sphere: "sphere",
+    _S.GeomAbs_Torus: "torus",
+    _S.GeomAbs_SurfaceOfExtrusion: "extrusion",
+    _S.GeomAbs_SurfaceOfRevolution: "revolution",
+    _S.GeomAbs_BSplineSurface: "bspline",
+    _S.GeomAbs_BezierSurface: "bspline",
 }
 _SWEPT = {_S.GeomAbs_SurfaceOfExtrusion: _extruded, _S.GeomAbs_SurfaceOfRevolution: _revolved}
 

@@ -34,7 +34,12 @@ class Declared(NamedTuple):
 
 def is_meaningful(name: str | None) -> bool:
     """Whether a label says something, and was not filled in by the program that wrote the file."""
-    return bool(name) and not _MEANINGLESS.match(name.strip()) and not _UUID.match(name.strip())
+    return (
+        name is not None
+        and name.strip() != ""
+        and not _MEANINGLESS.match(name.strip())
+        and not _UUID.match(name.strip())
+    )
 
 
 def join_part(part: str | None, name: str) -> str:

@@ -73,9 +73,9 @@ def run_script(path: Path, params: Mapping[str, Any]) -> Model:
                 f"(exit code {error.code}) before it shows an object."
             ) from error
     if not result.success:
-        error = result.exception
-        line = _script_line(error, cqgi.CQSCRIPT)
-        raise InputError(f"{path}{_at(line)}: the script raises {type(error).__name__}: {_short(error)}") from error
+        raised = result.exception
+        line = _script_line(raised, cqgi.CQSCRIPT)
+        raise InputError(f"{path}{_at(line)}: the script raises {type(raised).__name__}: {_short(raised)}") from raised
     return _shown(path, result.results)
 
 

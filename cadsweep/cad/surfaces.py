@@ -237,6 +237,46 @@ class Spline:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Offset:
+    """A surface at a signed distance along the normal of another.
+
+    Its partial derivatives are those of the basis plus central differences of the normal (good to
+    some 1e-10), which spares the second derivatives of every kind of basis.
+    """
+
+    basis: Geometry
+    distance: float
+    step: tuple[float, float]
+
+    @property
+    def periods(self) -> Periods:
+        """Those of the basis."""
+        return self.basis.periods
+
+    def unit_normals(self, uv: FloatArray) -> FloatArray:
+        """The normal of the basis, which the offset shares."""
+        _, by_u, by_v = self.basis.derivatives(uv)
+        cross = np.cross(by_u, by_v)
+        norm = np.linalg.norm(cross, axis=1, keepdims=True)
+        return cross / np.where(norm > 0, norm, 1.0)
+
+    def evaluate(self, uv: FloatArray) -> FloatArray:
+        """Points."""
+        return self.basis.evaluate(uv) + self.distance * self.unit_normals(uv)
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points and partial derivatives."""
+        points, by_u, by_v = self.basis.derivatives(uv)
+        partials = []
+        for j, partial in enumerate((by_u, by_v)):
+            h = np.zeros(2)
+            h[j] = self.step[j]
+            slope = (self.unit_normals(uv + h) - self.unit_normals(uv - h)) / (2 * self.step[j])
+            partials.append(partial + self.distance * slope)
+        return points + self.distance * self.unit_normals(uv), partials[0], partials[1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Called:
     """A surface known only through a function of u and v (any other kind of OpenCASCADE surface)."""
 
