@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -27,7 +27,8 @@ from .mesh import HexMesh
 from .options import SweepOptions
 from .projection import project_layers
 from .projection.caps import place_target
-from .quality import QualityReport, check_mesh
+from .quality import CadReference, QualityReport, check_mesh
+from .streaming import SlabChecks, write_slabs
 from .topology import FloatArray, Part, Solid, Sweep
 
 log = logging.getLogger(__name__)
@@ -238,6 +239,78 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     return mesh
 
 
+def stream_mesh(
+    source: Any, path: str | PathLike[str], *, on_progress: Progress | None = None, **options: Any
+) -> dict[str, Any]:
+    """Mesh a part into a ``.vtkhdf`` file slab by slab, with flat memory, however large the mesh is.
+
+    Every check is made on the way; the file appears only when the mesh is valid. A mesh that needs
+    smoothing has its nodes, but not its hexahedra, in memory at once while it is mended.
+
+    Parameters
+    ----------
+    source, **options
+        As for :func:`sweep_mesh`, of order 1.
+    path : path
+
+    Returns
+    -------
+    dict
+        The figures that ``cadsweep mesh --json`` prints.
+    """
+    chosen = make_options(options)
+    if chosen.order != 1:
+        raise InputError("a streamed mesh has order 1")
+    if Path(path).suffix != ".vtkhdf":
+        raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
+    place = check_place(Path(path))
+    run = _Run(on_progress=on_progress or _silent)
+    part, sweeps = _find(source, chosen, run)
+
+    def make(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _Made:
+        factored = factor_sweep(part, sweep, options, run, streamed=True)
+        reference = make_reference(part, sweep)
+        with replaced_file(place) as stream:
+            with run.stage("write"):
+                report = _write_checked(stream, factored, reference, run)
+            if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
+                with run.stage("smoothing"):
+                    factored = _smoothed(factored, factored.points().reshape(-1, 3))
+                if len(factored.moved_nodes):
+                    stream.seek(0)
+                    stream.truncate()
+                    with run.stage("write"):
+                        report = _write_checked(stream, factored, reference, run)
+            if not report.valid and not options.allow_inverted:
+                raise refusal(report)
+        return _Made(factored=factored, report=report)
+
+    return _figures(_first_good(part, sweeps, chosen, run, make))
+
+
+def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadReference, run: _Run) -> QualityReport:
+    checks = SlabChecks(factored)
+    write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction), checks=checks)
+    return checks.report(reference)
+
+
+def _figures(made: _Made) -> dict[str, Any]:
+    """What is said of a mesh that is not in memory."""
+    report, info = made.report, made.factored.info
+    return {
+        "n_nodes": report.n_nodes,
+        "n_hexes": report.n_hexes,
+        "min_scaled_jacobian": report.min_scaled_jacobian,
+        "mean_scaled_jacobian": report.mean_scaled_jacobian,
+        "n_inverted": report.n_inverted,
+        "volume": report.volume,
+        "cad_volume": info["cad_volume"],
+        "seconds": info["seconds"],
+        "sweeps": info["sweeps"],
+        "notes": info["notes"],
+    }
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Made:
     """One candidate sweep, made and checked."""
@@ -325,18 +398,20 @@ def refusal(report: QualityReport) -> InvertedHexError:
     )
 
 
-def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> FactoredMesh:
+def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, streamed: bool = False) -> FactoredMesh:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     size = None if options.size is None else options.size / part.scale
     layers = options.layers if options.fractions is None else len(options.fractions) - 1
     edge_sizes = _edge_sizes(part, sweep, options)
     with run.stage("intervals"):
         smallest = min(edge_sizes.values(), default=None)
-        rough = estimate.estimate_size(sweep, size=size, layers=layers, smallest=smallest, scale=part.scale)
+        rough = estimate.estimate_size(
+            sweep, size=size, layers=layers, smallest=smallest, scale=part.scale, streamed=streamed
+        )
         if rough is not None:
             estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
         counts = intervals.assign_intervals(sweep, size=size, layers=layers, edge_sizes=edge_sizes or None)
-        expected = estimate.estimate(sweep, counts, scale=part.scale)
+        expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
     with run.stage("surface"):
         surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)

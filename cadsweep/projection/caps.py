@@ -88,7 +88,7 @@ def place_target(sweep: Sweep, surfaces: SurfaceMesh) -> PlacedCap:
 
 def boundary_loops(quads: IntArray, points: FloatArray) -> tuple[IntArray, ...]:
     """Boundary cycles of a quad mesh, the longest first, each with the mesh on its left."""
-    n = int(quads.max()) + 1
+    n = int(np.max(quads)) + 1
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     key = edges[:, 0] * n + edges[:, 1]
     twin = edges[:, 1] * n + edges[:, 0]
