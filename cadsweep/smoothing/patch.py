@@ -17,11 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
 
 from ..quality import measure_hexes, positive_inside
 from ..quality.threads import n_threads
 from ..topology import FloatArray, IntArray
+from .descent import descended
 from .energy import hex_energy
 
 BoolArray = npt.NDArray[np.bool_]
@@ -146,18 +146,12 @@ class _Energy:
         for part in parts[1:]:
             gradient += part[2]
         if not np.isfinite(energy):
-            return 1e300, np.zeros(free.shape)
-        return energy, gradient[self.free].ravel()
-
-    def minimised(self, start: FloatArray, iterations: int) -> FloatArray:
-        result = minimize(
-            self,
-            start,
-            jac=True,
-            method="L-BFGS-B",
-            options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 12, "ftol": 1e-9, "gtol": 1e-7},
-        )
-        return np.asarray(result.x)
+            return np.inf, gradient[self.free].ravel()
+        flat = gradient[self.free].ravel()
+        if self.power > 0:
+            # A smooth maximum: the sum of high powers itself would span many orders of magnitude.
+            return float(np.log(energy)) / self.power, flat / (energy * self.power)
+        return energy, flat
 
     def positions(self, free: FloatArray) -> FloatArray:
         points = self.x * self.unit + self.centre
@@ -181,7 +175,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     for _ in range(rounds):
         energy.eps = np.sqrt(1e-6 + 0.04 * min(energy.least, 0.0) ** 2)
         before = energy(free)[0]
-        free = energy.minimised(free, iterations)
+        free = descended(energy, free, iterations=iterations)
         after = energy(free)[0]
         moved = _kept(patch, points, energy.positions(free))
         score = patch.score(moved)
@@ -205,11 +199,11 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 80) -> Float
     energy = _Energy(patch, points)
     energy.eps = 1e-9
     free = energy.x[patch.free].ravel()
-    for power, shape_weight in ((4.0, 0.3), (8.0, 0.1), (16.0, 0.03), (32.0, 0.01)):
+    energy.shape_weight = 0.05
+    for energy.power in (4.0, 8.0, 16.0, 32.0, 64.0):
         if best_score.reached >= 1:
             break
-        energy.power, energy.shape_weight = power, shape_weight
-        free = energy.minimised(free, iterations)
+        free = descended(energy, free, iterations=iterations)
         moved = _kept(patch, points, energy.positions(free))
         score = patch.score(moved)
         if score.beats(best_score):
