@@ -10,7 +10,6 @@ Node orders, element types and sides are tables of the format modules, each with
 from __future__ import annotations
 
 import logging
-import os
 from importlib import import_module
 from os import PathLike
 from pathlib import Path

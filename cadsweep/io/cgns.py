@@ -27,7 +27,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
 from .compare import Groups, all_boundaries, disjoint_parts
-from .labels import LabelledMesh
+from .labels import LabelledMesh, check_nodes
 
 MAX_NAME = 32
 HEX_TYPES = {8: 17, 20: 18, 27: 19}
@@ -67,14 +67,14 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         for block, name in enumerate(parts):
             ids = mesh.volumes.cells(block)
             label = f"{name[:28]}_hex" if name in _RESERVED else name
-            _section(zone, label, HEX_TYPES[size], mesh.hexes[ids][:, HEX_ORDER[size]] + 1, first, whole)
+            _section(zone, label, HEX_TYPES[size], mesh.hexes[ids][:, HEX_ORDER[size]] + 1, first=first, whole=whole)
             first += len(ids)
             orders.append(ids)
         place = np.empty(q, dtype=np.int64)
         for block, name in enumerate(faces):
             ids = mesh.faces.cells(block)
             label = f"{name[:26]}_quads" if name in taken else name
-            _section(zone, label, QUAD_TYPES[width], mesh.quads[ids] + 1, first, whole)
+            _section(zone, label, QUAD_TYPES[width], mesh.quads[ids] + 1, first=first, whole=whole)
             place[ids] = np.arange(first, first + len(ids))
             first += len(ids)
         if mesh.faces.names:
@@ -92,7 +92,7 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
             _node(user, "HexOrder", "DataArray_t", order)
 
 
-def _section(zone: h5py.Group, name: str, kind: int, nodes: IntArray, first: int, whole: Any) -> None:
+def _section(zone: h5py.Group, name: str, kind: int, nodes: IntArray, *, first: int, whole: Any) -> None:
     section = _node(zone, name, "Elements_t", np.array([kind, 0], dtype=np.int32))
     _node(section, "ElementRange", "IndexRange_t", np.array([first, first + len(nodes) - 1], dtype=whole))
     _node(section, "ElementConnectivity", "DataArray_t", nodes.reshape(-1).astype(whole))
@@ -140,8 +140,7 @@ def read(stream: BinaryIO) -> HexMesh:
             kind = int(_data(section)[0])
             first = int(_data(section["ElementRange"]).reshape(-1)[0])
             nodes = _data(section["ElementConnectivity"]).astype(np.int64) - 1
-            if nodes.size and (nodes.min() < 0 or nodes.max() >= len(points)):
-                raise InputError("an element names a node that is not there")
+            check_nodes(nodes, len(points))
             if kind in sizes:
                 hexes[_text(section)] = nodes.reshape(-1, sizes[kind])[:, np.argsort(HEX_ORDER[sizes[kind]])]
             elif kind in widths:

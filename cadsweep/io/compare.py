@@ -59,6 +59,10 @@ def check_same(
         elif np.array_equal(sent, got):
             continue
         raise CadSweepError(f"reading it back gave other hexes, the first in rows {start} and after")
+    _check_groups(groups, back)
+
+
+def _check_groups(groups: Groups, back: HexMesh) -> None:
     boundaries, parts = groups
     for what, sent_groups, got_groups in (("boundary", boundaries, back.boundaries), ("part", parts, back.parts)):
         if set(sent_groups) != set(got_groups):

@@ -27,7 +27,7 @@ from scipy.io import netcdf_file
 from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_parts
-from .labels import LabelledMesh
+from .labels import LabelledMesh, check_nodes
 from .sides import quads_of_sides
 
 MAX_NAME = 32
@@ -36,7 +36,7 @@ NODE_ORDER = {
     20: np.array([*range(12), 16, 17, 18, 19, 12, 13, 14, 15]),
     27: np.array([*range(12), 16, 17, 18, 19, 12, 13, 14, 15, 26, 24, 25, 20, 21, 22, 23]),
 }
-"""``exodus_nodes = vtk_nodes[:, NODE_ORDER[n]]``: bottom edges, upright edges, top edges, volume, bottom, top, x-, x+, y-, y+."""
+"""``exodus_nodes = vtk_nodes[:, NODE_ORDER[n]]``: bottom, upright, top edges; volume; bottom, top, x-, x+, y-, y+."""
 
 SIDE_NUMBERS = np.array([5, 6, 1, 2, 3, 4])
 """Exodus number of the sides in the order of ``HEX_FACES``."""
@@ -163,8 +163,7 @@ def _mesh(found: dict[str, np.ndarray]) -> HexMesh:
         raise InputError(f"its blocks have elements of {sorted(sizes)} nodes; one kind of hex (8, 20, 27) is read")
     size = sizes.pop()
     hexes = np.concatenate(blocks)[:, np.argsort(NODE_ORDER[size])]
-    if hexes.size and (hexes.min() < 0 or hexes.max() >= len(points)):
-        raise InputError("an element names a node that is not there")
+    check_nodes(hexes, len(points))
     tags = found.get("elem_num_map", np.arange(1, len(hexes) + 1))
     order = np.argsort(tags, kind="stable")
     place = np.empty(len(hexes), dtype=np.int64)

@@ -1,4 +1,4 @@
-"""OpenFOAM mesh: a folder named ``polyMesh`` (``case/constant/polyMesh``) with points, faces, owner, neighbour, boundary.
+"""OpenFOAM mesh: a folder named ``polyMesh``, as in ``case/constant/polyMesh``.
 
 Place in the flow: a format module of :mod:`cadsweep.io`, the only one whose output is a folder.
 
@@ -116,7 +116,7 @@ def _ordered_faces(
     of = np.repeat(np.arange(len(mesh.hexes)), 6)
     first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
     uses = np.bincount(codes[: len(sides)], minlength=len(first))
-    if uses.max() > 2 or uses.min() < 1:
+    if np.max(uses) > 2 or np.min(uses) < 1:
         raise InputError("a quad belongs to more than two hexes, or to none: OpenFOAM cannot read such a mesh")
     # The key's first side belongs to the lower hex, because sides are listed hex by hex.
     last = np.empty(len(first), dtype=np.int64)
@@ -158,7 +158,7 @@ def read_folder(folder: Path) -> HexMesh:
     if {n for n, _ in rows} != {"4"}:
         raise InputError("it has faces that are no quads; meshes of hexahedra are read")
     faces = np.array([row.split() for _, row in rows], dtype=np.int64)
-    n_cells = int(owner.max()) + 1
+    n_cells = int(np.max(owner)) + 1
     inner = len(neighbour)
     of = np.concatenate([owner, neighbour])
     around = np.concatenate([faces, faces[:inner, ::-1]])

@@ -15,7 +15,7 @@ Not handled: hex27 (CalculiX has no such element). Reading knows ``*NODE``, ``*E
 References
 ----------
 CalculiX CrunchiX user's manual, "Eight-node brick element (C3D8)", "Twenty-node brick element (C3D20)", "*SURFACE": the
-order of the nodes, and faces S1 to S6 = 1-2-3-4, 5-8-7-6, 1-5-6-2, 2-6-7-3, 3-7-8-4, 4-8-5-1, the order of ``HEX_FACES``.
+order of the nodes, and faces S1 to S6 = 1-2-3-4, 5-8-7-6, 1-5-6-2, 2-6-7-3, 3-7-8-4, 4-8-5-1, as in ``HEX_FACES``.
 """
 
 from __future__ import annotations

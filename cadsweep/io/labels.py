@@ -195,10 +195,10 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     corners = hexes[candidates][:, HEX_FACES]
     sides = np.flatnonzero(marked[corners].all(axis=2).ravel())
     corners = corners.reshape(-1, 4)[sides]
-    keys, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
+    _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
     wanted, offered = codes[: len(quads)], codes[len(quads) :]
     outward = cyclic(corners)
-    best = np.full(int(codes.max(initial=-1)) + 1, -1, dtype=np.int64)
+    best = np.full(int(np.max(codes, initial=-1)) + 1, -1, dtype=np.int64)
     best[offered] = np.arange(len(sides))
     found = best[wanted]
     if (found < 0).any():
@@ -243,9 +243,22 @@ def cyclic(corners: IntArray) -> IntArray:
     return corners[np.arange(len(corners))[:, None], (first[:, None] + np.arange(4)) % 4]
 
 
+def check_nodes(ids: np.ndarray, n_points: int) -> None:
+    """Refuse cells of a file that name nodes it does not have.
+
+    Raises
+    ------
+    InputError
+    """
+    if ids.size and (int(np.min(ids)) < 0 or int(np.max(ids)) >= n_points):
+        raise InputError("a cell names a node that is not there")
+
+
 def _check_ids(ids: IntArray, n: int, what: str, of: str) -> None:
-    if ids.size and (ids.min() < 0 or ids.max() >= n):
-        raise InputError(f"{what}: ids should lie between 0 and {n - 1} ({of}), found {ids.min()} to {ids.max()}")
+    if ids.size:
+        low, high = int(np.min(ids)), int(np.max(ids))
+        if low < 0 or high >= n:
+            raise InputError(f"{what}: ids should lie between 0 and {n - 1} ({of}), found {low} to {high}")
 
 
 def _renamed(groups: Mapping[str, Any], max_name: int) -> dict[str, IntArray]:

@@ -1,8 +1,8 @@
 """MED 4, ``.med``: what Salome and Code_Aster read.
 
-Place in the flow: a format module of :mod:`cadsweep.io`. A MED file is HDF5 of a fixed layout, written with h5py so that
-the same mesh gives the same bytes. Every boundary and part is a group; cells in several groups belong to a family that
-lists them all. Names have 80 characters at the most.
+Place in the flow: a format module of :mod:`cadsweep.io`. A MED file is HDF5 of a fixed layout, written with h5py so
+that the same mesh gives the same bytes. Every boundary and part is a group; cells in several
+groups belong to a family that lists them all. Names have 80 characters at the most.
 
 Not handled on reading: several meshes in a file (the first is read), fields, profiles, polyhedra.
 
@@ -24,7 +24,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
-from .labels import Blocks, LabelledMesh
+from .labels import Blocks, LabelledMesh, check_nodes
 
 MAX_NAME = 80
 HEX_TYPES = {8: ("HE8", 308), 20: ("H20", 320), 27: ("H27", 327)}
@@ -144,8 +144,7 @@ def read(stream: BinaryIO) -> HexMesh:
 
 def _cells(group: h5py.Group, size: int, n_points: int) -> tuple[IntArray, IntArray]:
     nodes = group["NOD"][:].reshape(size, -1).T.astype(np.int64) - 1
-    if nodes.size and (nodes.min() < 0 or nodes.max() >= n_points):
-        raise InputError("a cell names a node that is not there")
+    check_nodes(nodes, n_points)
     families = group["FAM"][:].astype(np.int64) if "FAM" in group else np.zeros(len(nodes), dtype=np.int64)
     if len(families) != len(nodes):
         raise InputError("its families do not fit its cells")

@@ -25,7 +25,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
-from .labels import Blocks, LabelledMesh, corner_keys, find_sides
+from .labels import Blocks, LabelledMesh, check_nodes, corner_keys, find_sides
 from .sides import HEX_EDGES, SIDES, quads_of_sides
 from .text import write_rows
 
@@ -119,8 +119,7 @@ def read(stream: BinaryIO) -> HexMesh:
         points = values[1 : 1 + 3 * n].reshape(n, 3)
     else:
         points, hexes, quads = _curved(nodes[1], _floats(text, nodes.end()), hexes, quads)
-    if hexes.size and (hexes.min() < 0 or hexes.max() >= len(points)):
-        raise InputError("an element names a vertex that is not there")
+    check_nodes(hexes, len(points))
     boundaries = {
         name: quads[np.isin(boundary[:, 0], tags)]
         for name, tags in _sets(text, "bdr_attribute_sets", boundary[:, 0], "boundary").items()
@@ -151,7 +150,7 @@ def _cells(text: str, keyword: str, *, geometry: int, width: int) -> IntArray:
 
 
 def _floats(text: str, start: int) -> np.ndarray:
-    body = text[start:].split("mfem_mesh_end")[0]
+    body = text[start:].partition("mfem_mesh_end")[0]
     return np.array(body.split(), dtype=np.float64)
 
 
@@ -161,13 +160,13 @@ def _curved(space: str, values: np.ndarray, hexes: IntArray, quads: IntArray) ->
     vtk = np.argsort(LEXICOGRAPHIC)
     spots = values.reshape(len(hexes), 27, 3)[:, vtk].reshape(-1, 3)
     # A node of several elements stands once for each. Corners are known by number, the others by their corners.
-    n = int(hexes.max()) + 1
+    n = int(np.max(hexes)) + 1
     edges = np.sort(hexes[:, HEX_EDGES], axis=2).reshape(-1, 2)
     _, edge_of = np.unique(edges, axis=0, return_inverse=True)
     order = [5, 3, 2, 4, 0, 1]  # HEX_FACES row of nodes 20 ... 25
     _, face_of = corner_keys(hexes[:, SIDES[order, :4]].reshape(-1, 4))
     edge_of = edge_of.reshape(len(hexes), 12)
-    n_edges, n_faces = int(edge_of.max()) + 1, int(face_of.max()) + 1
+    n_edges, n_faces = int(np.max(edge_of)) + 1, int(np.max(face_of)) + 1
     full = np.hstack(
         [
             hexes,

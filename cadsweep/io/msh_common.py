@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
+from .labels import check_nodes
 
 HEX_TYPES = {8: 5, 20: 17, 27: 12}
 QUAD_TYPES = {4: 3, 8: 16, 9: 10}
@@ -18,8 +19,9 @@ HEX_ORDER = {
     20: np.array([*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14]),
     27: np.array([*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14, 24, 22, 20, 21, 23, 25, 26]),
 }
-"""``gmsh_nodes = vtk_nodes[:, HEX_ORDER[n]]``. Gmsh reference manual, "Node ordering": the middles of the edges 0-1, 0-3,
-0-4, 1-2, 1-5, 2-3, 2-6, 3-7, 4-5, 4-7, 5-6, 6-7, then of the faces 0-3-2-1, 0-1-5-4, 0-4-7-3, 1-2-6-5, 2-3-7-6, 4-5-6-7."""
+"""``gmsh_nodes = vtk_nodes[:, HEX_ORDER[n]]``. Gmsh reference manual, "Node ordering": the middles of the edges 0-1,
+0-3, 0-4, 1-2, 1-5, 2-3, 2-6, 3-7, 4-5, 4-7, 5-6, 6-7, then of the faces 0-3-2-1, 0-1-5-4, 0-4-7-3, 1-2-6-5, 2-3-7-6,
+4-5-6-7."""
 
 NODES_OF_TYPE = {
     1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18, 14: 14, 15: 1, 16: 8,
@@ -111,7 +113,7 @@ def _renumbering(tags: IntArray) -> Callable[[IntArray], IntArray]:
 
         def shift(nodes: IntArray) -> IntArray:
             rows = nodes - first
-            _check(rows, n)
+            check_nodes(rows, n)
             return rows
 
         return shift
@@ -120,14 +122,9 @@ def _renumbering(tags: IntArray) -> Callable[[IntArray], IntArray]:
 
     def look_up(nodes: IntArray) -> IntArray:
         place = np.searchsorted(ascending, nodes)
-        _check(place, n)
+        check_nodes(place, n)
         if (ascending[place] != nodes).any():
             raise InputError("an element names a node that is not there")
         return order[place]
 
     return look_up
-
-
-def _check(rows: IntArray, n: int) -> None:
-    if rows.size and (rows.min() < 0 or rows.max() >= n):
-        raise InputError("an element names a node that is not there")

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from .msh_common import NODES_OF_TYPE, Groups, collect
 _OPENING = re.compile(rb"^\$(\w+)[ \t]*\r?\n", re.MULTILINE)
 
 
-def read_content(content: bytes | memoryview) -> HexMesh:
+def read_content(content: Any) -> HexMesh:
     """Make a mesh of a file's bytes."""
     data = memoryview(content)
     head = bytes(data[:200])
@@ -102,7 +103,7 @@ class _Values:
             self.place = end.start()
             self.at = 0
 
-    def take(self, n: int, dtype: type) -> np.ndarray:
+    def take(self, n: int, dtype: Any) -> np.ndarray:
         if self.binary:
             size = n * np.dtype(dtype).itemsize
             if n < 0 or self.place + size > len(self.data):
@@ -165,7 +166,7 @@ def _nodes4(values: _Values) -> tuple[IntArray, FloatArray]:
 def _nodes2(values: _Values) -> tuple[IntArray, FloatArray]:
     n = values.line()
     if values.binary:
-        rows = values.take(n, np.dtype([("tag", "<i4"), ("xyz", "<f8", 3)]))  # type: ignore[arg-type]
+        rows = values.take(n, np.dtype([("tag", "<i4"), ("xyz", "<f8", 3)]))
         return rows["tag"].astype(np.int64), np.ascontiguousarray(rows["xyz"])
     table = values.take(4 * n, np.float64).reshape(n, 4)
     return table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
-from .labels import LabelledMesh, find_sides
+from .labels import LabelledMesh, check_nodes, find_sides
 
 CELL_TYPES = {8: 12, 20: 25, 27: 29}
 """Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``)."""
@@ -57,8 +57,7 @@ def grid_mesh(
 ) -> HexMesh:
     """Make a mesh of a VTK grid's arrays; cells of fewer than three dimensions are left out."""
     hexes, is_hex = hexes_of_cells(connectivity, offsets, types)
-    if len(hexes) and (hexes.min() < 0 or hexes.max() >= len(points)):
-        raise InputError("a cell names a node that is not there")
+    check_nodes(hexes, len(points))
     boundaries = {}
     width = {8: 4, 20: 8, 27: 9}[hexes.shape[1]]
     for name in field_data.get("boundary_names", []):

@@ -8,7 +8,7 @@ The grid's cells are the hexes and nothing else, so ``n_cells`` is the number of
 | array | kind | holds |
 |---|---|---|
 | ``part`` | cells, int32 | which of ``part_names`` the hex belongs to |
-| ``boundary`` | cells, int32 | which of ``boundary_names`` the hex touches (the first one), -1 inside: to colour and to threshold |
+| ``boundary`` | cells, int32 | the first of ``boundary_names`` that the hex touches, -1 inside: to colour by |
 | ``boundary_names``, ``part_names`` | field, string | the names |
 | ``boundary:<name>`` | field, int64 (q, 4, 8 or 9) | node ids of the boundary's quads, outward |
 | ``part:<name>`` | field, int64 | hex ids of the part |
@@ -52,11 +52,11 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     parts: list[np.ndarray] = []
     offset = 0
 
-    def array(name: str, values: np.ndarray, *, tuples: bool = False) -> str:
+    def array(name: str, values: Any, *, tuples: bool = False) -> str:
         nonlocal offset
         text = values.dtype.kind == "U"
         if text:
-            data = np.frombuffer(b"".join(str(v).encode() + b"\0" for v in values), dtype=np.int8)
+            data: np.ndarray = np.frombuffer(b"".join(str(v).encode() + b"\0" for v in values), dtype=np.int8)
             kind = f'type="String" NumberOfTuples="{len(values)}"'
         else:
             data = np.ascontiguousarray(values)
@@ -190,7 +190,7 @@ class _Decoder:
 
     def _decompressed(self, data: bytes, *, encoded: bool) -> bytes:
         size = self.header.itemsize
-        unpack = {"vtkZLibDataCompressor": zlib.decompress, "vtkLZMADataCompressor": lzma.decompress}.get(
+        unpack: Any = {"vtkZLibDataCompressor": zlib.decompress, "vtkLZMADataCompressor": lzma.decompress}.get(
             str(self.compressor)
         )
         if unpack is None:

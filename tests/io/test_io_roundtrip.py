@@ -1,0 +1,128 @@
+"""What is written is what is read: every format, every order, names and overlaps included."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from io_meshes import bent_box, twisted_box, two_parts
+
+from cadsweep import io
+from cadsweep.errors import InputError
+from cadsweep.io.compare import same_quads
+from cadsweep.mesh import HexMesh
+
+ALL_ORDERS = {".vtu", ".vtkhdf", ".msh", ".med", ".cgns", ".e"}
+FILES = [
+    (suffix, nodes, options)
+    for suffix, sizes, options in [
+        (".vtu", (8, 20, 27), {}),
+        (".vtkhdf", (8, 20, 27), {}),
+        (".msh", (8, 20, 27), {}),
+        (".msh", (8, 20, 27), {"binary": False}),
+        (".msh", (8, 20, 27), {"version": "2.2"}),
+        (".med", (8, 20, 27), {}),
+        (".cgns", (8, 20, 27), {}),
+        (".e", (8, 20, 27), {}),
+        (".inp", (8, 20), {}),
+        (".unv", (8, 20), {}),
+        (".mesh", (8,), {}),
+        (".polymesh", (8,), {}),
+    ]
+    for nodes in sizes
+]
+
+
+@pytest.mark.parametrize(("suffix", "nodes", "options"), FILES)
+def test_reading_gives_the_mesh_back(tmp_path, suffix, nodes, options):
+    mesh = bent_box(nodes)
+    path = tmp_path / f"part{suffix}"
+    io.write(mesh, path, **options)
+    back = io.read(path)
+    tolerance = 1e-12 if suffix == ".inp" else 0
+    np.testing.assert_allclose(back.points, mesh.points, rtol=tolerance, atol=0)
+    if suffix == ".polymesh":  # faces are kept, not corners: a hex may begin at another one
+        np.testing.assert_array_equal(np.sort(back.hexes), np.sort(mesh.hexes))
+    else:
+        np.testing.assert_array_equal(back.hexes, mesh.hexes)
+    names = set(mesh.boundaries)
+    if options.get("version") == "2.2":
+        names -= {"walls"}  # one group a face: its four sides keep it
+    assert set(back.boundaries) == names
+    for name in names:
+        assert same_quads(mesh.boundaries[name], back.boundaries[name]), name
+    assert list(back.parts) == ["box"]
+    np.testing.assert_array_equal(back.parts["box"], np.arange(mesh.n_hexes))
+
+
+@pytest.mark.parametrize("suffix", sorted({s for s, _, _ in FILES}))
+def test_overlapping_groups_and_interleaved_parts(tmp_path, suffix):
+    mesh = two_parts()
+    path = tmp_path / f"part{suffix}"
+    io.write(mesh, path)
+    back = io.read(path)
+    lost = {"interface"} if suffix == ".polymesh" else set()
+    assert set(mesh.boundaries) - lost <= set(back.boundaries)
+    for name in set(mesh.boundaries) - lost:
+        assert same_quads(mesh.boundaries[name], back.boundaries[name]), name
+    if suffix in {".e", ".cgns", ".polymesh"}:  # disjoint blocks: {left, right} x {odd layers, even layers}
+        expected = {"left_only", "left_and_odd_layers", "right_only", "right_and_odd_layers"}
+        assert set(back.parts) == expected
+        joined = {n: np.sort(np.concatenate([back.parts[k] for k in expected if n in k])) for n in mesh.parts}
+    else:
+        joined = {name: np.sort(ids) for name, ids in back.parts.items()}
+    assert set(joined) == set(mesh.parts)
+    for name, ids in mesh.parts.items():
+        np.testing.assert_array_equal(joined[name], ids)
+
+
+@pytest.mark.parametrize(("nodes", "suffix", "word"), [(27, ".inp", "nodes=20"), (27, ".unv", "nodes=20")])
+@pytest.mark.parametrize("old", [True, False])
+def test_an_order_that_a_format_lacks_is_refused(tmp_path, nodes, suffix, word, old):
+    path = tmp_path / f"part{suffix}"
+    if old:
+        path.write_text("old")
+    with pytest.raises(InputError, match=word):
+        io.write(bent_box(nodes), path)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ([path.name] if old else [])
+
+
+def test_mfem_has_no_hex20_and_openfoam_no_order_2(tmp_path):
+    with pytest.raises(InputError, match="nodes=27"):
+        io.write(bent_box(20), tmp_path / "part.mesh")
+    with pytest.raises(InputError, match="order=1"):
+        io.write(bent_box(27), tmp_path / "polyMesh")
+
+
+def test_mfem_keeps_the_shape_of_hex27(tmp_path):
+    mesh = bent_box(27)
+    io.write(mesh, tmp_path / "part.mesh", verify=False)
+    back = io.read(tmp_path / "part.mesh")
+    np.testing.assert_array_equal(back.points[back.hexes], mesh.points[mesh.hexes])
+    for name, quads in mesh.boundaries.items():
+        np.testing.assert_array_equal(back.points[back.boundaries[name][:, 8]], mesh.points[quads[:, 8]])
+
+
+@pytest.mark.parametrize("suffix", sorted({s for s, _, _ in FILES} - {".polymesh"}))
+def test_the_same_mesh_gives_the_same_bytes(tmp_path, suffix):
+    for name in ("a", "b"):
+        io.write(twisted_box(), tmp_path / f"{name}{suffix}")
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+def test_a_mesh_without_names_gets_one_part(tmp_path):
+    bare = HexMesh(points=twisted_box().points, hexes=twisted_box().hexes, boundaries={})
+    for suffix in sorted({s for s, _, _ in FILES}):
+        io.write(bare, tmp_path / f"part{suffix}")
+        back = io.read(tmp_path / f"part{suffix}")
+        assert list(back.parts) == ["volume"], suffix
+        assert set(back.boundaries) <= {"defaultFaces"}, suffix
+
+
+def test_coordinates_survive_tiny_and_large(tmp_path):
+    mesh = twisted_box()
+    for factor in (1e-9, 1.0, 1e9):
+        scaled = HexMesh(points=mesh.points * factor / 7, hexes=mesh.hexes, boundaries=mesh.boundaries)
+        for suffix in sorted({s for s, _, _ in FILES}):
+            io.write(scaled, tmp_path / f"part{suffix}")
+            back = io.read(tmp_path / f"part{suffix}")
+            np.testing.assert_allclose(back.points, scaled.points, rtol=1e-12 if suffix == ".inp" else 0, atol=0)
