@@ -49,6 +49,7 @@ from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseud
 from cadsweep.quality import scaled_jacobians
 from cadsweep.surface import mesh_surfaces
 from cadsweep.topology import FloatArray, Solid
+from cadsweep.view import add_mesh, quiet_vtk, to_pyvista
 
 EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square_to_arcs": 11}
 """Name of the model, and the figure of the paper that shows it."""
@@ -56,6 +57,7 @@ EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square
 FUNCTIONALS = ("F", "G", "H")
 N_LAYERS = 9
 SIZE = 0.22  # of the quads; the sections are about 2 wide
+PICTURE_SCALE = {"vertical": False, "position_x": 0.1, "position_y": 0.02, "width": 0.8, "height": 0.1}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +73,7 @@ class LayerFigures:
     mean: float
     n_inverted: int
     rank: int
-    condition: float
+    condition: float | None  # None where the map is not unique
     residual: float
 
 
@@ -85,10 +87,14 @@ def is_domed(solid: Solid, face: int) -> bool:
     return plane and abs(axes[2] @ (solid.faces[face].center - center)) > 1e-2 * np.sqrt(solid.faces[face].area)
 
 
-def mesh_sides(name: str, *, size: float = SIZE, n_layers: int = N_LAYERS) -> SurfaceMesh:
-    """Mesh the source and the linking sides of an example, swept from its domed cap."""
+def find_sweep(name: str) -> tuple[cs.Part, cs.Sweep]:
+    """Load an example, and find the sweep that begins at its domed cap."""
     part = cs.load(Path(__file__).with_name(f"{name}.py"))
-    sweep = next(s for s in cs.find_sweeps(part) if is_domed(s.solid, s.source[0]))
+    return part, next(s for s in cs.find_sweeps(part) if is_domed(s.solid, s.source[0]))
+
+
+def mesh_sides(sweep: cs.Sweep, *, size: float = SIZE, n_layers: int = N_LAYERS) -> SurfaceMesh:
+    """Mesh the source and the linking sides of an example."""
     return mesh_surfaces(sweep, assign_intervals(sweep, size=size, layers=n_layers))
 
 
@@ -140,7 +146,7 @@ def measure_layers(sides: SurfaceMesh, functional: str) -> list[LayerFigures]:
                 mean=float(quality[k - 1].mean()),
                 n_inverted=int((quality[k - 1] <= 0).sum()),
                 rank=int(fit.rank),
-                condition=float(fit.condition),
+                condition=float(fit.condition) if np.isfinite(fit.condition) else None,
                 residual=float(np.sqrt(np.mean(np.sum((fit(rings[0]) - rings[k]) ** 2, axis=1)))),
             )
         )
@@ -152,9 +158,9 @@ def off_axis(vector: FloatArray, axis: FloatArray) -> FloatArray:
     return vector - (vector @ axis) * axis
 
 
-def mesh_with_defaults(name: str, *, size: float = SIZE, n_layers: int = N_LAYERS) -> cs.HexMesh:
+def mesh_with_defaults(part: cs.Part, sweep: cs.Sweep, *, size: float = SIZE, n_layers: int = N_LAYERS) -> cs.HexMesh:
     """Mesh an example the way this package does when nothing else is asked of it."""
-    return cs.sweep_mesh(Path(__file__).with_name(f"{name}.py"), size=size, layers=n_layers)
+    return cs.sweep_mesh(part, source=sweep.source[0], size=size, layers=n_layers)
 
 
 def summarise(mesh: cs.HexMesh) -> dict[str, Any]:
@@ -169,31 +175,90 @@ def summarise(mesh: cs.HexMesh) -> dict[str, Any]:
 
 
 def print_tables(results: dict[str, Any]) -> None:
-    """Print what was measured: a row for every example and functional, then for the defaults."""
-    print("Each layer from the source, without residual and smoothing (the paper's section 5)\n")
-    print(
-        f"{'':18} {'flatness':>15} {'skewness':>15} {'worst hex':>9} {'mean':>6} {'inverted':>8} {'rank':>4}"
-        f" {'condition':>9} {'residual':>8}"
-    )
-    print(
-        f"{'example':16}   {'first':>7} {'last':>7} {'first':>7} {'last':>7} {'(scaled Jacobian)':>16}"
-        f" {'':>8} {'last':>4} {'last':>9} {'last':>8}"
-    )
+    """Print a row for every example and functional, then one for every example with the defaults."""
+    print("Every layer straight from the source, no residual, no smoothing (section 5 of the paper).")
+    print("Flatness and skewness: layer 1, the middle one, the last. Rank, condition, residual: the last layer.\n")
+    print(f"{'example':18}   {'flatness':^20}  {'skewness':^20}   worst   mean  inverted  rank  condition  residual")
     for name, result in results.items():
         for functional in FUNCTIONALS:
             layers = result["layers"][functional]
-            first, last = layers[0], layers[-1]
+            shown = [layers[0], layers[len(layers) // 2], layers[-1]]
+            last = layers[-1]
+            condition = "inf" if last["condition"] is None else f"{last['condition']:.2g}"
             print(
-                f"{name if functional == 'F' else '':16} {functional} {first['flatness']:7.3f} {last['flatness']:7.3f}"
-                f" {first['skewness']:7.3f} {last['skewness']:7.3f} {min(f['worst'] for f in layers):9.3f}"
-                f" {np.mean([f['mean'] for f in layers]):6.3f} {sum(f['n_inverted'] for f in layers):8d}"
-                f" {last['rank']:4d} {last['condition']:9.2g} {last['residual']:8.4f}"
+                f"{name if functional == 'F' else '':18} {functional} "
+                + "".join(f"{layer['flatness'] + 0.0:6.3f} " for layer in shown)
+                + " "
+                + "".join(f"{layer['skewness']:7.3f}" for layer in shown)
+                + f" {min(layer['worst'] for layer in layers):7.3f} {np.mean([layer['mean'] for layer in layers]):6.3f}"
+                + f" {sum(layer['n_inverted'] for layer in layers):9d} {last['rank']:5d} {condition:>10}"
+                + f" {last['residual']:9.4f}"
             )
-    print("\nWith the defaults of this package: both caps, residual, smoothing\n")
-    print(f"{'example':18} {'worst hex':>9} {'mean':>6} {'inverted':>8}")
+    print("\nThe same meshes with the defaults of this package: both caps, residual, smoothing.\n")
+    print(f"{'example':18}   worst   mean  inverted")
     for name, result in results.items():
-        d = result["defaults"]
-        print(f"{name:18} {d['worst']:9.3f} {d['mean']:6.3f} {d['n_inverted']:8d}")
+        figures = result["defaults"]
+        print(f"{name:18} {figures['worst']:7.3f} {figures['mean']:6.3f} {figures['n_inverted']:9d}")
+
+
+def draw_example(name: str, sides: SurfaceMesh, defaults: cs.HexMesh, folder: Path) -> None:
+    """Draw an example: a column for each functional and one for the defaults, all on one scale.
+
+    Above the whole mesh; below its fourth to sixth layer, cut along the plane of symmetry y = 0.
+    """
+    import pyvista as pv
+    from PIL import Image
+
+    hexes = sweep_hexes(sides.source.quads, len(sides.source.points), len(sides.rings) - 1)
+    meshes = {
+        f"minimising {f}": cs.HexMesh(points=place_layers(sides, f).points().reshape(-1, 3), hexes=hexes, boundaries={})
+        for f in FUNCTIONALS
+    }
+    meshes["H, both caps, residual, smoothing"] = defaults
+    with quiet_vtk():
+        plotter = pv.Plotter(off_screen=True, shape=(2, len(meshes)), window_size=(1480, 740), border=False)
+        plotter.set_background("white")
+        for column, (title, mesh) in enumerate(meshes.items()):
+            scale = PICTURE_SCALE if column == len(meshes) - 1 else False
+            plotter.subplot(0, column)
+            plotter.add_text(title, font_size=10, color="black")
+            add_mesh(plotter, mesh, show_boundaries=False, scale=scale)
+            plotter.enable_parallel_projection()
+            plotter.view_vector((0.35, 1.0, 0.3), viewup=(0, 0, 1))
+            plotter.subplot(1, column)
+            n_quads = mesh.n_hexes // (len(sides.rings) - 1)
+            middle = to_pyvista(mesh).extract_cells(range(3 * n_quads, 6 * n_quads))
+            cut = middle.slice(normal="y", origin=(0, 0, 0), generate_triangles=False)
+            style = {"show_edges": True, "line_width": 1.5, "lighting": False, "show_scalar_bar": False}
+            plotter.add_mesh(cut, scalars="scaled_jacobian", clim=(0, 1), below_color="red", **style)
+            plotter.enable_parallel_projection()
+            plotter.view_vector((0, 1, 0), viewup=(0, 0, 1))
+            plotter.camera.zoom(1.1)
+        image = Image.fromarray(plotter.screenshot(None))
+        plotter.close()
+    image.quantize(128, method=Image.Quantize.MAXCOVERAGE).save(folder / f"paper_{name}.png", optimize=True)
+
+
+def draw_shapes(results: dict[str, Any], folder: Path) -> None:
+    """Draw flatness and skewness over the layers of every example."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 5), layout="constrained")
+    axes = figure.subplots(2, len(results), sharex=True, sharey="row", squeeze=False)
+    for column, (name, result) in enumerate(results.items()):
+        for row, figure_name in enumerate(("flatness", "skewness")):
+            for functional, marker in zip(FUNCTIONALS, "ov.", strict=True):
+                layers = result["layers"][functional]
+                values = [layer[figure_name] for layer in layers]
+                axes[row, column].plot([layer["layer"] for layer in layers], values, f"{marker}-", label=functional)
+            axes[row, column].grid(alpha=0.3)
+        axes[0, column].set_title(name)
+        axes[1, column].set_xlabel("layer")
+    axes[0, 0].set_ylabel("flatness")
+    axes[1, 0].set_ylabel("skewness")
+    axes[1, 0].set_ylim(-0.2, 3.2)  # G leaves the picture where it breaks down
+    axes[0, 0].legend()
+    figure.savefig(folder / "paper_shapes.png", dpi=90)
 
 
 def main() -> None:
@@ -202,25 +267,24 @@ def main() -> None:
     parser.add_argument("--figures", type=Path, metavar="DIR", help="write pictures to this folder")
     parser.add_argument("--json", action="store_true", help="print every figure of every layer as JSON")
     options = parser.parse_args()
+    if options.figures:
+        options.figures.mkdir(parents=True, exist_ok=True)
 
     start = time.perf_counter()
     results: dict[str, Any] = {}
-    for name, figure in EXAMPLES.items():
-        sides = mesh_sides(name)
-        mesh = mesh_with_defaults(name)
+    for name, number in EXAMPLES.items():
+        part, sweep = find_sweep(name)
+        sides = mesh_sides(sweep)
+        mesh = mesh_with_defaults(part, sweep)
         results[name] = {
-            "figure": figure,
+            "figure": number,
             "layers": {f: [asdict(layer) for layer in measure_layers(sides, f)] for f in FUNCTIONALS},
             "defaults": summarise(mesh),
         }
         if options.figures:
-            from paper_figures import draw_example
-
-            draw_example(name, sides, {f: place_layers(sides, f) for f in FUNCTIONALS}, mesh, options.figures)
+            draw_example(name, sides, mesh, options.figures)
     if options.figures:
-        from paper_figures import draw_shape
-
-        draw_shape(results, options.figures)
+        draw_shapes(results, options.figures)
     if options.json:
         print(json.dumps({"seconds": time.perf_counter() - start, "examples": results}, indent=1))
     else:
