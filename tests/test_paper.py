@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cadsweep.projection import pseudo_normal
+
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
@@ -62,6 +64,12 @@ class TestEveryExample:
         normal = np.linalg.svd(ring - center)[2][2]
         assert np.abs((ring - center) @ normal).max() < EXACT
         assert np.abs((source.points - center) @ normal).max() > 0.3  # of the dome's 0.4; no node need sit on top
+
+    def test_the_normals_of_source_and_rings_look_along_the_sweep(self, sides, name):
+        rings = sides[name].rings
+        loops = [np.arange(rings.shape[1])]
+        for ring, following in zip(rings, rings[1:], strict=False):
+            assert pseudo_normal(ring, loops) @ (following - ring).mean(axis=0) > 0
 
     def test_h_keeps_the_dome_upright(self, layers, name):
         figures = layers[name, "H"]
