@@ -6,7 +6,8 @@ Method (the paper's reference [4]): the nodes go from the plane of the source to
 least-squares affine map between the two images of the loops (functional H, n = 2), the residual is carried inwards, and
 the surface's own parametrisation lifts them: no root finding per node. Where that gives poor quads (a parametrisation
 that winds round a pole, or is stretched unevenly) the 3-D image of the source is projected orthogonally to the surface.
-Both are judged by their worst quad, and the better one is kept.
+Both are judged by their worst quad, and the better one is kept. Where that is folded or poor, its nodes are moved along
+the surface until it is not (:mod:`.relax`).
 
 Not handled: a target ring that is not on the surface; the ring is taken as it is.
 """
@@ -25,9 +26,15 @@ from ..topology import FloatArray, IntArray, Surface
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
 from .normals import pseudo_normal
+from .relax import rectangles, relax_plane
 
 log = logging.getLogger(__name__)
 
+_RELAXATIONS = 3
+_STEEP = 0.2
+
+POOR = 0.5
+"""A cap with a worse corner, and worse than the source's by `GOOD_ENOUGH`, is relaxed."""
 GOOD_ENOUGH = 0.9
 """A method whose worst quad reaches this fraction of the source's worst quad is taken without trying the next."""
 
@@ -41,7 +48,7 @@ class TargetCap:
     points : (n, 3) float64
         Boundary nodes are the ring, bit for bit; all others lie on the surface.
     method : str
-        ``"parametric"`` or ``"projected"``.
+        ``"parametric"`` or ``"projected"``, with ``"+relaxed"`` where the nodes were moved along the surface.
     min_quality : float
         Worst scaled Jacobian of the quads' corners, against the surface's normal; below zero where a quad is folded.
     qualities : dict of str to float
@@ -118,14 +125,24 @@ def project_target(
         if not np.isfinite(points).all():
             log.info("target cap by the %s way: not finite", name)
             continue
-        quality = worst_corner(points, cap_quads, _sweep_normals(uv, surface, points, cap_quads))
+        quality = worst_corner(points, cap_quads, _sweep_normals(points, cap_quads, surface, uv))
         found[name] = quality, points
         if quality >= wanted:
             break
     if not found:
         raise ProjectionError("the target cap cannot be placed: its surface gives no finite points inside the ring")
-    method = max(found, key=lambda name: found[name][0])
+    method = max(found, key=lambda name: round(found[name][0], 6))  # of two that differ by rounding, the first
     quality, points = found[method]
+    movable = ~np.isin(cap_quads, nodes)
+    movable |= np.roll(movable, 1, axis=1) | np.roll(movable, -1, axis=1)
+    # Corners between three boundary nodes are what they are; only the others ask to be moved.
+    if worst_corner(points, cap_quads, _sweep_normals(points, cap_quads, surface), movable) < min(POOR, wanted):
+        relaxed = _relaxed(points, source, cap_quads, cap_loops, surface)
+        if relaxed is not None:
+            better = worst_corner(relaxed, cap_quads, _sweep_normals(relaxed, cap_quads, surface))
+            found[method + "+relaxed"] = better, relaxed
+            if better > quality:
+                method, quality, points = method + "+relaxed", better, relaxed
     return TargetCap(
         points=points, method=method, min_quality=quality, qualities={name: pair[0] for name, pair in found.items()}
     )
@@ -157,8 +174,13 @@ def unwrapped(
     return result, winds
 
 
-def worst_corner(points: FloatArray, quads: IntArray, normals: FloatArray | None) -> float:
-    """Worst sine of the quads' corners about the `normals` (n, 3) at the nodes, or about each quad's own normal."""
+def worst_corner(
+    points: FloatArray, quads: IntArray, normals: FloatArray | None, counted: np.ndarray | None = None
+) -> float:
+    """Worst sine of the quads' corners about the `normals` (n, 3) at the nodes, or about each quad's own normal.
+
+    `counted` (q, 4) says which corners count; all where not given.
+    """
     corners = points[quads]
     following, preceding = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     if normals is None:
@@ -167,7 +189,7 @@ def worst_corner(points: FloatArray, quads: IntArray, normals: FloatArray | None
     else:
         about = normals[quads]
     sines = np.einsum("qci,qci->qc", np.cross(_unit(following), _unit(preceding)), about)
-    return float(np.min(sines, initial=1.0))
+    return float(np.min(sines if counted is None else sines[counted], initial=1.0))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
@@ -175,9 +197,9 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
 
 
-def _sweep_normals(uv: FloatArray, surface: Surface, points: FloatArray, quads: IntArray) -> FloatArray:
-    """Normals of the surface at `uv`, on the side that most of the quads' area turns to."""
-    across_u, across_v = surface.derivatives(uv)
+def _sweep_normals(points: FloatArray, quads: IntArray, surface: Surface, uv: FloatArray | None = None) -> FloatArray:
+    """Normals of the surface at its `points`, on the side that most of the quads' area turns to."""
+    across_u, across_v = surface.derivatives(surface.project(points) if uv is None else uv)
     normals = _unit(np.cross(across_u, across_v))
     corners = points[quads]
     areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
@@ -188,12 +210,49 @@ def _sweep_normals(uv: FloatArray, surface: Surface, points: FloatArray, quads: 
 def _plane_image(points: FloatArray, loops: Sequence[IntArray]) -> FloatArray:
     """Coordinates (n, 2) in the plane across the pseudo-normal."""
     nodes = np.concatenate(loops)
-    ring = points[nodes]
-    rows = [np.arange(s.start, s.stop) for s in loop_slices(loops)]
-    normal = pseudo_normal(ring, rows)
-    axis = np.linalg.svd(ring - ring.mean(axis=0))[2][0]
+    return np.asarray((points - points[nodes].mean(axis=0)) @ _plane_frame(points[nodes], loops)[:2].T)
+
+
+def _plane_frame(ring: FloatArray, loops: Sequence[IntArray]) -> FloatArray:
+    """Two unit vectors across the pseudo-normal of the ring, and it: the rows of a right-handed frame."""
+    normal = pseudo_normal(ring, [np.arange(s.start, s.stop) for s in loop_slices(loops)])
+    axis = np.linalg.svd(ring - ring.mean(axis=0), full_matrices=False)[2][0]
     axis = _unit(axis - (axis @ normal) * normal)
-    return np.asarray((points - ring.mean(axis=0)) @ np.stack([axis, np.cross(normal, axis)], axis=1))
+    return np.stack([axis, np.cross(normal, axis), normal])
+
+
+def _relaxed(
+    points: FloatArray, source: FloatArray, quads: IntArray, loops: Sequence[IntArray], surface: Surface
+) -> FloatArray | None:
+    """The cap with its inner nodes moved along the surface; None where the cap is no graph over its ring's plane."""
+    nodes = np.concatenate(loops)
+    frame = _plane_frame(points[nodes], loops)
+    center = points[nodes].mean(axis=0)
+    lengths = rectangles(source, quads)
+    for _ in range(_RELAXATIONS):
+        normals = _sweep_normals(points, quads, surface) @ frame.T
+        if float(np.min(normals[:, 2])) < _STEEP:
+            return None
+        slopes = -normals[:, :2] / normals[:, 2:]
+        y = (points - center) @ frame[:2].T
+        moved = relax_plane(y, quads, nodes, lengths=lengths, metric=_graph_metric(slopes[quads].mean(axis=1)))
+        steps = moved - y
+        lifted = np.c_[steps, np.einsum("ij,ij->i", steps, slopes)]
+        placed = surface.evaluate(surface.project(points + lifted @ frame))
+        if not np.isfinite(placed).all():
+            return None
+        placed[nodes] = points[nodes]
+        points = placed
+        if not slopes.any():
+            break
+    return points
+
+
+def _graph_metric(slopes: FloatArray) -> FloatArray:
+    """Matrices (q, 2, 2) that take steps in the plane to steps on a graph with the given slopes (q, 2)."""
+    squares = np.einsum("qi,qi->q", slopes, slopes)
+    stretch = (np.sqrt(1.0 + squares) - 1.0) / np.where(squares > 0.0, squares, 1.0)
+    return np.eye(2) + stretch[:, None, None] * slopes[:, :, None] * slopes[:, None, :]
 
 
 def _parametric_uv(

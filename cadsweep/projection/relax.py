@@ -1,0 +1,171 @@
+"""An injective map of a quad mesh with a fixed boundary: unfold it, then even it out.
+
+Place in the flow: :mod:`.target` calls it where the carried cap has poor or folded quads.
+
+Method. Every corner of every quad is a small linear map J from an ideal rectangle, with the edge lengths of the
+source's quad, to the cap. The energy ``sum (tr(J^T J) / 2 + w (1 + det^2) / 2) / chi(det)`` is least for
+right angles and even sizes; ``chi = (det + sqrt(eps^2 + det^2)) / 2`` tends to det from above zero, so a folded
+mesh has a finite energy, which grows without bound as eps falls (Garanzha, Kaporin, Kudryavtseva, Protais, Ray,
+Sokolov, "Foldover-free maps in 50 lines of code", 2021). Once nothing is folded a power of the corner energies goes on
+to lift the worst ones. On a curved surface J is taken in the surface's own metric, quad by quad.
+
+Not handled: a boundary that is itself folded, or crosses itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from scipy import sparse
+from scipy.sparse import linalg as sparse_linalg
+
+from ..topology import FloatArray, IntArray
+from .descent import minimise
+
+AREA_WEIGHT = 0.1
+"""w above: how much even sizes count against right angles."""
+POWER = 4.0
+"""Of the corner energies in the last stage."""
+
+
+def rectangles(points: FloatArray, quads: IntArray) -> FloatArray:
+    """Edge lengths (q, 2) of each quad's ideal rectangle: means of its opposite edges."""
+    edges = np.linalg.norm(np.roll(points[quads], -1, axis=1) - points[quads], axis=2)
+    lengths = 0.5 * (edges[:, :2] + edges[:, 2:])
+    return np.maximum(lengths, 1e-3 * lengths.mean())
+
+
+def relax_plane(
+    y: FloatArray,
+    quads: IntArray,
+    fixed: IntArray,
+    *,
+    lengths: FloatArray,
+    metric: FloatArray | None = None,
+    n_rounds: int = 40,
+) -> FloatArray:
+    """Move the nodes that are not `fixed` until no quad is folded and the worst corners are as good as they get.
+
+    Parameters
+    ----------
+    y : (n, 2) float64
+        Plane coordinates.
+    quads : (q, 4) int64
+        Counter-clockwise.
+    fixed : int64 array
+    lengths : (q, 2) float64
+        Edge lengths of the ideal rectangles, in any unit.
+    metric : (q, 2, 2) float64, optional
+        Per quad the matrix that takes plane steps to steps on the surface.
+    n_rounds : int
+        Rounds of unfolding, at most.
+
+    Returns
+    -------
+    (n, 2) float64
+    """
+    free = np.setdiff1d(np.unique(quads), fixed)
+    if not len(free):
+        return y
+    metrics = np.broadcast_to(np.eye(2), (len(quads), 2, 2)) if metric is None else metric
+    metrics = np.ascontiguousarray(metrics)
+    # Areas of ideal rectangles add up to the area there is, whatever the unit.
+    area = abs(float(_signed_areas(y, quads, metrics).sum()))
+    ideal = lengths * np.sqrt(area / np.prod(lengths, axis=1).sum()) if area > 0.0 else lengths
+    ideal = np.ascontiguousarray(ideal)
+    solve = _laplacian_solver(quads, free, len(y))
+    moved = y.copy()
+    state = {"eps": 1.0, "power": 1.0}
+
+    def energy(x: FloatArray) -> tuple[float, FloatArray]:
+        moved[free] = x
+        gradient = np.zeros_like(moved)
+        value = _corner_energies(moved, quads, ideal, metrics, state["eps"], AREA_WEIGHT, state["power"], gradient)
+        return value, gradient[free]
+
+    x = y[free].copy()
+    for _ in range(n_rounds):
+        moved[free] = x
+        worst = _worst_determinant(moved, quads, ideal, metrics)
+        state["eps"] = float(np.sqrt(1e-12 + 0.04 * min(worst, 0.0) ** 2))
+        before, _ = energy(x)
+        x, after = minimise(energy, x, solve, n_steps=30)
+        moved[free] = x
+        if _worst_determinant(moved, quads, ideal, metrics) > 0.0 and after > 0.99 * before:
+            break
+    moved[free] = x
+    if _worst_determinant(moved, quads, ideal, metrics) > 0.0:
+        state["eps"], state["power"] = 0.0, POWER
+        x, _ = minimise(energy, x, solve, n_steps=60)
+    result = y.copy()
+    result[free] = x
+    return result
+
+
+def _laplacian_solver(quads: IntArray, free: IntArray, n_nodes: int):  # type: ignore[no-untyped-def]
+    starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    pairs = sparse.coo_matrix((np.ones(len(starts)), (starts, ends)), shape=(n_nodes, n_nodes)).tocsr()
+    pairs = pairs + pairs.T
+    laplacian = (sparse.diags(np.asarray(pairs.sum(axis=1)).ravel()) - pairs).tocsr()
+    system = laplacian[free][:, free].tocsc()
+    factor = sparse_linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    return lambda rhs: factor.solve(np.ascontiguousarray(rhs))
+
+
+def _signed_areas(y: FloatArray, quads: IntArray, metrics: FloatArray) -> FloatArray:
+    p = y[quads]
+    a, b = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    return np.asarray(0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * np.linalg.det(metrics))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _worst_determinant(y, quads, ideal, metrics):  # type: ignore[no-untyped-def]  # pragma: no cover
+    worst = np.inf
+    for q in range(quads.shape[0]):
+        det_metric = metrics[q, 0, 0] * metrics[q, 1, 1] - metrics[q, 0, 1] * metrics[q, 1, 0]
+        scale = det_metric / (ideal[q, 0] * ideal[q, 1])
+        for c in range(4):
+            i, j, k = quads[q, c], quads[q, (c + 1) % 4], quads[q, (c + 3) % 4]
+            det = (y[j, 0] - y[i, 0]) * (y[k, 1] - y[i, 1]) - (y[j, 1] - y[i, 1]) * (y[k, 0] - y[i, 0])
+            worst = min(worst, det * scale)
+    return worst
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _corner_energies(y, quads, ideal, metrics, eps, area_weight, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Sum of the powers of all corner energies; adds its gradient to `gradient`.
+
+    With a = M (y_next - y) / l_next, b = M (y_previous - y) / l_previous: J = [a b], det = a x b.
+    """
+    total = 0.0
+    for q in range(quads.shape[0]):
+        m00, m01, m10, m11 = metrics[q, 0, 0], metrics[q, 0, 1], metrics[q, 1, 0], metrics[q, 1, 1]
+        for c in range(4):
+            i, j, k = quads[q, c], quads[q, (c + 1) % 4], quads[q, (c + 3) % 4]
+            s, t = 1.0 / ideal[q, c % 2], 1.0 / ideal[q, (c + 1) % 2]
+            u, v = y[j, 0] - y[i, 0], y[j, 1] - y[i, 1]
+            a0, a1 = (m00 * u + m01 * v) * s, (m10 * u + m11 * v) * s
+            u, v = y[k, 0] - y[i, 0], y[k, 1] - y[i, 1]
+            b0, b1 = (m00 * u + m01 * v) * t, (m10 * u + m11 * v) * t
+            det = a0 * b1 - a1 * b0
+            root = np.sqrt(eps * eps + det * det)
+            if root == 0.0 or (eps == 0.0 and det <= 0.0):
+                return np.inf
+            chi = 0.5 * (det + root) if det > 0.0 else 0.5 * eps * eps / (root - det)
+            top = 0.5 * (a0 * a0 + a1 * a1 + b0 * b0 + b1 * b1) + area_weight * 0.5 * (1.0 + det * det)
+            f = top / chi
+            total += f**power
+            outer = power * f ** (power - 1.0)
+            # d chi / d det = chi / root
+            d_det = outer * (area_weight * det / chi - top / (chi * root))
+            d_a0, d_a1 = outer * a0 / chi + d_det * b1, outer * a1 / chi - d_det * b0
+            d_b0, d_b1 = outer * b0 / chi - d_det * a1, outer * b1 / chi + d_det * a0
+            gj0, gj1 = (m00 * d_a0 + m10 * d_a1) * s, (m01 * d_a0 + m11 * d_a1) * s
+            gk0, gk1 = (m00 * d_b0 + m10 * d_b1) * t, (m01 * d_b0 + m11 * d_b1) * t
+            gradient[j, 0] += gj0
+            gradient[j, 1] += gj1
+            gradient[k, 0] += gk0
+            gradient[k, 1] += gk1
+            gradient[i, 0] -= gj0 + gk0
+            gradient[i, 1] -= gj1 + gk1
+    return total
