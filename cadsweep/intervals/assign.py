@@ -83,7 +83,9 @@ def assign_intervals(
     most = max(wanted.values())
     if most > MOST_SEGMENTS:
         raise InputError(f"size {target_size:g} would divide an edge into {most:.3g} segments: take a larger size")
-    loop_counts = assign_loops(sweep, wanted=wanted, fixed={e: n for e, n in fixed.items() if e not in rails})
+    loop_counts = assign_loops(
+        sweep, wanted=wanted, wished=sizes.keys(), fixed={e: n for e, n in fixed.items() if e not in rails}
+    )
     counts = np.zeros(len(solid.edges), dtype=np.int64)
     for e, n in (rail_counts | loop_counts).items():
         counts[e] = n

@@ -9,7 +9,7 @@ the counts nearest to the wanted ones, in the sum of relative deviations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import pi
 
 import numpy as np
@@ -34,13 +34,17 @@ def loop_edges(sweep: Sweep) -> list[int]:
     return [edge.id for edge in sweep.solid.edges if edge.id not in rails]
 
 
-def assign_loops(sweep: Sweep, *, wanted: dict[int, float], fixed: dict[int, int]) -> dict[int, int]:
+def assign_loops(
+    sweep: Sweep, *, wanted: dict[int, float], wished: Collection[int], fixed: dict[int, int]
+) -> dict[int, int]:
     """Choose the counts of all edges that are not along the sweep.
 
     Parameters
     ----------
     wanted : dict of int to float
         Wanted count of every one of these edges.
+    wished : collection of int
+        Edges whose wanted count is the user's; the others of equal count follow them.
     fixed : dict of int to int
         Demanded counts.
 
@@ -65,7 +69,7 @@ def assign_loops(sweep: Sweep, *, wanted: dict[int, float], fixed: dict[int, int
             continue
         evens = _even_sums(sweep, classes)
         column = {c: j for j, c in enumerate(members)}
-        want = np.array([np.exp(np.mean(np.log([wanted[e] for e in members[c]]))) for c in column])
+        want = np.array([_mean_count(members[c], wanted, wished) for c in column])
         counts = Programme(
             want=want,
             weight=np.array([len(members[c]) for c in column]) / want,
@@ -85,6 +89,12 @@ def assign_loops(sweep: Sweep, *, wanted: dict[int, float], fixed: dict[int, int
     raise SurfaceMeshError(
         f"no counts fit the linking sides along {name_edges(sweep.solid, [members[c][0] for c in sides])}"
     )
+
+
+def _mean_count(members: Sequence[int], wanted: dict[int, float], wished: Collection[int]) -> float:
+    """Geometric mean of the wanted counts of edges that must agree; the user's wishes come first."""
+    leading = [e for e in members if e in wished] or members
+    return float(np.exp(np.mean(np.log([wanted[e] for e in leading]))))
 
 
 def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[int, int], list[dict[int, float]]]:

@@ -25,7 +25,10 @@ from ..topology import FloatArray, Solid
 from .corners import Reading, read_rectangles, why_no_rectangle
 
 STEP_COST = 1e-3
-"""Price of one more class in a band, so that of two equal solutions the smaller one is taken."""
+"""Price of one more class in a band: nothing joins a band that is not needed there."""
+TIE = 0.5
+"""Right angles by which another choice of corners may be worse than the best and is still tried."""
+MAX_SOLUTIONS = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -95,22 +98,22 @@ def find_bands(solid: Solid, *, folded: bool = False) -> BandSearch:
     """
     net = _tie_edges(solid, [read_rectangles(face, folded=folded) for face in solid.faces])
     bands: list[Band] = []
-    taken: set[int] = set()
+    seen: set[frozenset[int]] = set()
     for c in dict.fromkeys(net.of_edge):
-        if c in net.bad or c in taken:
+        if c in net.bad:
             continue
         if c not in net.unclear:
             bands.append(_make_band(net.clear[c], {}, net.readings))
             continue
         settled = _settle(net, c)
-        if settled is None:
+        if not settled:
             face = solid.faces[net.unclear[c][0]]
             net.bad[c] = f"no four corners of {face.label()} agree with its neighbours"
-            continue
-        chosen, states = settled
-        taken |= chosen
-        clear = [crossing for k in sorted(chosen) for crossing in net.clear.get(k, [])]
-        bands.append(_make_band(clear, states, net.readings))
+        for chosen, states in settled:
+            if chosen not in seen:
+                seen.add(chosen)
+                clear = [crossing for k in sorted(chosen) for crossing in net.clear.get(k, [])]
+                bands.append(_make_band(clear, states, net.readings))
     reasons = {e: net.bad[c] for e, c in enumerate(net.of_edge) if c in net.bad}
     return BandSearch(bands=bands, reasons=reasons, readings=net.readings)
 
@@ -189,10 +192,11 @@ def _reach(net: _Net, seed: int) -> tuple[list[int], list[int]]:
     return list(classes), list(faces)
 
 
-def _settle(net: _Net, seed: int) -> tuple[set[int], dict[int, tuple[Reading, int]]] | None:
+def _settle(net: _Net, seed: int) -> list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]]:
     """Choose the states of all faces with several readings, given that class `seed` is along the sweep.
 
-    Returns the classes along the sweep and the chosen state of every such linking side, or None.
+    Returns, cheapest first, the classes along the sweep and the chosen state of every such linking
+    side; more than one where others are about as good, so that no order of the faces decides.
     """
     classes, faces = _reach(net, seed)
     column = {k: j for j, k in enumerate(classes)}
@@ -227,29 +231,38 @@ def _settle(net: _Net, seed: int) -> tuple[set[int], dict[int, tuple[Reading, in
     n_equal = len(rows)
     rows += [dict.fromkeys(pair, 1.0) for pair in pairs]
 
-    on = _solve(cost, column[seed], rows, np.array(right + [1.0] * len(pairs)), n_equal)
-    if on is None:
-        return None
-    picked = {f: state for j, (f, state) in enumerate(states) if state is not None and on[len(classes) + j]}
-    return {k for k in classes if on[column[k]]}, picked
+    bound = np.array(right + [1.0] * len(pairs))
+    low = np.zeros(len(cost))
+    low[column[seed]] = 1.0
+    solutions: list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]] = []
+    best = np.inf
+    while len(solutions) < MAX_SOLUTIONS:
+        on = _solve(np.array(cost), low, rows, bound, n_equal)
+        if on is None or np.array(cost) @ on > best + TIE:
+            break
+        best = min(best, float(np.array(cost) @ on))
+        picked = {f: state for j, (f, state) in enumerate(states) if state is not None and on[len(classes) + j]}
+        solutions.append((frozenset(k for k in classes if on[column[k]]), picked))
+        # leave this very choice of classes out next time
+        rows = [*rows, {column[k]: 1.0 if on[column[k]] else -1.0 for k in classes}]
+        bound = np.append(bound, sum(on[: len(classes)]) - 1.0)
+    return solutions
 
 
 def _solve(
-    cost: list[float], seed: int, rows: list[dict[int, float]], right: FloatArray, n_equal: int
+    cost: FloatArray, low: FloatArray, rows: list[dict[int, float]], bound: FloatArray, n_equal: int
 ) -> npt.NDArray[np.bool_] | None:
-    """Least cost of binary unknowns: the first `n_equal` rows equal their right side, others stay below."""
-    low = np.zeros(len(cost))
-    low[seed] = 1.0
+    """Least cost of binary unknowns: the first `n_equal` rows equal their bound, others stay below."""
     entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
     r, c, v = (np.array(x) for x in zip(*entries, strict=True))
     result = milp(
-        np.array(cost),
+        cost,
         integrality=np.ones(len(cost)),
         bounds=Bounds(low, np.ones(len(cost))),
         constraints=LinearConstraint(
             csr_array((v, (r, c)), shape=(len(rows), len(cost))),
-            np.where(np.arange(len(rows)) < n_equal, right, 0.0),
-            right,
+            np.where(np.arange(len(rows)) < n_equal, bound, -np.inf),
+            bound,
         ),
     )
     return None if result.x is None else result.x > 0.5

@@ -53,8 +53,8 @@ class Limits:
     side_high: float
 
 
-STRICT = Limits(end_low=8.0, end_high=165.0, side_low=120.0, side_high=240.0)
-QUADRANGLE = Limits(end_low=3.0, end_high=177.0, side_low=120.0, side_high=240.0)
+STRICT = Limits(end_low=8.0, end_high=165.0, side_low=130.0, side_high=230.0)
+QUADRANGLE = Limits(end_low=3.0, end_high=177.0, side_low=130.0, side_high=230.0)
 FOLDED = Limits(end_low=3.0, end_high=186.0, side_low=45.0, side_high=315.0)
 
 

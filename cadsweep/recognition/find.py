@@ -26,6 +26,9 @@ from .score import score_layout, score_sweep
 
 log = logging.getLogger(__name__)
 
+POOR = 0.3
+"""Sweeps whose score is below this part of the best one's are given only where a hint asks for them."""
+
 
 @dataclass(kw_only=True, eq=False)
 class Findings:
@@ -77,7 +80,9 @@ def find_sweeps(
     sweeps = found.sweeps
     if not sweeps:
         reasons = explain(solid, found.search, found.failures)
-        raise NotSweepableError(headline(solid, reasons), reasons=[text for _, text in reasons])
+        raise NotSweepableError(headline(solid, reasons), reasons=[reason.text for reason in reasons])
+    if not source and not target:
+        return [s for s in sweeps if s.score >= POOR * sweeps[0].score]
     hinted = [s for s in (_hinted(s, set(source or ()), set(target or ())) for s in sweeps) if s is not None]
     if not hinted:
         wanted = " and ".join(
@@ -85,13 +90,12 @@ def find_sweeps(
             for name, hint in (("source", source), ("target", target))
             if hint
         )
-        reasons = explain(solid, found.search, found.failures)
-        others = "; ".join(_pair(s) for s in sweeps[:4])
         asked = set(source or ()) | set(target or ())
-        first = next((text for f, text in reasons if f in asked), "it is a linking side of every sweep found")
+        reasons = [r for r in explain(solid, found.search, found.failures) if r.face in asked]
+        others = "; ".join(_pair(s) for s in sweeps[:4])
         raise NotSweepableError(
-            f"no sweep has the {wanted}: {first}; the sweeps found are: {others}",
-            reasons=[text for f, text in reasons if f in asked] or [text for _, text in reasons],
+            f"no sweep has the {wanted}: {reasons[0].text}; the sweeps found are: {others}",
+            reasons=[reason.text for reason in reasons],
         )
     return hinted
 
@@ -146,8 +150,8 @@ def search_sweeps(solid: Solid) -> Findings:
                 if isinstance(built, str):
                     found.failures.append((bands, built))
                 else:
-                    found.sweeps.append(replace(built, score=score_sweep(built, score_layout(solid, layout))))
-        found.sweeps.sort(key=lambda s: (-round(s.score, 6), len(s.linking_sides), s.source))
+                    found.sweeps.append(replace(built, score=round(score_sweep(built, score_layout(solid, layout)), 9)))
+        found.sweeps.sort(key=lambda s: (-s.score, len(s.linking_sides), s.source))
         log.debug("%d sweeps from %d bands (folded: %s)", len(found.sweeps), len(search.bands), folded)
         if found.sweeps:
             return found

@@ -8,58 +8,99 @@ agree on one.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..errors import NotSweepableError
-from ..topology import Solid, Sweep
+from ..topology import FloatArray, Solid, Sweep
 from .bands import Band, BandSearch
 from .corners import why_no_rectangle
 from .revolution import find_axis
 
 
-def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[Band], str]]) -> list[tuple[int, str]]:
-    """Return, for every face, why it is no source: ``(face id, one line)``."""
+@dataclass(frozen=True, kw_only=True)
+class Reason:
+    """Why a face is no source.
+
+    Attributes
+    ----------
+    face : int
+    weight : int
+        How far the face came: 0 for a neighbour that is no side, 2 where only the caps are wrong.
+    text : str
+        One line that names the face and what rules it out.
+    """
+
+    face: int
+    weight: int
+    text: str
+
+
+def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[Band], str]]) -> list[Reason]:
+    """Return, for every face, why it is no source."""
     failed: dict[int, str] = {}
     for bands, why in failures:
         for f in bands[0].faces:
             failed.setdefault(f, why)
-    return [(face.id, f"{face.label()}: {_why(solid, face.id, search, failed)}") for face in solid.faces]
+    reasons = []
+    for face in solid.faces:
+        weight, why = _why(solid, face.id, search, failed)
+        reasons.append(Reason(face=face.id, weight=weight, text=f"{face.label()} {why}"))
+    return reasons
 
 
-def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) -> str:
+def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) -> tuple[int, str]:
     face = solid.faces[source]
     neighbours = [(e, solid.edges[e].faces[solid.edges[e].faces[0] == source]) for e in face.edges]
     for _, g in neighbours:
         if not search.readings[g]:
-            return f"cannot be a cap, its neighbour {solid.faces[g].label()} {why_no_rectangle(solid.faces[g])}"
+            side = solid.faces[g]
+            return 0, f"cannot be a cap: its neighbour {side.label()} is no linking side, it {why_no_rectangle(side)}"
     for e, g in neighbours:
         reading = search.readings[g][0]
         k = next(k for k, chain in enumerate(reading.chains) if e in chain)
         rail = reading.chains[(k + 1) % 4][0]
         if rail in search.reasons and len(search.readings[g]) == 1:
-            return f"cannot be a cap, the sweep from it along {solid.faces[g].label()} ends: {search.reasons[rail]}"
+            return (
+                1,
+                f"cannot be a cap: the sweep from it along {solid.faces[g].label()} breaks, {search.reasons[rail]}",
+            )
     for _, g in neighbours:
         if g in failed:
-            return f"is no cap: {failed[g]}"
-    return "is no cap: its neighbours are sides of no common sweep"
+            return 2, f"is no cap: {failed[g]}"
+    return 2, "is no cap: its neighbours are sides of no common sweep"
 
 
-def headline(solid: Solid, reasons: Sequence[tuple[int, str]]) -> str:
+def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
     """One line that says that and why the solid cannot be swept."""
     name = f"'{solid.name}'" if solid.name else "the solid"
     axis = find_axis(solid)
-    if axis is not None:
-        (x, y, z), (a, b, c) = axis
+    if axis is not None and not _on_axis(solid, *axis):
+        point, direction = (", ".join(f"{round(x, 9) + 0.0:.4g}" for x in row) for row in axis)
         return (
-            f"{name} is a solid of revolution about the axis through ({x:.4g}, {y:.4g}, {z:.4g}) along "
-            f"({a:.3g}, {b:.3g}, {c:.3g}) and has no pair of caps; cut it by a plane through the axis into two "
-            "solids, or revolve less than 360 degrees"
+            f"{name} is a closed ring, turned about the axis through ({point}) along ({direction}), and has no caps; "
+            "cut it into two solids by a plane through the axis, or turn it by less than 360 degrees"
         )
-    telling = max(reasons, key=lambda r: solid.faces[r[0]].area)[1]
+    planes = {face.id: face.kind == "plane" for face in solid.faces}
+    telling = max(reasons, key=lambda r: (r.weight, planes[r.face], solid.faces[r.face].area))
+    n = len(reasons)
     return (
-        f"no pair of faces makes {name} a sweep, {len(reasons)} were tried; {telling}; "
-        "cut it into solids that are extrusions, or see 'cadsweep info' for every face"
+        f"no pair of faces makes {name} a sweep ({n} faces were tried as caps); for one, {telling.text}; "
+        "cut it into solids that are extrusions, or see 'cadsweep info' for the other faces"
     )
+
+
+def _on_axis(solid: Solid, point: FloatArray, direction: FloatArray) -> bool:
+    """Whether a solid of revolution reaches its axis: by a vertex, or by a disc around the axis."""
+    away = solid.vertices - point
+    distance = np.linalg.norm(away - np.outer(away @ direction, direction), axis=1)
+    discs = (
+        face.kind == "plane" and len(face.loops) == 1 and abs(face.normal @ direction) > 1.0 - 1e-9
+        for face in solid.faces
+    )
+    return bool(np.min(distance) < 1e-6 * solid.size) or any(discs)
 
 
 def describe(solid: Solid, result: Sequence[Sweep] | NotSweepableError) -> dict[str, list[dict[str, Any]]]:
@@ -111,8 +152,8 @@ def describe(solid: Solid, result: Sequence[Sweep] | NotSweepableError) -> dict[
     caps = {f for sweep in sweeps for f in sweep.source + sweep.target}
     found = search_sweeps(solid)
     rejected = [
-        {"face": f, "reason": text}
-        for f, text in explain(solid, found.search, found.failures)
-        if f not in caps and roles.get(f) is None
+        {"face": reason.face, "reason": reason.text}
+        for reason in explain(solid, found.search, found.failures)
+        if reason.face not in caps
     ]
     return {"faces": faces, "sweeps": rows, "rejected": rejected}

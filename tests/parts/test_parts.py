@@ -1,0 +1,64 @@
+"""Every part of this folder, without a hint: recognised, counted and meshed, or refused with a reason."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+from cadsweep import load, sweep_mesh  # noqa: E402
+from cadsweep.errors import NotSweepableError  # noqa: E402
+from cadsweep.intervals import assign_intervals  # noqa: E402
+from cadsweep.recognition import find_sweeps  # noqa: E402
+
+pytestmark = pytest.mark.cad
+
+HERE = Path(__file__).parent
+SWEEPABLE = sorted((HERE / "sweepable").glob("*.py"))
+UNSWEEPABLE = sorted((HERE / "unsweepable").glob("*.py"))
+
+
+def name_of(path):
+    """Test id."""
+    return path.stem
+
+
+def test_there_are_enough_parts():
+    assert len(SWEEPABLE) >= 40
+    assert len(UNSWEEPABLE) >= 15
+
+
+@pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
+def test_sweepable_part_is_recognised(path):
+    (solid,) = load(path).solids
+    sweeps = find_sweeps(solid)
+    for sweep in sweeps:
+        roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
+        assert sorted(roles) == list(range(len(solid.faces)))
+        found = assign_intervals(sweep)
+        for side in sweep.linking_sides:
+            assert sum(found.counts[e] for e, _ in side.bottom) == sum(found.counts[e] for e, _ in side.top)
+            assert sum(found.counts[e] for e, _ in side.left) == sum(found.counts[e] for e, _ in side.right)
+
+
+@pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
+def test_sweepable_part_is_meshed(path):
+    mesh = sweep_mesh(path)
+    report = mesh.info["quality"]
+    assert report.n_inverted == 0
+    assert report.min_scaled_jacobian > 0
+    assert np.isclose(report.volume, mesh.info["cad_volume"], rtol=0.01)
+
+
+@pytest.mark.parametrize("path", UNSWEEPABLE, ids=name_of)
+def test_unsweepable_part_is_refused_with_reasons(path):
+    part = load(path)
+    (solid,) = part.solids
+    with pytest.raises(NotSweepableError) as caught:
+        find_sweeps(solid)
+    assert "\n" not in str(caught.value)
+    assert len(caught.value.reasons) == len(solid.faces)
+    for face, reason in zip(solid.faces, caught.value.reasons, strict=True):
+        assert reason.startswith(face.label())

@@ -1,0 +1,128 @@
+"""Counts of segments: identities on every sweep, wishes and demands."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from recognition_checks import check_intervals
+from recognition_solids import box, box_with_split_side, plate_with_square_holes, prism, regular, square
+from test_find import SOLIDS
+
+from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.intervals import assign_intervals
+from cadsweep.recognition import find_sweeps
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_counts_fit_on_every_sweep(name):
+    for sweep in find_sweeps(SOLIDS[name]()):
+        check_intervals(sweep, assign_intervals(sweep))
+
+
+@settings(max_examples=40, deadline=None)
+@given(name=st.sampled_from(sorted(SOLIDS)), size=st.floats(0.02, 2.0), layers=st.none() | st.integers(3, 40))
+def test_counts_fit_for_every_size(name, size, layers):
+    sweep = find_sweeps(SOLIDS[name]())[0]
+    found = assign_intervals(sweep, size=min(size, sweep.solid.size), layers=layers)
+    check_intervals(sweep, found)
+    if layers is not None:
+        assert found.n_layers == layers
+
+
+def test_default_makes_some_thousand_hexes():
+    for name, make in SOLIDS.items():
+        sweep = find_sweeps(make())[0]
+        found = assign_intervals(sweep)
+        area = sum(sweep.solid.faces[f].area for f in sweep.source)
+        assert 1e3 <= area / found.size**2 * found.n_layers <= 1e5, name
+
+
+def test_size_is_met_where_it_divides_the_edges():
+    found = assign_intervals(find_sweeps(box(1, 2, 3), source=(0,))[0], size=0.25)
+    assert found.n_layers == 12
+    lengths = [edge.length for edge in box(1, 2, 3).edges]
+    np.testing.assert_array_equal(found.counts, np.round(np.array(lengths) / 0.25))
+
+
+def test_thin_parts_get_two_layers_by_default():
+    assert assign_intervals(find_sweeps(box(100, 100, 0.01), source=(0,))[0]).n_layers == 2
+
+
+@pytest.mark.parametrize(("layers", "spans"), [(12, (4, 2, 6)), (24, (8, 4, 12)), (3, (1, 1, 1)), (6, (2, 1, 3))])
+def test_layers_are_shared_by_length(layers, spans):
+    solid = prism(regular(5), (0.0, 1.0, 1.5, 3.0))
+    sweep = next(s for s in find_sweeps(solid, source=(0,)) if len(s.source) == 1)
+    found = assign_intervals(sweep, layers=layers)
+    assert found.n_layers == layers
+    assert tuple(int(found.counts[span[0]]) for span in sweep.spans[0]) == spans
+    check_intervals(sweep, found)
+
+
+def test_fewer_layers_than_spans_names_the_stations():
+    sweep = find_sweeps(prism(regular(5), (0.0, 1.0, 1.5, 3.0)), source=(0,))[0]
+    with pytest.raises(InputError, match=r"layers=2 is fewer than the 3 spans.*station 1 of edges .*station 2"):
+        assign_intervals(sweep, layers=2)
+
+
+def test_a_split_column_needs_two_layers():
+    sweep = next(s for s in find_sweeps(box_with_split_side()) if {s.source, s.target} == {(0,), (1,)})
+    with pytest.raises(InputError, match="layers=1"):
+        assign_intervals(sweep, layers=1)
+    check_intervals(sweep, assign_intervals(sweep, layers=2))
+
+
+def test_demanded_counts_are_kept():
+    sweep = find_sweeps(plate_with_square_holes(1))[0]
+    edge = sweep.source_loops[1][0][0]
+    found = assign_intervals(sweep, edge_counts={edge: 7, sweep.rails[0]: 5})
+    assert found.counts[edge] == 7
+    assert found.n_layers == 5
+    check_intervals(sweep, found)
+
+
+def test_an_edge_size_changes_its_edge():
+    sweep = find_sweeps(plate_with_square_holes(1))[0]
+    edge = sweep.source_loops[1][0][0]
+    found = assign_intervals(sweep, size=0.5, edge_sizes={edge: 0.1})
+    assert abs(int(found.counts[edge]) - 10) <= 1
+    check_intervals(sweep, found)
+
+
+def test_demands_that_contradict_each_other_name_their_edges():
+    sweep = find_sweeps(plate_with_square_holes(1))[0]
+    edge, _ = sweep.source_loops[1][0]
+    with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*equal counts"):
+        assign_intervals(sweep, edge_counts={edge: 4, sweep.target_edges[edge][0]: 5})
+    odd = {e: 1 for e, _ in sweep.source_loops[1][:-1]} | {sweep.source_loops[1][-1][0]: 2}
+    with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*even"):
+        assign_intervals(sweep, edge_counts=odd)
+    with pytest.raises(InputError, match=f"edge {sweep.rails[0]} "):
+        assign_intervals(sweep, edge_counts={sweep.rails[0]: 3, sweep.rails[1]: 4})
+
+
+@pytest.mark.parametrize("size", [0, -1.0, float("nan"), float("inf"), True, "1", 1e9])
+def test_sizes_that_make_no_sense_are_refused(size):
+    with pytest.raises(InputError, match="size"):
+        assign_intervals(find_sweeps(box())[0], size=size)
+
+
+@pytest.mark.parametrize("layers", [0, -1, 1.5, True, "3", float("nan"), 10**9])
+def test_layers_that_make_no_sense_are_refused(layers):
+    with pytest.raises(InputError, match="layers"):
+        assign_intervals(find_sweeps(box())[0], layers=layers)
+
+
+def test_edges_that_do_not_exist_are_refused():
+    with pytest.raises(InputError, match="no edge 99"):
+        assign_intervals(find_sweeps(box())[0], edge_counts={99: 3})
+
+
+def test_a_size_that_would_never_end_is_refused():
+    with pytest.raises(InputError, match="larger size"):
+        assign_intervals(find_sweeps(box())[0], size=1e-9)
+
+
+def test_counts_scale_with_the_part():
+    small, large = (prism(square(s), (0.0, 3.0 * s)) for s in (1.0, 1000.0))
+    a, b = (assign_intervals(find_sweeps(s)[0]) for s in (small, large))
+    np.testing.assert_array_equal(a.counts, b.counts)
