@@ -19,27 +19,55 @@ import numpy as np
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from ..topology import FloatArray, IntArray
+from .mend import mend_flat_corners
 
 _TRIANGLE, _QUAD = 2, 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """A way for gmsh to make quads: ``Mesh.Algorithm`` and ``Mesh.RecombinationAlgorithm``."""
+    """A way for gmsh to make quads.
+
+    Attributes
+    ----------
+    algorithm, recombination : int
+        gmsh's ``Mesh.Algorithm`` and ``Mesh.RecombinationAlgorithm``.
+    even_loops : bool
+        Whether every loop must have an even number of segments.
+    good_enough : float
+        Worst corner sine, relaxed, from which on no later setting is tried.
+    """
 
     algorithm: int
     recombination: int
     even_loops: bool
+    good_enough: float
 
 
-SETTINGS = (
-    Setting(algorithm=8, recombination=3, even_loops=True),
-    Setting(algorithm=6, recombination=3, even_loops=True),
-    Setting(algorithm=6, recombination=1, even_loops=False),
-    Setting(algorithm=8, recombination=1, even_loops=False),
-    Setting(algorithm=5, recombination=1, even_loops=False),
+_SUBDIVISION = Setting(algorithm=8, recombination=3, even_loops=True, good_enough=0.5)
+_BLOSSOM = Setting(algorithm=6, recombination=1, even_loops=False, good_enough=0.4)
+_OTHERS = (
+    Setting(algorithm=6, recombination=3, even_loops=True, good_enough=0.4),
+    Setting(algorithm=8, recombination=1, even_loops=False, good_enough=0.3),
+    Setting(algorithm=5, recombination=1, even_loops=False, good_enough=0.3),
 )
-"""Cheapest first. Full quads by subdivision, then Blossom."""
+_SMALL_LOOP = 16
+_MANY_ODD_CORNERS = 4
+
+
+def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
+    """Settings in the order in which they are worth trying.
+
+    Full quads by subdivision are several times faster than Blossom on a large cap, but rough where
+    an outline has features as small as its segments: a corner at an odd place is cut off first.
+    """
+    n_odd = 0
+    for loop in loops:
+        after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+        cosine = (after * before).sum(axis=1) / (np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1))
+        n_odd += int((cosine[1::2] > np.cos(np.radians(150))).sum())
+    fine = min(len(loop) for loop in loops) >= _SMALL_LOOP and n_odd <= _MANY_ODD_CORNERS
+    return (_SUBDIVISION, _BLOSSOM, *_OTHERS) if fine else (_BLOSSOM, _SUBDIVISION, *_OTHERS)
 
 
 def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatArray, IntArray]:
@@ -79,7 +107,8 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
     with gmsh_session("cap", options) as gmsh:
         surface = _add_polygon(gmsh, [(loop - origin) / scale for loop in loops])
         gmsh.model.mesh.generate(2)
-        return _read_quads(gmsh, surface, len(boundary), origin, scale)
+        inner, quads = _read_quads(gmsh, surface, len(boundary))
+    return mend_flat_corners(loops, inner * scale + origin, quads)
 
 
 def _add_polygon(gmsh: Any, loops: Sequence[FloatArray]) -> int:
@@ -102,9 +131,7 @@ def _add_polygon(gmsh: Any, loops: Sequence[FloatArray]) -> int:
     return int(surface)
 
 
-def _read_quads(
-    gmsh: Any, surface: int, n_boundary: int, origin: FloatArray, scale: float
-) -> tuple[FloatArray, IntArray]:
+def _read_quads(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, IntArray]:
     types, _, nodes = gmsh.model.mesh.getElements(2, surface)
     found = dict(zip((int(t) for t in types), nodes, strict=True))
     if _QUAD not in found:
@@ -129,13 +156,13 @@ def _read_quads(
     diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]
     if diagonals.sum() < 0:
         quads = quads[:, ::-1]
-    return xy[inner] * scale + origin, np.ascontiguousarray(quads)
+    return xy[inner], np.ascontiguousarray(quads)
 
 
 def _check_border(quads: IntArray, n_boundary: int) -> None:
     """Every border edge of the quads joins boundary nodes: no boundary segment was divided."""
-    edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    unique, uses = np.unique(edges, axis=0, return_counts=True)
-    border = unique[uses == 1]
+    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    keys, uses = np.unique(ends[:, 0] * (np.max(quads) + 1) + ends[:, 1], return_counts=True)
+    border = keys[uses == 1] % (np.max(quads) + 1)
     if (uses > 2).any() or len(border) != n_boundary or (border >= n_boundary).any():
         raise SurfaceMeshError("gmsh changed the boundary of the cap")

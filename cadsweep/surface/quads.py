@@ -20,14 +20,12 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..topology import DirectedEdge, Face, FloatArray, IntArray, Intervals, Sweep
 from .charts import Chart, charts_of
-from .gmsh_quads import SETTINGS, mesh_polygon
+from .gmsh_quads import mesh_polygon, settings_for
 from .relax import relax_quads
 from .transfinite import GOOD_ENOUGH, fill, join_chains
 
 _CORNER = (np.radians(30), np.radians(150))
 _STRAIGHT = (np.radians(150), np.radians(210))
-_GOOD = 0.45
-"""Worst corner sine above which no other setting is tried."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,10 +152,12 @@ class CapBuilder:
                 )
         nodes = [_start_at_corner(ids, loop, face, self.counts) for ids, loop in zip(nodes, loops, strict=True)]
         boundary = np.concatenate(nodes)
+        # A sharp corner between two edges is one quad's corner whatever the mesher does.
+        limit = min((np.sin(a) for loop in loops for a in loop_angles(face, loop) if a < np.pi / 2), default=1.0)
         reasons: list[str] = []
         best: FacePatch | None = None
         for chart in charts_of(face, loops, self.fractions, nodes, known):
-            for setting in SETTINGS:
+            for setting in settings_for(chart.boundary):
                 try:
                     inner, quads = mesh_polygon(chart.boundary, setting)
                 except SurfaceMeshError as error:
@@ -166,7 +166,7 @@ class CapBuilder:
                 patch = self._lift(face, chart, inner, quads, boundary)
                 if best is None or patch.worst > best.worst:
                     best = patch
-                if best.worst >= _GOOD:
+                if best.worst >= min(setting.good_enough, 0.95 * limit):
                     return best
             if best is not None and best.worst >= GOOD_ENOUGH / 2:
                 return best

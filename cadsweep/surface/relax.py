@@ -2,30 +2,47 @@
 
 Place in the flow: ``quads`` calls it on every unstructured cap.
 
-Method: sweeps of Laplacian smoothing with the area-free mean of the neighbours, in the tangent
-plane, brought onto the surface through its parameters. A node keeps its new place only where the
-worst corner of the quads around it does not fall below a floor and below what it was; two
-neighbours never move on each other's account, as moves that spoil a quad together are all undone.
+Method: a few sweeps of Laplacian smoothing, in which no quad falls below both a good value and what
+it was; then the nodes of the worst quads look around themselves for the place where the worst
+corner of their quads is best, nodes that share a quad one after the other. Moves are made in the
+tangent plane and brought onto the surface through its parameters; what does not hold there is
+taken back.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
+from scipy import sparse
 
 from ..topology import FloatArray, IntArray, Surface
 
 _GOOD_CORNER = 0.7
-"""Corner sine above which a node may lose quality for the sake of smoothness."""
-_N_SWEEPS = 12
+"""Corner sine above which a node may lose quality for the sake of smoothness, and none is looked after."""
+_N_SWEEPS = 5
+_N_SEARCHES = 60
+_LEAST_GAIN = 5e-3
+_DIRECTIONS = 8
+_REACHES = (0.4, 0.12, 0.03)
+"""How far a node looks, in lengths of its shortest edge."""
 
 
 def corner_sines(points: FloatArray, quads: IntArray, normals: FloatArray) -> FloatArray:
     """Sines (q, 4) of the corner angles of quads, seen along the nodes' normals (n, 3)."""
-    corners = points[quads]
-    step = np.roll(corners, -1, axis=1) - corners
-    step /= np.maximum(np.linalg.norm(step, axis=2, keepdims=True), 1e-300)
-    cross = np.cross(np.roll(step, 1, axis=1), step)
-    return np.asarray(np.einsum("qcd,qcd->qc", cross, normals[quads]))
+    return _sines_of_corners(points[quads], normals[quads])
+
+
+def _sines_of_corners(corners: FloatArray, normals: FloatArray) -> FloatArray:
+    """Sines (..., 4) at corners (..., 4, 3) with normals (..., 4, 3)."""
+    step = np.roll(corners, -1, axis=-2) - corners
+    step /= np.sqrt(np.maximum(np.einsum("...d,...d->...", step, step), 1e-300))[..., None]
+    back = np.roll(step, 1, axis=-2)
+    ax, ay, az = back[..., 0], back[..., 1], back[..., 2]
+    bx, by, bz = step[..., 0], step[..., 1], step[..., 2]
+    nx, ny, nz = normals[..., 0], normals[..., 1], normals[..., 2]
+    return np.asarray((ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz)
 
 
 def relax_quads(
@@ -43,75 +60,157 @@ def relax_quads(
     -------
     points : (n, 3) float64
     worst : float
-        Least corner sine.
+        Least corner sine; never less than it was.
     """
-    normals = -surface.normals(uv)
-    sines = corner_sines(points, quads, normals)
-    if n_fixed == len(points):
-        return points, float(np.min(sines))
-    neighbours = _mean_matrix(quads, len(points))
-    node_worst = _least_at_nodes(sines, quads, len(points))
-    for _ in range(_N_SWEEPS):
-        moved = points + 0.7 * (neighbours @ points - points)
-        off = moved - points
-        off -= np.einsum("nd,nd->n", off, normals)[:, None] * normals
-        active = np.flatnonzero(np.linalg.norm(off, axis=1) > 1e-3 * _node_sizes(points, quads))
-        active = active[active >= n_fixed]
-        if not len(active):
-            break
-        new_uv, new_points, new_normals = uv.copy(), points.copy(), normals.copy()
-        new_uv[active] = _follow(surface, uv[active], off[active])
-        new_points[active] = surface.evaluate(new_uv[active])
-        new_normals[active] = -surface.normals(new_uv[active])
-        moving = np.zeros(len(points), dtype=bool)
-        moving[active] = True
-        for _undo in range(20):
-            trial = np.where(moving[:, None], new_points, points)
-            trial_normals = np.where(moving[:, None], new_normals, normals)
-            trial_sines = corner_sines(trial, quads, trial_normals)
-            quad_worst = trial_sines.min(axis=1)
-            before = sines.min(axis=1)
-            bad = quad_worst < np.minimum(before, _GOOD_CORNER) - 1e-12
-            # A quad may only fall as far as the worst of its surroundings stood before.
-            bad &= quad_worst < node_worst[quads].min(axis=1) + 1e-9
-            guilty = np.zeros(len(points), dtype=bool)
-            guilty[quads[bad].ravel()] = True
-            if not (guilty & moving).any():
+    state = _State(surface, points, uv, quads, n_fixed)
+    if n_fixed < len(points):
+        state.smooth()
+        state.search()
+    return state.points, float(np.min(state.sines))
+
+
+class _State:
+    """Nodes on their surface, and the corners of their quads."""
+
+    def __init__(self, surface: Surface, points: FloatArray, uv: FloatArray, quads: IntArray, n_fixed: int) -> None:
+        self.surface = surface
+        self.points = points.copy()
+        self.uv = uv.copy()
+        self.quads = quads
+        self.n_fixed = n_fixed
+        self.normals = -surface.normals(uv)
+        self.sines = corner_sines(points, quads, self.normals)
+        slots = np.arange(quads.size)
+        self.uses = sparse.csr_matrix((slots, (quads.ravel(), slots // 4)), shape=(len(points), len(quads)))
+
+    def _quads_of(self, nodes: IntArray) -> IntArray:
+        """Ids of all quads that have one of the nodes."""
+        touched = np.zeros(len(self.points), dtype=bool)
+        touched[nodes] = True
+        return np.flatnonzero(touched[self.quads].any(axis=1))
+
+    def move(self, nodes: IntArray, off: FloatArray, *, singly: bool) -> None:
+        """Move nodes along `off` on the surface, but for those whose quads would suffer.
+
+        Nodes that move `singly` share no quad: the worst quad of each must not get worse. Others may
+        lower no quad below both a good value and what it was.
+        """
+        uv = _follow(self.surface, self.uv[nodes], off)
+        points, normals = self.surface.evaluate(uv), -self.surface.normals(uv)
+        near = self._quads_of(nodes)
+        floor = np.minimum(self.sines[near].min(axis=1), _GOOD_CORNER)
+        if singly:
+            worst = np.full(len(self.points), np.inf)
+            np.minimum.at(worst, self.quads[near], np.broadcast_to(floor[:, None], (len(near), 4)))
+            mine = np.zeros(len(self.points), dtype=bool)
+            mine[nodes] = True
+            floor = np.where(mine[self.quads[near]], worst[self.quads[near]], np.inf).min(axis=1)
+        moving = np.ones(len(nodes), dtype=bool)
+        slot = np.full(len(self.points), -1, dtype=np.int64)
+        slot[nodes] = np.arange(len(nodes))
+        for _ in range(20):
+            new_points, new_normals = self.points.copy(), self.normals.copy()
+            new_points[nodes[moving]], new_normals[nodes[moving]] = points[moving], normals[moving]
+            sines = corner_sines(new_points, self.quads[near], new_normals)
+            bad = sines.min(axis=1) < floor - 1e-12
+            guilty = slot[self.quads[near[bad]]]
+            guilty = guilty[guilty >= 0]
+            if not moving[guilty].any():
+                self.points, self.normals = new_points, new_normals
+                self.uv[nodes[moving]] = uv[moving]
+                self.sines[near] = sines
+                return
+            moving[guilty] = False
+
+    def smooth(self) -> None:
+        """Laplacian smoothing, where it does no harm."""
+        neighbours = _mean_matrix(self.quads, len(self.points))
+        sizes = self._least_edges()
+        for _ in range(_N_SWEEPS):
+            off = 0.7 * (neighbours @ self.points - self.points)
+            off -= np.einsum("nd,nd->n", off, self.normals)[:, None] * self.normals
+            active = np.flatnonzero(np.linalg.norm(off, axis=1) > 0.01 * sizes)
+            active = active[active >= self.n_fixed]
+            if not len(active):
                 break
-            moving &= ~guilty
-        else:
-            break
-        points, normals, sines = trial, trial_normals, trial_sines
-        uv = np.where(moving[:, None], new_uv, uv)
-        node_worst = _least_at_nodes(sines, quads, len(points))
-        if not moving.any():
-            break
-    return points, float(np.min(sines))
+            self.move(active, off[active], singly=False)
+
+    def _least_edges(self) -> FloatArray:
+        sizes = np.full(len(self.points), np.inf)
+        step = np.linalg.norm(self.points[self.quads] - self.points[np.roll(self.quads, -1, axis=1)], axis=2)
+        np.minimum.at(sizes, self.quads, step)
+        np.minimum.at(sizes, np.roll(self.quads, -1, axis=1), step)
+        return sizes
+
+    def search(self) -> None:
+        """Raise the worst quads by looking around each of their nodes."""
+        angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        offsets = np.concatenate([r * circle for r in _REACHES])
+        tired = np.zeros(len(self.points), dtype=bool)  # found nothing, and nothing near has changed since
+        for _ in range(_N_SEARCHES):
+            nodes = self._choose(tired)
+            if not len(nodes):
+                break
+            off, gain = self._best_places(nodes, offsets)
+            found = gain > _LEAST_GAIN
+            tired[nodes[~found]] = True
+            if found.any():
+                moved = nodes[found]
+                self.move(moved, off[found], singly=True)
+                tired[self.quads[self._quads_of(moved)].ravel()] = False
+
+    def _choose(self, tired: npt.NDArray[np.bool_]) -> IntArray:
+        """Free nodes of the worst quads, no two of which share a quad."""
+        worst = self.sines.min(axis=1)
+        bad = np.flatnonzero(worst < _GOOD_CORNER)
+        rank = np.full(len(self.points), np.inf)
+        np.minimum.at(rank, self.quads[bad], np.broadcast_to(worst[bad, None], (len(bad), 4)))
+        rank[: self.n_fixed] = np.inf
+        rank[tired] = np.inf
+        candidates = np.flatnonzero(np.isfinite(rank))
+        if not len(candidates):
+            return candidates
+        order = np.full(len(rank), len(rank), dtype=np.int64)
+        order[candidates[np.lexsort((candidates, rank[candidates]))]] = np.arange(len(candidates))
+        near = self.quads[self._quads_of(candidates)]
+        first = np.full(len(rank), len(rank), dtype=np.int64)
+        np.minimum.at(first, near, np.broadcast_to(order[near].min(axis=1)[:, None], near.shape))
+        return candidates[order[candidates] == first[candidates]]
+
+    def _best_places(self, nodes: IntArray, offsets: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Best of the offsets (m, 3) for each node in its tangent plane, and how much its worst corner gains."""
+        starts, ends = self.uses.indptr[nodes], self.uses.indptr[nodes + 1]
+        degree = int(np.max(ends - starts))
+        at = np.minimum(starts[:, None] + np.arange(degree), (ends - 1)[:, None])
+        around = self.uses.indices[at]  # the last quad again where a node has fewer
+        normals = self.normals[nodes]
+        axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+        first = np.cross(normals, axis)
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(normals, first)
+        quads = self.quads[around]
+        corners = self.points[quads]
+        sizes = np.linalg.norm(np.roll(corners, -1, axis=2) - corners, axis=3).min(axis=(1, 2))
+        off = sizes[:, None, None] * (offsets[:, :1] * first[:, None] + offsets[:, 1:] * second[:, None])
+        mine = quads == nodes[:, None, None]
+        trial = corners[:, None] + np.where(mine[:, None, ..., None], off[:, :, None, None], 0.0)
+        sines = _sines_of_corners(trial, np.broadcast_to(self.normals[quads][:, None], trial.shape))
+        worst = sines.min(axis=(2, 3))
+        best = np.argmax(worst, axis=1)
+        rows = np.arange(len(nodes))
+        gain = worst[rows, best] - self.sines[around].min(axis=(1, 2))
+        return off[rows, best], gain
 
 
-def _mean_matrix(quads: IntArray, n: int):  # type: ignore[no-untyped-def]
+def _mean_matrix(quads: IntArray, n: int) -> Any:
     """Sparse matrix of the mean over the neighbours along quad edges."""
-    from scipy import sparse
-
     i = np.concatenate([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
     j = np.concatenate([np.roll(quads, -1, axis=1).ravel(), quads.ravel()])
     matrix = sparse.csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n))
     matrix.data[:] = 1.0
     degree = np.asarray(matrix.sum(axis=1)).ravel()
     return sparse.diags(1.0 / np.maximum(degree, 1.0)) @ matrix
-
-
-def _least_at_nodes(sines: FloatArray, quads: IntArray, n: int) -> FloatArray:
-    worst = np.full(n, np.inf)
-    np.minimum.at(worst, quads, np.broadcast_to(sines.min(axis=1)[:, None], quads.shape))
-    return worst
-
-
-def _node_sizes(points: FloatArray, quads: IntArray) -> FloatArray:
-    sizes = np.zeros(len(points))
-    step = np.linalg.norm(points[quads] - points[np.roll(quads, -1, axis=1)], axis=2)
-    np.maximum.at(sizes, quads, step)
-    return sizes
 
 
 def _follow(surface: Surface, uv: FloatArray, off: FloatArray) -> FloatArray:

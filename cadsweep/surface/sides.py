@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import SurfaceMeshError
 from ..topology import FloatArray, IntArray, Sweep
 from .layout import Layout, PlacedEdge, PlacedSide
-from .spacing import Fit, divide_like, rescaled
+from .spacing import Fit, divide_lengths, divide_like, image_lengths, rescaled
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
@@ -126,14 +126,15 @@ class RingBuilder:
             return
         linear = self.fit(self.rings[0], self.rings)
         successors = np.concatenate([self.layout.columns(j, 1, n) for j, n in enumerate(self.layout.loop_sizes)])
-        source_chords = self.rings[0, successors] - self.rings[0]
+        chords = (self.rings[0, successors] - self.rings[0])[:, None]
+        lengths = image_lengths(chords, np.eye(3)[None])[0]
+        images = image_lengths(chords, linear)
         for placed, uv in zip(self.layout.sides, blocks, strict=True):
             if placed.height < 2 or placed.width < 2:
                 continue
             block = self.layout.block(placed)
             columns = block[1][0, :-1]
-            rows = block[0][:, 0]
-            wanted = np.stack([divide_like(source_chords[columns][:, None], linear[k]) for k in rows])
+            wanted = divide_lengths(lengths[columns], images[block[0], columns[None]])
             grid = self.rings[block]
             slid = slide_rows(grid, wanted)
             if slid is None:

@@ -129,6 +129,13 @@ def fit_linear_parts(source_ring: FloatArray, rings: FloatArray) -> FloatArray:
     return np.einsum("jb,mbi->mij", inverse, rings - rings.mean(axis=1, keepdims=True))
 
 
+def image_lengths(chords: FloatArray, linear_parts: FloatArray) -> FloatArray:
+    """Lengths (k, n) of the images of n segments (n, m, 3), each of m chords, under k linear parts."""
+    n, m = chords.shape[:2]
+    images = chords.reshape(-1, 3) @ linear_parts.transpose(0, 2, 1)
+    return np.asarray(np.sqrt(np.einsum("kcd,kcd->kc", images, images)).reshape(-1, n, m).sum(axis=2))
+
+
 def divide_like(chords: FloatArray, linear_part: FloatArray | None) -> FloatArray:
     """Arc-length fractions (n + 1,) that divide an edge as the image of the source divides itself.
 
@@ -139,14 +146,24 @@ def divide_like(chords: FloatArray, linear_part: FloatArray | None) -> FloatArra
     linear_part : (3, 3) float64 or None
         Linear part of the affine map; None for the identity.
     """
-    lengths = np.linalg.norm(chords, axis=2).sum(axis=1)
-    if linear_part is not None:
-        image = np.linalg.norm(chords @ linear_part.T, axis=2).sum(axis=1)
-        stretch = image / np.where(lengths > 0, lengths, 1.0)
-        # A map that flattens the source would let nodes fall together.
-        middle = np.median(stretch)
-        if middle > 0:
-            lengths = lengths * np.clip(stretch, _LEAST_STRETCH * middle, _GREATEST_STRETCH * middle)
-    fractions = np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
-    fractions[-1] = 1.0
+    parts = np.eye(3)[None]
+    lengths = image_lengths(chords, parts)
+    images = lengths if linear_part is None else image_lengths(chords, linear_part[None])
+    return divide_lengths(lengths[0], images)[0]
+
+
+def divide_lengths(lengths: FloatArray, images: FloatArray) -> FloatArray:
+    """Fractions (k, n + 1) of rows of image lengths (k, n), answering to the source's lengths (n,).
+
+    A map that flattens the source would let nodes fall together: no segment is stretched much more
+    or less than the mean.
+    """
+    stretch = images.sum(axis=1, keepdims=True) / lengths.sum()
+    flat = stretch <= 0
+    images = np.where(flat, lengths, images)
+    stretch = np.where(flat, 1.0, stretch)
+    images = np.clip(images, _LEAST_STRETCH * stretch * lengths, _GREATEST_STRETCH * stretch * lengths)
+    fractions = np.zeros((len(images), images.shape[1] + 1))
+    np.cumsum(images, axis=1, out=fractions[:, 1:])
+    fractions /= fractions[:, -1:].copy()
     return fractions
