@@ -190,7 +190,7 @@ def _ways_out(expected: Estimate, budget: float, most: float) -> list[str]:
     per_layer = _bytes(0, expected.n_quads, expected.streamed) - BASE_BYTES
     room = budget - _bytes(expected.n_quads, 0, expected.streamed)
     layers = min(most / expected.n_quads, room / per_layer if not expected.streamed else math.inf)
-    if 1 <= layers < expected.n_layers:
+    if 2 <= layers < expected.n_layers:
         ways.append(f"try {_round_down(layers):,} layers")
     return [*ways, "raise the limit"]
 

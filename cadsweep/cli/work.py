@@ -6,6 +6,7 @@ Every function takes ``on_progress``. Nothing here prints.
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +28,7 @@ def mesh_file(
     from ..pipeline import sweep_mesh
 
     if output is not None:
+        output = os.path.abspath(output)  # a script may change the working folder
         check_destination(output)
     if stream:
         from ..pipeline import stream_mesh
@@ -128,6 +130,7 @@ def report_file(source: str, output: str, *, options: dict[str, Any], command: s
     from ..pipeline import sweep_mesh
     from ..report import write_report
 
+    output = os.path.abspath(output)  # a script may change the working folder
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
     on_progress("report", None)
     write_report(mesh, output, command=command)

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from ..errors import WorkerError
 from .progress import ProgressBar
 from .types import Positive
 
@@ -37,6 +38,7 @@ def limits(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def run(
     task: str,
+    source: str,
     *args: Any,
     output: str | None = None,
     timeout: float = DEFAULT_TIMEOUT,
@@ -50,6 +52,8 @@ def run(
     ----------
     task : str
         Name of the function.
+    source : str
+        The file it is about, its first argument.
     output : str or None
         The file that is written, so that what a killed writer leaves beside it goes too.
     timeout : float
@@ -62,12 +66,15 @@ def run(
 
     logging.getLogger("cadsweep").addHandler(logging.NullHandler())
     with ProgressBar(quiet=quiet) as bar:
-        return run_isolated(
-            f"cadsweep.cli.work:{task}",
-            args,
-            kwargs,
-            timeout=timeout,
-            max_memory=free_memory() if max_memory is None else max_memory,
-            on_progress=bar,
-            remove=[] if output is None else leftovers(output),
-        )
+        try:
+            return run_isolated(
+                f"cadsweep.cli.work:{task}",
+                (source, *args),
+                kwargs,
+                timeout=timeout,
+                max_memory=free_memory() if max_memory is None else max_memory,
+                on_progress=bar,
+                remove=[] if output is None else leftovers(output),
+            )
+        except WorkerError as error:  # it cannot know what it was at work on
+            raise WorkerError(f"{source}: {error}", stage=error.stage) from error

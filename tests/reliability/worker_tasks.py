@@ -96,3 +96,25 @@ def litter_and_hang(folder, on_progress):
 
 def where(on_progress):
     return os.getpid(), tempfile.gettempdir(), os.getsid(0), sys.stdin.read()
+
+
+def mesh_many(sources, options, record, on_progress):
+    """Mesh one source after the other, and write down how each ended before the next is begun."""
+    import json
+
+    from cadsweep import sweep_mesh
+    from cadsweep.errors import CadSweepError
+    from cadsweep.quality import check_mesh
+
+    with open(record, "a", encoding="utf-8") as file:
+        for source in sources:
+            try:
+                mesh = sweep_mesh(source, on_progress=on_progress, **options)
+                report = check_mesh(mesh)
+                end = ["mesh" if report.valid else "invalid", "; ".join(report.problems), mesh.n_hexes, report.volume]
+            except CadSweepError as error:
+                end = [type(error).__name__, str(error), 0, 0.0]
+            except Exception as error:
+                end = [f"not named: {type(error).__name__}", str(error), 0, 0.0]
+            file.write(json.dumps(end) + "\n")
+            file.flush()
