@@ -115,7 +115,7 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
     labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80))
     try:
         if _suffix(path) == _FOLDER:
-            labelled = module.outer_only(labelled)
+            labelled = module.with_whole_boundary(labelled)
             with replaced_folder(path, known_files=module.FILES) as folder:
                 module.write_folder(folder, labelled)
                 if verify:
@@ -168,6 +168,8 @@ def read(path: str | PathLike[str]) -> HexMesh:
 def _check(module: ModuleType, mesh: LabelledMesh, back: HexMesh, options: dict[str, Any]) -> None:
     from .compare import all_boundaries, all_parts, check_same
 
+    if hasattr(module, "aligned"):
+        back = module.aligned(mesh, back)
     groups = (
         module.kept_groups(mesh, **options)
         if hasattr(module, "kept_groups")

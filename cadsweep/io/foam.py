@@ -33,6 +33,9 @@ from .text import write_rows
 
 logger = logging.getLogger(__name__)
 
+DEFAULT_PATCH = "defaultFaces"
+"""Name of the boundary's quads that have none, as OpenFOAM's own tools call them."""
+
 FILES = frozenset({"points", "faces", "owner", "neighbour", "boundary", "cellZones", "faceZones", "pointZones", "sets"})
 """What may stand in a folder that is replaced."""
 
@@ -46,25 +49,43 @@ def kept_groups(mesh: LabelledMesh) -> Groups:
     return {**disjoint_boundaries(mesh), **all_boundaries(mesh)}, disjoint_parts(mesh)
 
 
-def outer_only(mesh: LabelledMesh) -> LabelledMesh:
-    """Leave out named quads inside the mesh, which are no patches."""
-    corners = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
-    first, codes = corner_keys(np.concatenate([corners, mesh.quads]))
-    inner = np.bincount(codes[: len(corners)], minlength=len(first))[codes[len(corners) :]] == 2
-    if not inner.any():
-        return mesh
-    logger.warning("%d named quads inside the mesh are no OpenFOAM patches; they are left out", inner.sum())
+def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
+    """Leave out named quads inside the mesh, which are no patches, and give the boundary's quads without a name one.
+
+    Raises
+    ------
+    InputError
+        The mesh is of order 2.
+    """
+    if mesh.hexes.shape[1] != 8:
+        raise InputError("OpenFOAM's cells are of order 1; make the mesh with order=1")
+    sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
+    first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
+    uses = np.bincount(codes[: len(sides)], minlength=len(first))
+    quad_codes = codes[len(sides) :]
+    inner = uses[quad_codes] != 1
+    if inner.any():
+        logger.warning("%d named quads inside the mesh are no OpenFOAM patches; they are left out", inner.sum())
+    unnamed = uses == 1
+    unnamed[quad_codes] = False
+    extra = sides[np.sort(first[unnamed])]
     number = np.cumsum(~inner) - 1
     sets = {name: mesh.faces.named(name) for name in mesh.faces.names}
     sets = {name: number[ids[~inner[ids]]] for name, ids in sets.items()}
-    faces = make_blocks({name: ids for name, ids in sets.items() if len(ids)}, int((~inner).sum()))
-    return replace(mesh, quads=mesh.quads[~inner], faces=faces)
+    n_kept = int((~inner).sum())
+    sets[_distinct_name(DEFAULT_PATCH, mesh.faces.names)] = np.arange(n_kept, n_kept + len(extra))
+    faces = make_blocks({name: ids for name, ids in sets.items() if len(ids)}, n_kept + len(extra))
+    return replace(mesh, quads=np.concatenate([mesh.quads[~inner], extra]), faces=faces)
+
+
+def _distinct_name(name: str, taken: tuple[str, ...]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
 def write_folder(folder: Path, mesh: LabelledMesh) -> None:
     """Write a labelled mesh into an empty folder."""
-    if mesh.hexes.shape[1] != 8:
-        raise InputError("OpenFOAM's cells are of order 1; make the mesh with order=1")
     faces, owner, neighbour, patches = _ordered_faces(mesh)
     note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
     with open(folder / "points", "wb") as stream:
@@ -133,11 +154,9 @@ def _ordered_faces(
     patches: list[tuple[str, tuple[str, ...], int, int]] = []
     listed = [inner]
     start = len(inner)
-    for block, name in [*enumerate(names), (-1, "defaultFaces")]:
+    for block, name in enumerate(names):
         these = outer[patch_of[outer] == block]
-        if len(these) == 0:
-            continue
-        groups = tuple(n for n in mesh.faces.members[block] if n != name) if block >= 0 else ()
+        groups = tuple(n for n in mesh.faces.members[block] if n != name)
         patches.append((name, groups, start, len(these)))
         listed.append(these[np.argsort(of[first[these]], kind="stable")])
         start += len(these)

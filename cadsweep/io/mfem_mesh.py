@@ -131,6 +131,21 @@ def read(stream: BinaryIO) -> HexMesh:
     return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
 
 
+def aligned(mesh: LabelledMesh, back: HexMesh) -> HexMesh:
+    """Number the nodes of a mesh that was read as those of the mesh that was written.
+
+    Curved elements bring their own nodes along, without the mesh's numbers.
+    """
+    if back.hexes.shape[1] == 8 or back.hexes.shape != mesh.hexes.shape or len(back.points) != len(mesh.points):
+        return back
+    number = np.empty(len(back.points), dtype=np.int64)
+    number[back.hexes] = mesh.hexes
+    points = np.empty_like(mesh.points)
+    points[number] = back.points
+    boundaries = {name: number[quads] for name, quads in back.boundaries.items()}
+    return HexMesh(points=points, hexes=number[back.hexes], boundaries=boundaries, parts=back.parts)
+
+
 def _cells(text: str, keyword: str, *, geometry: int, width: int) -> IntArray:
     head = re.search(rf"^{keyword}\s+(\d+)[ \t]*\n", text, re.MULTILINE)
     if head is None:

@@ -95,11 +95,12 @@ def test_mfem_has_no_hex20_and_openfoam_no_order_2(tmp_path):
 
 def test_mfem_keeps_the_shape_of_hex27(tmp_path):
     mesh = bent_box(27)
-    io.write(mesh, tmp_path / "part.mesh", verify=False)
+    io.write(mesh, tmp_path / "part.mesh")
     back = io.read(tmp_path / "part.mesh")
     np.testing.assert_array_equal(back.points[back.hexes], mesh.points[mesh.hexes])
     for name, quads in mesh.boundaries.items():
-        np.testing.assert_array_equal(back.points[back.boundaries[name][:, 8]], mesh.points[quads[:, 8]])
+        centres = back.points[back.boundaries[name][:, 8]], mesh.points[quads[:, 8]]
+        np.testing.assert_array_equal(*(np.unique(points, axis=0) for points in centres))
 
 
 @pytest.mark.parametrize("suffix", sorted({s for s, _, _ in FILES} - {".polymesh"}))
