@@ -8,10 +8,10 @@ import pytest
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
-from cadsweep import load, sweep_mesh  # noqa: E402
-from cadsweep.errors import NotSweepableError  # noqa: E402
-from cadsweep.intervals import assign_intervals  # noqa: E402
-from cadsweep.recognition import find_sweeps  # noqa: E402
+from cadsweep import load, sweep_mesh
+from cadsweep.errors import NotSweepableError
+from cadsweep.intervals import assign_intervals
+from cadsweep.recognition import find_sweeps
 
 pytestmark = pytest.mark.cad
 
