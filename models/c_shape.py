@@ -21,7 +21,7 @@ R = 3.0  # radius of the sweep path
 angle = 180.0  # how far the section is turned, degrees
 dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
 
-MIN_SCALED_JACOBIAN = 0.3
+MIN_SCALED_JACOBIAN = 0.5  # of the mesh that the defaults make
 
 
 def domed(face, height):

@@ -21,7 +21,7 @@ bore = 20.0  # diameter of the middle hole, mm
 bolt = 6.0  # diameter of the bolt holes, mm
 margin = 10.0  # of the bolt holes from the edges of the plate, mm
 
-MIN_SCALED_JACOBIAN = 0.3
+MIN_SCALED_JACOBIAN = 0.5  # of the mesh that the defaults make
 
 result = (
     cq.Workplane("XY")

@@ -24,7 +24,7 @@ bend = 0.4  # how far the middles of the target's sides leave its plane
 dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
 n_sections = 13  # sections that the sides are drawn through
 
-MIN_SCALED_JACOBIAN = 0.2
+MIN_SCALED_JACOBIAN = 0.4  # of the mesh that the defaults make
 
 half = side / 2
 corners = [(-half, -half), (half, -half), (half, half), (-half, half)]

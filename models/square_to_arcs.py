@@ -29,7 +29,7 @@ tilt = 40.0  # inclination of the source, degrees
 dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
 n_sections = 5  # sections that the sides are drawn through
 
-MIN_SCALED_JACOBIAN = 0.2
+MIN_SCALED_JACOBIAN = 0.5  # of the mesh that the defaults make
 
 half = side / 2
 inclined = cq.Vector(math.cos(math.radians(tilt)), 0, -math.sin(math.radians(tilt)))

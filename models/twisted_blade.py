@@ -23,7 +23,7 @@ twist = 35.0  # degrees from root to tip
 taper = 0.7  # chord of the tip over that of the root
 n_sections = 6  # sections that the sides are drawn through
 
-MIN_SCALED_JACOBIAN = 0.1
+MIN_SCALED_JACOBIAN = 0.7  # of the mesh that the defaults make
 
 
 def section(t):

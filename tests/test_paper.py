@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +69,7 @@ class TestEveryExample:
     def test_the_normals_of_source_and_rings_look_along_the_sweep(self, sides, name):
         rings = sides[name].rings
         loops = [np.arange(rings.shape[1])]
-        for ring, following in zip(rings, rings[1:], strict=False):
+        for ring, following in pairwise(rings):
             assert pseudo_normal(ring, loops) @ (following - ring).mean(axis=0) > 0
 
     def test_h_keeps_the_dome_upright(self, layers, name):
