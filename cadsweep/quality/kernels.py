@@ -195,8 +195,19 @@ def _measure_warpage(edges, n, out):  # type: ignore[no-untyped-def]
 
 
 @_njit
-def _close_lanes(bernstein, squares, n, out):  # type: ignore[no-untyped-def]
-    """Fill out[6:8] (volume, bound) and mark what is not finite."""
+def _mark_unmeasurable(squares, n, out):  # type: ignore[no-untyped-def]
+    """Set out[0] to -1 where a coordinate is not finite: comparisons with nan lose it on the way."""
+    for q in range(n):
+        total = 0.0
+        for e in range(12):
+            total += squares[e, q]
+        if not total < np.inf:
+            out[0, q] = -1.0
+
+
+@_njit
+def _close_lanes(bernstein, scale, squares, n, out):  # type: ignore[no-untyped-def]
+    """Fill out[6:8] (volume, bound)."""
     for q in range(n):
         total = 0.0
         bound = np.inf
@@ -204,11 +215,9 @@ def _close_lanes(bernstein, squares, n, out):  # type: ignore[no-untyped-def]
             total += bernstein[t, q]
             bound = min(bound, bernstein[t, q])
         out[6, q] = total / 27.0
-        scale = squares[0, q]
-        out[7, q] = bound / scale if scale > 0.0 and scale < np.inf else -1.0
-        if not (out[0, q] >= -1.0 - 1e-9 and out[0, q] <= 1.0 + 1e-9):
-            out[0, q] = -1.0
-            out[7, q] = -1.0
+        usable = scale[q] > 0.0 and scale[q] < np.inf and np.isfinite(total)
+        out[7, q] = bound / scale[q] if usable else -1.0
+    _mark_unmeasurable(squares, n, out)
 
 
 @_njit
@@ -223,7 +232,7 @@ def measure_hexes(points, hexes, out):  # type: ignore[no-untyped-def]
     normals = np.empty((12, 3, _LANES))
     bernstein = np.empty((27, _LANES))
     squares = np.empty((12, _LANES))
-    scale = np.empty((1, _LANES))
+    scale = np.empty(_LANES)
     lanes = np.empty((8, _LANES))
     for first in range(0, m, _LANES):
         n = min(_LANES, m - first)
@@ -234,11 +243,11 @@ def measure_hexes(points, hexes, out):  # type: ignore[no-untyped-def]
             u = max(squares[0, q], squares[1, q], squares[2, q], squares[3, q])
             v = max(squares[4, q], squares[5, q], squares[6, q], squares[7, q])
             w = max(squares[8, q], squares[9, q], squares[10, q], squares[11, q])
-            scale[0, q] = np.sqrt(u * v * w)
-        _least_corner_and_condition(edges, squares, bernstein, n, scale[0], lanes)
+            scale[q] = np.sqrt(u * v * w)
+        _least_corner_and_condition(edges, squares, bernstein, n, scale, lanes)
         _measure_frame(edges, n, lanes)
         _measure_warpage(edges, n, lanes)
-        _close_lanes(bernstein, scale, n, lanes)
+        _close_lanes(bernstein, scale, squares, n, lanes)
         for r in range(8):
             for q in range(n):
                 out[r, first + q] = lanes[r, q]
@@ -268,6 +277,5 @@ def scaled_jacobians_of_hexes(points, hexes, out):  # type: ignore[no-untyped-de
                 value = det / np.sqrt(product) if product > 0.0 else 0.0
                 lanes[0, q] = value if not value >= lanes[0, q] else lanes[0, q]
         _measure_frame(edges, n, lanes)
-        for q in range(n):
-            value = lanes[0, q]
-            out[first + q] = value if value >= -1.0 - 1e-9 and value <= 1.0 + 1e-9 else -1.0
+        _mark_unmeasurable(squares, n, lanes)
+        out[first : first + n] = lanes[0, :n]
