@@ -16,6 +16,9 @@ import numpy as np
 from ..topology import DirectedEdge, FloatArray
 from .curves import EdgeCurve
 
+MIDDLE = -1
+"""Key of the normal in the middle of the face, beside those of its edges."""
+
 _CUSP = 1e-4
 """Below this angle (radians) between the tangents a corner counts as a cusp."""
 
@@ -81,7 +84,11 @@ def corner_angle(
     normals: Mapping[int, FloatArray],
 ) -> float:
     """Interior angle, in [0, 2 pi], between two successive directed edges of a face."""
-    normal = normals[arriving[0]][2 if arriving[1] else 0] + normals[leaving[0]][0 if leaving[1] else 2]
+    ends = normals[arriving[0]][2 if arriving[1] else 0], normals[leaving[0]][0 if leaving[1] else 2]
+    normal = ends[0] + ends[1]
+    if ends[0] @ ends[1] < 0.5:
+        # At an apex the normal is not one: those at the middles of the edges show the face's side.
+        normal = normal + normals[arriving[0]][1] + normals[leaving[0]][1] + normals[MIDDLE][0]
     out = _direction(leaving, curves, at_start=True)
     back = -_direction(arriving, curves, at_start=False)
     angle = _turn(out, back, normal)

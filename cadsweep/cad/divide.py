@@ -13,23 +13,37 @@ from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepTools import BRepTools, BRepTools_ReShape
 from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
 from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.GeomAdaptor import GeomAdaptor_Curve
 from OCP.gp import gp_Vec
+from OCP.GProp import GProp_GProps
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges
 from OCP.TColStd import TColStd_Array1OfReal
+from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
-from .shapes import EDGE, FACE, explore, index_map, subshapes
+from ..errors import CadError
+from .shapes import EDGE, FACE, VERTEX, explore, index_map, subshapes
 from .tracing import Traced
+from .validate import place
 
 
 def divide_closed(traced: Traced) -> list[str]:
-    """Divide closed faces, then closed edges, in place; return a note for each kind of change."""
-    notes = []
+    """Divide closed faces, then closed edges, in place; return a note on what was divided.
+
+    Raises
+    ------
+    CadError
+        A face is closed in a way that could not be divided.
+    """
     old_edges = index_map(traced.shape, EDGE)
     n_faces = len(subshapes(traced.shape, FACE))
+    area = _area(traced.shape)
+    _quarter_whole_surfaces(traced)
     for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
         tool = tool_class(traced.shape)
         tool.SetNbSplitPoints(1)
@@ -37,10 +51,63 @@ def divide_closed(traced: Traced) -> list[str]:
             context = tool.GetContext()
             traced.replace(context.Apply(traced.shape), context.Apply)
     _make_exact(traced.shape, old_edges)
+    _check_divided(traced.shape, area)
     n_new = len(subshapes(traced.shape, FACE)) - n_faces
-    if n_new > 0:
-        notes.append(f"{n_new} closed face{'s' if n_new > 1 else ''} divided in two")
-    return notes
+    return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
+
+
+def _quarter_whole_surfaces(traced: Traced) -> None:
+    """Divide every face that is a whole surface, closed both ways, into four.
+
+    OpenCASCADE's tool loses edges of such a face unless it is a torus.
+    """
+    reshape = BRepTools_ReShape()
+    found = False
+    for face in subshapes(traced.shape, FACE):
+        surface = BRep_Tool.Surface_s(face)
+        uses = [sum(edge.IsSame(other) for other in explore(face, EDGE)) for edge in subshapes(face, EDGE)]
+        if uses != [2, 2]:
+            continue
+        u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+        u, v = (u0 + u1) / 2, (v0 + v1) / 2
+        sewing = BRepBuilderAPI_Sewing(1e-6)
+        for box in ((u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)):
+            # A copy each: on one common surface the edges of two quarters would count as seams.
+            quarter = BRepBuilderAPI_MakeFace(surface.Copy(), *box, 1e-7).Face()
+            sewing.Add(quarter.Oriented(face.Orientation()))
+        sewing.Perform()
+        # In the shell the face stands forward or reversed; the replacement takes that orientation on again.
+        replacement = sewing.SewedShape()
+        if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            replacement = replacement.Reversed()
+        reshape.Replace(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD), replacement)
+        found = True
+    if found:
+        traced.replace(reshape.Apply(traced.shape), reshape.Apply)
+
+
+def _check_divided(shape: Any, area: float) -> None:
+    """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
+    for number, face in enumerate(subshapes(shape, FACE)):
+        uses = [edge for edge in explore(face, EDGE) if not BRep_Tool.Degenerated_s(edge)]
+        for edge in subshapes(face, EDGE):
+            is_seam = sum(edge.IsSame(other) for other in uses) > 1
+            if is_seam or len(subshapes(edge, VERTEX)) < 2:
+                raise CadError(
+                    f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
+                    "Split it in the CAD program, for example by drawing the section in two halves."
+                )
+    if abs(_area(shape) - area) > 1e-3 * area:
+        raise CadError(
+            "dividing the closed faces changed the surface, so OpenCASCADE failed at it. "
+            "Split closed faces in the CAD program."
+        )
+
+
+def _area(shape: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return float(properties.Mass())
 
 
 def _make_exact(shape: Any, old_edges: Any) -> None:

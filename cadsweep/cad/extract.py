@@ -25,7 +25,7 @@ from OCP.TopoDS import TopoDS
 
 from ..errors import CadError
 from ..topology import Edge, Face, FloatArray, Loop, Solid
-from .angles import chain_loops, corner_angles, dihedral_angle
+from .angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
 from .curves import EdgeCurve
 from .face_surface import FaceSurface
 from .geometry import read_curve, read_curve_2d, read_surface, surface_kind
@@ -188,11 +188,13 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
 
 
 def _edge_frames(surface: FaceSurface) -> dict[int, FloatArray]:
-    """For each edge of the face, the outward normals (3, 3) at its start, middle and end."""
+    """For each edge of the face, the outward normals (3, 3) at its start, middle and end; and in the face's middle."""
     numbers = list(surface.curves)
     uv = np.concatenate([surface.edge_uv(e, np.array([0.0, 0.5, 1.0])) for e in numbers])
     normals = surface.normals(uv).reshape(-1, 3, 3)
-    return dict(zip(numbers, normals, strict=True))
+    frames = dict(zip(numbers, normals, strict=True))
+    frames[MIDDLE] = surface.normals(surface.box.mean(axis=0)[None])
+    return frames
 
 
 def _face_loops(

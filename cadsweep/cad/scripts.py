@@ -15,6 +15,7 @@ import sys
 import traceback
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from ..errors import InputError
@@ -25,6 +26,8 @@ logger = logging.getLogger(__name__)
 
 _MOST_LOGGED = 10_000
 """Characters of a script's output that reach the log."""
+
+_MODULE = "__cqgi__"
 
 _TYPES = {
     "NumberParameterType": "number",
@@ -224,11 +227,20 @@ def _captured_output(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _beside(path: Path) -> Iterator[None]:
-    """Let the script import modules from its own folder, as Python would."""
+    """Let the script import modules from its own folder, and find its own, as Python would.
+
+    ``dataclasses`` looks up the module of a class by name, and cqgi runs a script as ``__cqgi__``.
+    """
     folder = str(path.resolve().parent)
     sys.path.insert(0, folder)
+    before = sys.modules.get(_MODULE)
+    sys.modules[_MODULE] = ModuleType(_MODULE)
     try:
         yield
     finally:
         with contextlib.suppress(ValueError):
             sys.path.remove(folder)
+        if before is None:
+            sys.modules.pop(_MODULE, None)
+        else:
+            sys.modules[_MODULE] = before
