@@ -48,8 +48,8 @@ const scene = JSON.parse(document.getElementById("scene").textContent);
 const view = document.getElementById("view");
 const bar = document.getElementById("bar");
 function show(name) {
-  Plotly.restyle(view, {visible: scene.traces.map((t, i) => scene.views[name].includes(i))});
   for (const b of bar.children) b.classList.toggle("on", b.textContent === name);
+  return Plotly.restyle(view, {visible: scene.traces.map((t, i) => scene.views[name].includes(i))});
 }
 for (const name of Object.keys(scene.views)) {
   const button = document.createElement("button");
@@ -58,11 +58,9 @@ for (const name of Object.keys(scene.views)) {
   bar.append(button);
 }
 const buttons = [["toImage", "orbitRotation", "tableRotation", "resetCameraDefault3d"]];
+bar.firstChild.classList.add("on");
 Plotly.newPlot(view, scene.traces, scene.layout, {responsive: true, modeBarButtons: buttons, displaylogo: false})
-  .then(() => {
-    show(Object.keys(scene.views)[0]);
-    document.body.dataset.drawn = "yes";
-  });
+  .then(() => { document.body.dataset.drawn = "yes"; });
 """
 
 
@@ -266,6 +264,8 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         "legend": {"x": 0, "y": 1, "itemsizing": "constant"},
         "uirevision": "same",
     }
+    for i in views["quality"]:
+        traces[i]["visible"] = True
     remark = "Drag to turn, scroll to zoom, click a name in the legend to hide it."
     if not small:
         remark += f" The outside has {len(quads):,} quads: edges and cuts are left out."

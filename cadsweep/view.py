@@ -198,7 +198,7 @@ def add_mesh(
     clip: Clip | None = None,
     show_boundaries: bool = True,
     limits: tuple[float, float] = (0.0, 1.0),
-    show_scale: bool = True,
+    scale: bool | dict[str, Any] = True,
 ) -> None:
     """Draw a mesh in a ``pyvista.Plotter``; the options are those of :func:`plot`.
 
@@ -206,8 +206,8 @@ def add_mesh(
     ----------
     limits : (float, float)
         Ends of the colour scale. What lies below is red: with the default, hexahedra that are inverted.
-    show_scale : bool
-        Draw the colour scale.
+    scale : bool or dict
+        Draw the colour scale, or not; a dict overrides how pyvista draws it.
     """
     if scalars not in (None, "scaled_jacobian", "boundary"):
         raise InputError(f"scalars must be 'scaled_jacobian', 'boundary' or None, not {scalars!r}")
@@ -226,9 +226,9 @@ def add_mesh(
             scalars="scaled_jacobian",
             cmap=_COLORMAP,
             clim=limits,
-            below_color="red" if show_scale else None,
-            show_scalar_bar=show_scale,
-            scalar_bar_args=_SCALE,
+            below_color="red",
+            show_scalar_bar=bool(scale),
+            scalar_bar_args=_SCALE | (scale if isinstance(scale, dict) else {}),
             **style,
         )
     elif scalars == "boundary" and names:

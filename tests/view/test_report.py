@@ -1,0 +1,95 @@
+"""The page about a mesh: whole, self-contained, and drawn by a browser without a complaint."""
+
+import io
+import re
+import sys
+
+import numpy as np
+import pytest
+from blocks import twisted_block
+from browser import find_browser, opened
+
+from cadsweep.errors import CadSweepError
+from cadsweep.report import mesh_summary_html, write_report
+
+pytest.importorskip("pyvista")
+pytest.importorskip("plotly")
+
+COMMAND = "cadsweep report 'a <b>.step' -o page.html"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    return write_report(twisted_block(), tmp_path_factory.mktemp("report") / "page.html", command=COMMAND)
+
+
+def drawn_share(png):
+    """Share of the pixels that are neither white nor grey."""
+    from PIL import Image
+
+    image = np.asarray(Image.open(io.BytesIO(png)).convert("RGB"), dtype=int)
+    return (np.ptp(image, axis=-1) > 40).mean()
+
+
+def test_the_page_says_what_is_known(page):
+    text = page.read_text(encoding="utf-8")
+    mesh = twisted_block()
+    assert "cadsweep report &#x27;a &lt;b&gt;.step&#x27; -o page.html" in text
+    for words in ("every check passed", f"{mesh.n_hexes:,} of order 1", "lid", "surface", "0.25 s", "Worst hexahedra"):
+        assert words in text
+    assert all(name in text for name in mesh.boundaries)
+    assert list(page.parent.iterdir()) == [page]
+
+
+def test_the_page_names_nothing_to_load(page):
+    # Outside the drawing library's own text there is no address, and no element that would fetch one.
+    text = re.sub(r"<script>.*?</script>", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert not re.search(r"https?://|<(img|iframe|script)[^>]+src=|<link[^>]+stylesheet", text)
+
+
+@pytest.mark.skipif(find_browser() is None, reason="needs Chromium (apt-get install chromium)")
+def test_a_browser_draws_the_page_and_does_not_complain(page, tmp_path):
+    with opened(page.as_uri(), tmp_path) as tab:
+        tab.wait_for("document.body && document.body.dataset.drawn === 'yes'")
+        views = tab.evaluate("Array.from(document.querySelectorAll('#bar button'), b => b.textContent)")
+        assert views == ["quality", "boundaries", "cut across x", "cut across y", "cut across z"]
+        pictures = [tab.picture("#view")]
+        for i in (1, 2):
+            tab.evaluate(f"document.querySelectorAll('#bar button')[{i}].click()")
+            tab.wait_for(f"document.querySelectorAll('#bar button')[{i}].classList.contains('on')")
+            tab.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            pictures.append(tab.picture("#view"))
+        assert [drawn_share(picture) > 0.05 for picture in pictures] == [True] * 3
+        assert len(set(pictures)) == 3
+        assert tab.errors() == []
+        assert [a for a in tab.requests() if not a.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_an_invalid_mesh_says_so():
+    mesh = twisted_block()
+    mesh.points[mesh.hexes[-1, 6]] = mesh.points[mesh.hexes[-1, 0]] - 0.2
+    assert "Not valid" in mesh_summary_html(mesh)
+
+
+def test_a_notebook_shows_a_summary():
+    text = twisted_block()._repr_html_()
+    assert "<svg" in text
+    assert "side_3 (24)" in text  # 4 quads across, 6 layers
+    assert text.count("<div") == text.count("</div>")
+
+
+def test_without_plotly_the_extra_is_named(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "plotly.offline", None)
+    with pytest.raises(CadSweepError, match=r"cadsweep\[view\]"):
+        write_report(twisted_block(), tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_page_that_cannot_be_written_leaves_the_old_one(monkeypatch, tmp_path):
+    place = tmp_path / "page.html"
+    place.write_text("old")
+    monkeypatch.setattr("os.fsync", lambda descriptor: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(CadSweepError, match="No space left"):
+        write_report(twisted_block(), place)
+    assert place.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [place]

@@ -1,0 +1,118 @@
+"""Pictures: the grid is the mesh, a clip keeps whole hexahedra, and a PNG needs no display."""
+
+import sys
+
+import numpy as np
+import pytest
+from blocks import twisted_block
+
+from cadsweep.errors import CadSweepError, InputError
+from cadsweep.quality import scaled_jacobians
+from cadsweep.view import boundary_colors, kept_by_clip, outline, plot, skin
+
+pytest.importorskip("pyvista")
+
+
+def pixels(path):
+    from PIL import Image
+
+    return np.asarray(Image.open(path).convert("RGB"), dtype=int)
+
+
+def colored(image):
+    """Pixels that are neither white nor grey."""
+    return np.ptp(image, axis=-1) > 40
+
+
+class TestGrid:
+    def test_it_is_the_mesh(self):
+        mesh = twisted_block()
+        grid = mesh.to_pyvista()
+        np.testing.assert_array_equal(grid.points, mesh.points)
+        np.testing.assert_array_equal(grid.cells_dict[12], mesh.hexes)
+        np.testing.assert_array_equal(grid.cell_data["scaled_jacobian"], scaled_jacobians(mesh.points, mesh.hexes))
+        assert list(grid.field_data["boundary_names"]) == list(mesh.boundaries)
+
+    def test_its_quality_is_what_vtk_says(self):
+        grid = twisted_block().to_pyvista()
+        theirs = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
+        np.testing.assert_allclose(grid.cell_data["scaled_jacobian"], theirs, atol=1e-12)
+
+    def test_its_skin_is_the_boundaries(self):
+        mesh = twisted_block()
+        surface, owners = skin(mesh)
+        for i, quads in enumerate(mesh.boundaries.values()):
+            assert (owners == i).sum() == len(quads)
+        assert surface.n_cells == sum(map(len, mesh.boundaries.values()))
+
+    def test_a_clip_lays_the_inside_open(self):
+        mesh = twisted_block(turn=0.0)
+        kept = kept_by_clip(mesh, "x")
+        assert kept.sum() == mesh.n_hexes // 2
+        _, owners = skin(mesh, kept)
+        assert (owners == -1).sum() == 4 * 6  # the cut runs between hexahedra: 4 across, 6 layers
+        np.testing.assert_array_equal(kept_by_clip(mesh, "-x"), ~kept)
+
+    @pytest.mark.parametrize(
+        "clip", ["w", "xy", 3, ((0, 0, 0), (0, 0, 0)), ((1, 0), (0, 0)), ((np.nan, 0, 1), (0, 0, 0))]
+    )
+    def test_a_clip_that_is_no_plane_is_refused(self, clip):
+        with pytest.raises(InputError, match="clip"):
+            kept_by_clip(twisted_block(), clip)
+
+    def test_the_outline_of_a_patch_is_its_rim(self):
+        mesh = twisted_block(n=4, n_layers=6)
+        assert len(outline(mesh.boundaries["source"])) == 16
+        assert len(outline(mesh.boundaries["side_1"])) == 2 * (4 + 6)
+
+    def test_colours_of_boundaries_differ(self):
+        assert len(set(boundary_colors(24))) == 24
+
+
+class TestPicture:
+    @pytest.mark.parametrize(
+        "options", [{}, {"scalars": "boundary"}, {"clip": "x"}, {"scalars": None, "clip": ((1, 1, 0), (0, 0, 1))}]
+    )
+    def test_a_png_is_drawn_without_a_display(self, tmp_path, monkeypatch, options):
+        monkeypatch.delenv("DISPLAY", raising=False)
+        picture = tmp_path / "block.png"
+        assert twisted_block().plot(screenshot=picture, window_size=(300, 240), **options) == picture
+        image = pixels(picture)
+        assert image.shape == (240, 300, 3)
+        assert (image.min(axis=-1) < 250).mean() > 0.08
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["block.png"]
+
+    def test_an_inverted_hexahedron_is_red(self, tmp_path):
+        mesh = twisted_block()
+        mesh.points[mesh.hexes[-1, 6]] = mesh.points[mesh.hexes[-1, 0]] - 0.2
+        plot(mesh, screenshot=tmp_path / "a.png", show_boundaries=False, window_size=(400, 400))
+        red = np.array([[[1, 0, 0]]])
+        image = pixels(tmp_path / "a.png")
+        assert ((image * red == image).all(axis=-1) & (image[..., 0] > 90)).sum() > 20
+
+    def test_a_picture_that_cannot_be_written_is_an_error(self, tmp_path):
+        with pytest.raises(CadSweepError, match="no_such_folder"):
+            plot(twisted_block(), screenshot=tmp_path / "no_such_folder" / "a.png", window_size=(60, 60))
+
+    def test_options_are_checked(self, tmp_path):
+        with pytest.raises(InputError, match=r"\.png"):
+            plot(twisted_block(), screenshot=tmp_path / "a.bmp")
+        with pytest.raises(InputError, match="'boundary'"):
+            plot(twisted_block(), screenshot=tmp_path / "a.png", scalars="temperature")
+        with pytest.raises(InputError, match="takes every hexahedron away"):
+            plot(twisted_block(), screenshot=tmp_path / "a.png", clip=((0, 0, 1), (0, 0, -9)))
+        assert not list(tmp_path.iterdir())
+
+    def test_without_a_display_a_window_is_refused(self, monkeypatch):
+        if sys.platform != "linux":
+            pytest.skip("other systems always have a display")
+        monkeypatch.delenv("DISPLAY", raising=False)
+        monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+        with pytest.raises(CadSweepError, match="screenshot"):
+            plot(twisted_block())
+
+
+def test_without_pyvista_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(CadSweepError, match=r"cadsweep\[view\]"):
+        twisted_block().to_pyvista()
