@@ -39,6 +39,8 @@ TYPES = {8: "C3D8", 20: "C3D20"}
 POINT_TOLERANCE = 1e-12
 _MAX_NUMBER = 20
 _PER_LINE = 16
+_HEAD = b"** cadsweep"
+_END = b"** end of the mesh"
 
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
@@ -47,7 +49,7 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     if size not in TYPES:
         raise InputError("CalculiX and Abaqus/Standard read no hex27; make the mesh with order=2, nodes=20")
     n = len(mesh.points)
-    stream.write(b"** cadsweep: nodes, elements, node sets and surfaces; to be included in a deck\n*NODE\n")
+    stream.write(_HEAD + b": nodes, elements, node sets and surfaces; to be included in a deck\n*NODE\n")
     numbers = np.array([_number(x) for x in mesh.points.reshape(-1).tolist()], dtype=object).reshape(n, 3)
     write_rows(stream, "%d, %s, %s, %s\n", np.arange(1, n + 1), numbers)
     # 16 entries a line at the most: C3D20 goes over two.
@@ -65,6 +67,7 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         _write_list(stream, f"*NSET, NSET={name}", np.unique(mesh.quads[ids]) + 1)
         stream.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n".encode())
         write_rows(stream, "%d, S%d\n", of[ids] + 1, sides[ids] + 1)
+    stream.write(_END + b"\n")
 
 
 def _number(value: float) -> str:
@@ -85,7 +88,10 @@ def _write_list(stream: BinaryIO, head: str, ids: IntArray) -> None:
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read nodes, hexes, sets and surfaces of a deck."""
-    text = stream.read().decode("utf-8", "replace")
+    content = stream.read()
+    if content.startswith(_HEAD) and _END not in content[-100:]:
+        raise InputError("it is cut short: the end of the mesh is missing")
+    text = content.decode("utf-8", "replace")
     deck = _Deck()
     for keyword, options, body in _blocks(text):
         deck.take(keyword, options, body)

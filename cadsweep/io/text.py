@@ -21,6 +21,8 @@ def write_rows(stream: BinaryIO, row: str, *columns: np.ndarray) -> None:
         Side by side they fill the format.
     """
     n = len(columns[0])
+    if n == 0:
+        return
     flat = [column.reshape(n, -1) for column in columns]
     for start in range(0, n, _CHUNK):
         lists = [list(zip(*part[start : start + _CHUNK].T.tolist(), strict=True)) for part in flat]

@@ -97,6 +97,8 @@ def read(stream: BinaryIO) -> HexMesh:
 def _arrays(root: h5py.Group, group: str) -> dict[str, Any]:
     found = {}
     for name, data in root.get(group, {}).items():
+        if not isinstance(data, h5py.Dataset):
+            continue
         text = h5py.check_string_dtype(data.dtype) is not None
         found[name] = [v.decode() for v in data[:]] if text else data[:]
     return found
