@@ -107,11 +107,15 @@ class FactoredMesh:
         first, last = np.searchsorted(self.moved_nodes, [start * n, stop * n])
         if last > first:
             block.reshape(-1, 3)[self.moved_nodes[first:last] - start * n] = self.moved_points[first:last]
+        return self.to_model(block)
+
+    def to_model(self, points: FloatArray) -> FloatArray:
+        """Bring working points to model units, in place where there is anything to do."""
         if self.scale != 1.0:
-            block *= self.scale
+            points = np.multiply(points, self.scale, out=points)
         if self.offset.any():
-            block += self.offset
-        return block
+            points = np.add(points, self.offset, out=points)
+        return points
 
     def boundaries(self) -> dict[str, IntArray]:
         """Outward boundary quads (m, 4) by name: source, target, sides."""

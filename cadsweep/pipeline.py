@@ -28,7 +28,7 @@ from .options import SweepOptions
 from .projection import project_layers
 from .projection.caps import place_target
 from .quality import CadReference, QualityReport, check_mesh
-from .streaming import SlabChecks, write_slabs
+from .streaming import check_boundary, make_slab_report, write_slabs
 from .topology import FloatArray, Part, Solid, Sweep
 
 log = logging.getLogger(__name__)
@@ -289,9 +289,8 @@ def stream_mesh(
 
 
 def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadReference, run: _Run) -> QualityReport:
-    checks = SlabChecks(factored)
-    write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction), checks=checks)
-    return checks.report(reference)
+    seen = write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
+    return make_slab_report(factored, seen, check_boundary(factored, reference))
 
 
 def _figures(made: _Made) -> dict[str, Any]:

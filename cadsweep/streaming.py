@@ -17,6 +17,7 @@ from .assembly import FactoredMesh
 from .io.slabs import PieceSizes, SlabWriter
 from .mesh import sweep_hexes
 from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report
+from .quality.check import SurfaceFindings
 from .topology import FloatArray, IntArray
 
 SLAB_NODES = 200_000
@@ -56,81 +57,73 @@ def make_slabs(factored: FactoredMesh, *, start: int = 0, stop: int | None = Non
         yield Slab(start=first, stop=last, points=buffer[: last - first + 1])
 
 
-class SlabChecks:
-    """Running checks of a mesh that is made slab by slab."""
+def measure_slab(seen: QualityAccumulator, factored: FactoredMesh, slab: Slab, hexes: IntArray) -> None:
+    """Add a slab's hexahedra, given in its own node numbers, to running metrics."""
+    q = len(factored.structure.quads)
+    seen.add_hexes(slab.points.reshape(-1, 3), hexes, first_hex=slab.start * q, per_layer=q, layer=slab.start)
 
-    def __init__(self, factored: FactoredMesh) -> None:
-        self._factored = factored
-        self._seen = QualityAccumulator()
-        structure = factored.structure
-        self._boundary_points = np.full((factored.n_node_layers, len(np.concatenate(structure.loops)), 3), np.nan)
-        self._hexes = sweep_hexes(structure.quads, structure.n_nodes, 1)
-        self._finite = True
-        self._caps: dict[int, FloatArray] = {}
 
-    def add(self, slab: Slab) -> None:
-        """Measure a slab, and keep its boundary nodes."""
-        structure = self._factored.structure
+def measure(factored: FactoredMesh, *, start: int = 0, stop: int | None = None) -> QualityAccumulator:
+    """Measure the layers of hexahedra `start` to `stop`, without keeping them."""
+    seen, structure = QualityAccumulator(), factored.structure
+    hexes = np.empty((0, 8), dtype=np.int64)
+    for slab in make_slabs(factored, start=start, stop=stop):
         m = slab.stop - slab.start
-        if len(self._hexes) != m * len(structure.quads):
-            self._hexes = sweep_hexes(structure.quads, structure.n_nodes, m)
-        self._finite &= bool(np.isfinite(slab.points).all())
-        self._seen.add_hexes(
-            slab.points.reshape(-1, 3),
-            self._hexes,
-            first_hex=slab.start * len(structure.quads),
-            per_layer=len(structure.quads),
-            layer=slab.start,
-        )
-        ring = np.concatenate(structure.loops)
-        stop = min(slab.stop + 1, self._factored.n_node_layers)
-        self._boundary_points[slab.start : stop] = slab.points[: stop - slab.start, ring]
-        for k in (0, structure.n_layers):
-            if slab.start <= k <= slab.stop:
-                self._caps[k] = slab.points[k - slab.start].copy()
-
-    def report(self, reference: CadReference | None) -> QualityReport:
-        """What all slabs together are."""
-        factored, structure = self._factored, self._factored.structure
-        n, ring = structure.n_nodes, np.concatenate(structure.loops)
-        last = factored.n_node_layers - 1
-        # Boundary nodes get numbers of their own: the rings layer by layer, then what the caps have inside.
-        b = len(ring)
-        inside = np.setdiff1d(np.arange(n), ring) if not structure.periodic else np.empty(0, dtype=np.int64)
-        place_on_ring = np.full(n, -1, dtype=np.int64)
-        place_on_ring[ring] = np.arange(b)
-        place_inside = np.full(n, -1, dtype=np.int64)
-        place_inside[inside] = np.arange(len(inside))
-        first_inside = (last + 1) * b
-
-        def compact(nodes: IntArray) -> IntArray:
-            layer, node = np.divmod(nodes, n)
-            on_cap = first_inside + np.where(layer == 0, 0, len(inside)) + place_inside[node]
-            return np.where(place_on_ring[node] >= 0, layer * b + place_on_ring[node], on_cap)
-
-        boundaries = {name: compact(quads) for name, quads in factored.boundaries().items()}
-        points = self._boundary_points.reshape(-1, 3)
-        if not structure.periodic:
-            points = np.concatenate([points, self._caps[0][inside], self._caps[structure.n_layers][inside]])
-        found = check_surface(
-            points, np.concatenate(list(boundaries.values())), boundaries, cad=reference, volume=self._seen.volume
-        )
-        problems = list(found.problems) if self._finite else ["there are nodes that are not finite", *found.problems]
-        return make_report(
-            self._seen,
-            n_nodes=factored.n_node_layers * n,
-            problems=problems,
-            areas=found.areas,
-            euler=found.euler,
-        )
+        if len(hexes) != m * len(structure.quads):
+            hexes = sweep_hexes(structure.quads, structure.n_nodes, m)
+        measure_slab(seen, factored, slab, hexes)
+    return seen
 
 
-def measure(factored: FactoredMesh, reference: CadReference | None) -> QualityReport:
-    """Check a mesh without writing it."""
-    checks = SlabChecks(factored)
-    for slab in make_slabs(factored):
-        checks.add(slab)
-    return checks.report(reference)
+def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> SurfaceFindings:
+    """Check the whole boundary, which is known from the rings and the caps alone."""
+    structure = factored.structure
+    n, ring = structure.n_nodes, np.concatenate(structure.loops)
+    b, n_rings = len(ring), factored.n_node_layers
+    points = factored.to_model(factored.sweep.rings[:n_rings].copy()).reshape(-1, 3)
+    inside = np.empty(0, dtype=np.int64)
+    if not structure.periodic:
+        inside = np.setdiff1d(np.arange(n), ring)
+        caps = [factored.points(k, k + 1)[0, inside] for k in (0, structure.n_layers)]
+        points = np.concatenate([points, *caps])
+    # Boundary nodes get numbers of their own: the rings layer by layer, then what the caps have inside.
+    on_ring, on_cap = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
+    on_ring[ring] = np.arange(b)
+    on_cap[inside] = n_rings * b + np.arange(len(inside))
+
+    def renumbered(nodes: IntArray) -> IntArray:
+        layer, node = np.divmod(nodes, n)
+        return np.where(on_ring[node] >= 0, layer * b + on_ring[node], on_cap[node] + (layer > 0) * len(inside))
+
+    boundaries = {name: renumbered(quads) for name, quads in factored.boundaries().items()}
+    quads = np.concatenate(list(boundaries.values()))
+    return check_surface(points, quads, boundaries, cad=reference, volume=enclosed_volume(points, quads))
+
+
+def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
+    """Volume inside a closed surface of bilinear quads, exact by the divergence theorem and two Gauss points each way."""
+    a, b, c, d = (points[quads[:, i]] - points[quads[0, 0]] for i in range(4))
+    volume = 0.0
+    for u in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
+        for v in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
+            along_u, along_v = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
+            place = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+            volume += float(np.einsum("ij,ij->", place, np.cross(along_u, along_v))) / 12.0
+    return volume
+
+
+def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:
+    """Join what the slabs and the boundary showed."""
+    problems = list(surface.problems)
+    if not np.isfinite(seen.volume):
+        problems.insert(0, "there are nodes that are not finite")
+    return make_report(
+        seen,
+        n_nodes=factored.n_node_layers * factored.structure.n_nodes,
+        problems=problems,
+        areas=surface.areas,
+        euler=surface.euler,
+    )
 
 
 class BoundaryMarks:
@@ -184,10 +177,8 @@ def open_writer(stream: BinaryIO, factored: FactoredMesh) -> tuple[SlabWriter, B
     return writer, BoundaryMarks(factored, names)
 
 
-def write_slabs(
-    stream: BinaryIO, factored: FactoredMesh, *, on_slab: Callable[[float], None], checks: SlabChecks | None = None
-) -> None:
-    """Write a mesh slab by slab; `checks`, where given, sees every slab that is written.
+def write_slabs(stream: BinaryIO, factored: FactoredMesh, *, on_slab: Callable[[float], None]) -> QualityAccumulator:
+    """Write a mesh slab by slab, and measure it on the way.
 
     Parameters
     ----------
@@ -199,13 +190,13 @@ def write_slabs(
     structure = factored.structure
     n, q = structure.n_nodes, len(structure.quads)
     writer, marks = open_writer(stream, factored)
+    seen = QualityAccumulator()
     hexes = np.empty((0, 8), dtype=np.int64)
     for slab in make_slabs(factored):
         m = slab.stop - slab.start
-        if checks is not None:
-            checks.add(slab)
         if len(hexes) != m * q:
             hexes = sweep_hexes(structure.quads, n, m)
+        measure_slab(seen, factored, slab, hexes)
         numbered = hexes + slab.start * n
         if structure.periodic and slab.stop == structure.n_layers:
             numbered.reshape(m, q, 8)[-1, :, 4:] = structure.quads
@@ -219,3 +210,4 @@ def write_slabs(
         )
         on_slab(slab.stop / structure.n_layers)
     writer.close()
+    return seen
