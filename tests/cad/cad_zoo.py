@@ -1,0 +1,43 @@
+"""Shapes of every kind that a loader meets, built with CadQuery."""
+
+import cadquery as cq
+
+
+def zoo():
+    """Name to Workplane."""
+    w = cq.Workplane
+    bow = [(0, 0), (1, 2), (0, 4)]
+    return {
+        "box": w().box(1, 2, 3),
+        "cylinder": w().cylinder(2, 1),
+        "half_torus": w().circle(2).revolve(180, (5, 0, 0), (5, 1, 0)),
+        "plate_with_holes": w().box(4, 4, 1).faces(">Z").workplane().rarray(1.5, 1.5, 2, 2).hole(1),
+        "tube": w().circle(2).circle(1).extrude(3),
+        "loft": w().rect(1, 1).workplane(offset=3).rect(2, 1).loft(),
+        "round_loft": w().circle(1).workplane(offset=3).ellipse(2, 1).loft(),
+        "twist": w().rect(1, 2).twistExtrude(4, 60),
+        "round_twist": w().center(1, 0).circle(0.4).twistExtrude(4, 60),
+        "fillets": w().box(4, 4, 2).edges("|Z").fillet(0.5).faces(">Z").edges().fillet(0.2),
+        "spline_sweep": w().circle(0.5).sweep(w("XZ").spline(bow)),
+        "cone": w(cq.Solid.makeCone(1, 0, 2)),
+        "frustum": w(cq.Solid.makeCone(1, 0.5, 2)),
+        "mirrored_frustum": w(cq.Solid.makeCone(1, 0.5, 2)).mirror("XY"),
+        "sphere": w().sphere(1),
+        "torus": w(cq.Solid.makeTorus(3, 1)),
+        "oval_ring": w("XZ").center(15, 0).ellipse(4, 2).revolve(360, (-15, 0, 0), (-15, 1, 0)),
+        "dome": w().sphere(1, angle1=0),
+        "wedge": w().rect(2, 1, centered=False).revolve(90, (0, 0, 0), (0, 1, 0)),
+        "closed_spline": w().spline([(0, 0), (2, 0), (2, 1), (0, 2)], periodic=True).close().extrude(2),
+        "revolved_spline": w("XZ")
+        .moveTo(1, 0)
+        .lineTo(2, 0)
+        .spline([(2.5, 1), (1.5, 2)], includeCurrent=True)
+        .lineTo(1, 2)
+        .close()
+        .revolve(120, (0, 0, 0), (0, 1, 0)),
+        "crossing_holes": w().box(4, 4, 4).faces(">Z").workplane().hole(1).faces(">X").workplane().hole(1),
+        "bent_pipe": w().circle(0.5).circle(0.4).sweep(w("XZ").lineTo(0, 2).radiusArc((2, 4), 2).lineTo(4, 4)),
+        "slot": w().slot2D(4, 1).extrude(1),
+        "cup": w().box(4, 4, 4).faces(">Z").shell(0.2),
+        "ellipse": w().ellipse(2, 1).extrude(1),
+    }
