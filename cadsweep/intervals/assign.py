@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..topology import Intervals, Sweep
 from .layers import assign_layers
 from .loops import assign_loops, loop_edges
-from .sizes import TURN_DEFAULT, TURN_SIZED, default_size, path_length, turning, wanted_counts
+from .sizes import TURN_LAYER, TURN_SIZED, default_size, path_length, turning, wanted_counts
 
 log = logging.getLogger(__name__)
 
@@ -67,10 +67,13 @@ def assign_intervals(
     sizes = {_check_edge(sweep, e): _check_size(f"size of edge {e}", s, wide) for e, s in (edge_sizes or {}).items()}
     fixed = {_check_edge(sweep, e): _check_count(f"count of edge {e}", n) for e, n in (edge_counts or {}).items()}
     target_size = default_size(sweep) if size is None else size
-    turn = TURN_DEFAULT if size is None else TURN_SIZED
 
     rails = set(sweep.rails)
-    n_wanted = max(path_length(sweep) / target_size, 2.0 if size is None else 1.0, _rail_turning(sweep) / turn)
+    n_wanted = max(
+        path_length(sweep) / target_size,
+        2.0 if size is None else 1.0,
+        _rail_turning(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
+    )
     rail_wishes = {e: max(1.0, solid.edges[e].length / s) for e, s in sizes.items() if e in rails}
     rail_counts, n_layers = assign_layers(
         sweep,
@@ -79,7 +82,7 @@ def assign_intervals(
         wanted=rail_wishes,
         fixed={e: n for e, n in fixed.items() if e in rails},
     )
-    wanted = wanted_counts(sweep, loop_edges(sweep), target_size, sizes, turn)
+    wanted = wanted_counts(sweep, loop_edges(sweep), target_size, sizes, sized=size is not None)
     most = max(wanted.values())
     if most > MOST_SEGMENTS:
         raise InputError(f"size {target_size:g} would divide an edge into {most:.3g} segments: take a larger size")
