@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import process as current
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any
 
@@ -47,6 +48,17 @@ class _WorkerProcess(SpawnProcess):
 
 
 class WorkerContext(SpawnContext):
-    """The context that ``pebble`` starts workers in."""
+    """The context that ``pebble`` starts one worker in.
 
-    Process = _WorkerProcess  # type: ignore[assignment]
+    Attributes
+    ----------
+    worker : process or None
+        The worker, once it has been made.
+    """
+
+    worker: BaseProcess | None = None
+
+    def Process(self, *args: Any, **kwargs: Any) -> BaseProcess:  # type: ignore[override]  # noqa: N802
+        """Make the worker, under the name by which ``pebble`` looks for it."""
+        self.worker = _WorkerProcess(*args, **kwargs)
+        return self.worker

@@ -10,6 +10,7 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import wait as wait_for_futures
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
@@ -118,33 +119,22 @@ def run_isolated(
             watch.until_done(future, progress, chatter, place)
             return _answer(future, watch, timeout)
         finally:
-            _end(future, place)
+            _end(future, context)
             progress.close()
             chatter.close()
 
 
-def _end(future: Any, place: Workplace) -> None:
-    """Kill what is left of the worker's session and wait until it is gone."""
-    pid = place.worker_pid()
-    if pid is not None:
+def _end(future: Any, context: WorkerContext) -> None:
+    """Kill what is left of the worker and of its session, and wait until it is gone."""
+    pid = context.worker.pid if context.worker is not None else None
+    if pid is None:
+        return
+    for kill in (os.killpg, os.kill) if future is not None and not future.done() else (os.killpg,):
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(pid, signal.SIGKILL)
-    if future is not None and not future.done():
-        future.cancel()
-    # pebble reaps the worker from its own thread; files of a process that still runs would come back.
-    for _ in range(100):
-        if pid is None or not _alive(pid):
-            return
-        time.sleep(0.02)
-
-
-def _alive(pid: int) -> bool:
-    import psutil
-
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
+            kill(pid, signal.SIGKILL)
+    if future is not None:
+        # pebble reaps the worker from its own thread. Cancelling the future instead would race with that.
+        wait_for_futures([future], timeout=10.0)
 
 
 class _Watch:
