@@ -37,11 +37,11 @@ _EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
 class Labels(NamedTuple):
-    """What is known of the parts of a solid besides geometry."""
+    """What is known of the parts of a solid besides geometry; no ``edge_names`` means that no edge has one."""
 
     face_keys: Sequence[str]
     face_names: Sequence[str | None]
-    edge_names: Sequence[str | None]
+    edge_names: Sequence[str | None] = ()
 
 
 def extract_solid(
@@ -75,7 +75,8 @@ def extract_solid(
     )
     n_faces = len(holder.faces)
     if labels is None:
-        labels = Labels([f"face {j}" for j in range(n_faces)], [None] * n_faces, [None] * len(holder.edges))
+        labels = Labels([f"face {j}" for j in range(n_faces)], [None] * n_faces)
+    edge_names = labels.edge_names or [None] * len(holder.edges)
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
     curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
@@ -97,7 +98,7 @@ def extract_solid(
             curve=curves[j],
             uses=uses[j],
             normals=frames,
-            name=labels.edge_names[j],
+            name=edge_names[j],
         )
         for j in range(len(holder.edges))
     )
