@@ -109,7 +109,9 @@ def test_vtk_reads_cgns(tmp_path):
     np.testing.assert_array_equal(grid.points, mesh.points)
     np.testing.assert_array_equal(grid.cells_dict[12], mesh.hexes)
     patches = zone["Patches"]
-    assert {name: patches[name].n_cells for name in patches.keys()} == {n: len(q) for n, q in mesh.boundaries.items()}
+    assert {name: patches[name].n_cells for name in list(patches.keys())} == {
+        n: len(q) for n, q in mesh.boundaries.items()
+    }
 
 
 @pytest.mark.parametrize("nodes", [8, 20, 27])
@@ -127,7 +129,7 @@ def test_vtk_reads_exodus_with_side_sets(tmp_path, nodes):
     np.testing.assert_allclose(seen, mesh.points[mesh.hexes], rtol=1e-6, atol=1e-6)
     assert blocks[0].keys() == ["box"]
     side_sets = blocks["Side Sets"]
-    assert {name: side_sets[name].n_cells for name in side_sets.keys()} == {
+    assert {name: side_sets[name].n_cells for name in list(side_sets.keys())} == {
         n: len(q) for n, q in mesh.boundaries.items()
     }
     if nodes == 8:

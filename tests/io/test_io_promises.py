@@ -198,7 +198,7 @@ def test_a_full_disk_is_said_and_leaves_the_old_file(tmp_path, suffix):
         path = small / f"part{suffix}"
         io.write(box(1, 1, 1), path)
         old = io.read(path).n_hexes
-        with pytest.raises(CadSweepError, match="No space left|write"):
+        with pytest.raises(CadSweepError, match="No space left"):
             io.write(box(20, 20, 20), path)
         assert io.read(path).n_hexes == old
         assert left(small) == [path.name]
@@ -238,11 +238,10 @@ def test_a_file_cut_short_anywhere_is_refused(tmp_path, suffix):
         path.write_bytes(whole[: int(len(whole) * share)])
         try:
             back = io.read(path)
-        except InputError as error:
-            assert "\n" not in str(error)
-        else:
-            np.testing.assert_array_equal(back.hexes, mesh.hexes)
-            np.testing.assert_allclose(back.points, mesh.points, rtol=1e-12)
+        except InputError:
+            continue
+        np.testing.assert_array_equal(back.hexes, mesh.hexes)
+        np.testing.assert_allclose(back.points, mesh.points, rtol=1e-12)
 
 
 @pytest.mark.parametrize("suffix", FILE_SUFFIXES)
