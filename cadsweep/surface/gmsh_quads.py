@@ -20,6 +20,7 @@ from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from ..topology import FloatArray, IntArray
 from .mend import mend_flat_corners
+from .triangles import remove_triangles
 
 _TRIANGLE, _QUAD = 2, 3
 
@@ -89,7 +90,7 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
     Raises
     ------
     SurfaceMeshError
-        A triangle is left, a boundary node is lost, or gmsh failed.
+        A triangle is left that cannot be removed, a boundary node is lost, or gmsh failed.
     """
     if setting.even_loops and any(len(loop) % 2 for loop in loops):
         raise SurfaceMeshError("a boundary loop has an odd number of segments")
@@ -142,30 +143,36 @@ def _add_polygon(gmsh: Any, loops: Sequence[FloatArray]) -> int:
 
 def _read_quads(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, IntArray]:
     types, _, nodes = gmsh.model.mesh.getElements(2, surface)
-    found = dict(zip((int(t) for t in types), nodes, strict=True))
-    if _QUAD not in found:
-        raise SurfaceMeshError("gmsh made no quads")
-    if len(found.get(_TRIANGLE, ())):
-        raise SurfaceMeshError(f"gmsh left {len(found[_TRIANGLE]) // 3} triangles")
-    quads = np.asarray(found[_QUAD], dtype=np.int64).reshape(-1, 4)
+    found = {int(t): np.asarray(n, dtype=np.int64) for t, n in zip(types, nodes, strict=True)}
+    quads = found.get(_QUAD, np.empty(0, dtype=np.int64)).reshape(-1, 4)
+    triangles = found.get(_TRIANGLE, np.empty(0, dtype=np.int64)).reshape(-1, 3)
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     tags = np.asarray(tags, dtype=np.int64)
     xy = np.empty((int(np.max(tags)) + 1, 2))
     xy[tags] = np.asarray(xyz).reshape(-1, 3)[:, :2]
-    used = np.unique(quads)
+    used = np.unique(np.concatenate([quads.ravel(), triangles.ravel()]))
     inner = used[used > n_boundary]
     if len(used) - len(inner) != n_boundary:
         raise SurfaceMeshError(f"gmsh lost {n_boundary - (len(used) - len(inner))} boundary nodes")
     number = np.full(len(xy), -1, dtype=np.int64)
     number[1 : n_boundary + 1] = np.arange(n_boundary)
     number[inner] = n_boundary + np.arange(len(inner))
-    quads = number[quads]
+    points = xy[np.concatenate([np.arange(1, n_boundary + 1), inner])]
+    quads, triangles = _counter_clockwise(points, number[quads]), _counter_clockwise(points, number[triangles])
+    if len(triangles):
+        without = remove_triangles(points, quads, triangles)
+        if without is None:
+            raise SurfaceMeshError(f"gmsh left {len(triangles)} triangles")
+        quads = without
     _check_border(quads, n_boundary)
-    a, b, c, d = (xy[np.concatenate([np.arange(1, n_boundary + 1), inner])][quads[:, j]] for j in range(4))
-    diagonals = (c - a)[:, 0] * (d - b)[:, 1] - (c - a)[:, 1] * (d - b)[:, 0]
-    if diagonals.sum() < 0:
-        quads = quads[:, ::-1]
     return xy[inner], np.ascontiguousarray(quads)
+
+
+def _counter_clockwise(points: FloatArray, cells: IntArray) -> IntArray:
+    """All cells turned over where their areas add up to less than nothing."""
+    x, y = points[cells, 0], points[cells, 1]
+    area = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum()
+    return cells[:, ::-1] if area < 0 else cells
 
 
 def _check_border(quads: IntArray, n_boundary: int) -> None:

@@ -1,4 +1,4 @@
-"""Mending quads that lie with one corner flat on the boundary.
+"""Mending quads that lie with one corner flat on the boundary, or share two edges.
 
 Place in the flow: ``gmsh_quads`` hands every mesh through here before it is relaxed.
 
@@ -52,9 +52,12 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
     n_boundary = len(wanted)
     uses = np.bincount(quads.ravel(), minlength=n_boundary + len(inner))
     flat = np.flatnonzero(angle / np.maximum(uses[:n_boundary], 1) > _FLAT)
-    if not len(flat):
+    doublets = n_boundary + np.flatnonzero(uses[n_boundary:] == 2)
+    if not len(flat) and not len(doublets):
         return inner, quads
     mender = _Mender(quads, wanted)
+    for node in doublets:
+        mender.take_out(int(node))
     for node in flat:
         mender.mend(int(node), float(angle[node]))
     kept: IntArray = np.array([q for q in mender.quads if q is not None], dtype=np.int64)
@@ -109,7 +112,7 @@ class _Mender:
         self._replace(q, hexagon[:4])
         self._replace(other, [hexagon[0], *hexagon[3:]])
         for corner in hexagon:
-            self._take_out(corner)
+            self.take_out(corner)
         return True
 
     def _from(self, q: int, node: int) -> list[int]:
@@ -140,7 +143,7 @@ class _Mender:
             self.of_node[node].add(q)
         self.quads[q] = new
 
-    def _take_out(self, node: int) -> None:
+    def take_out(self, node: int) -> None:
         """Merge the two quads of an inner node that has no more."""
         if node < len(self.wanted) or len(self.of_node[node]) != 2:
             return

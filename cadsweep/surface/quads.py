@@ -182,7 +182,7 @@ class CapBuilder:
         everything = np.concatenate([np.concatenate(self.points)[boundary], points])
         n = len(boundary)
         all_uv = np.concatenate([chart.boundary_uv, uv])
-        everything, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n)
+        everything, _, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n)
         ids = np.concatenate([boundary, self.n_points + np.arange(len(inner), dtype=np.int64)])
         return FacePatch(inner_points=everything[n:], quads=ids[quads], worst=worst)
 

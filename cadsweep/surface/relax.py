@@ -1,6 +1,7 @@
 """Relaxing quads on a surface: the worst corner goes up, or nothing moves.
 
-Place in the flow: ``quads`` calls it on every unstructured cap.
+Place in the flow: ``quads`` calls it on every unstructured cap, ``transfinite`` on a filling that
+comes out badly.
 
 Method: a few sweeps of Laplacian smoothing, in which no quad falls below both a good value and what
 it was; then the nodes of the worst quads look around themselves for the place where the worst
@@ -47,7 +48,7 @@ def _sines_of_corners(corners: FloatArray, normals: FloatArray) -> FloatArray:
 
 def relax_quads(
     surface: Surface, points: FloatArray, uv: FloatArray, quads: IntArray, *, n_fixed: int
-) -> tuple[FloatArray, float]:
+) -> tuple[FloatArray, FloatArray, float]:
     """Relax quads on a surface, seen along the sweep (against the surface's outward normals).
 
     Parameters
@@ -58,7 +59,7 @@ def relax_quads(
 
     Returns
     -------
-    points : (n, 3) float64
+    points, uv : (n, 3), (n, 2) float64
     worst : float
         Least corner sine; never less than it was.
     """
@@ -66,7 +67,7 @@ def relax_quads(
     if n_fixed < len(points):
         state.smooth()
         state.search()
-    return state.points, float(np.min(state.sines))
+    return state.points, state.uv, float(np.min(state.sines))
 
 
 class _State:

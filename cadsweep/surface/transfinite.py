@@ -7,7 +7,7 @@ the face, its blending variables being the arc-length fractions of the chains (t
 two lines that join opposite nodes), so that graded chains stay straight where they should. Where
 that folds or comes out badly shaped, Winslow's equations are solved in the parameter plane (their
 solution does not fold on a square), or the interpolation is done in space and brought onto the
-surface; the best of them by its worst corner is taken.
+surface; the best of them by its worst corner is taken, and relaxed.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from ..topology import FloatArray, Surface
+from .relax import relax_quads
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -120,16 +121,17 @@ def fill(
     points, worst = _on_surface(surface, uv, chains, side)
     if worst >= GOOD_ENOUGH or min(uv.shape[:2]) < 3:
         return points, uv, worst
+    fillings = [(points, uv, worst)]
     for make in (_from_space, _from_winslow):
         other_uv = make(surface, uv, chains, xi, eta)
         if other_uv is None:
             continue
-        other_points, other_worst = _on_surface(surface, other_uv, chains, side)
-        if other_worst > worst + 0.01:
-            points, uv, worst = other_points, other_uv, other_worst
+        points, worst = _on_surface(surface, other_uv, chains, side)
+        fillings.append((points, other_uv, worst))
         if worst >= GOOD_ENOUGH:
-            break
-    return points, uv, worst
+            return fillings[-1]
+    fillings += [_relaxed(surface, points, uv, side) for points, uv, _ in fillings]
+    return max(fillings, key=lambda filling: filling[2])
 
 
 def _on_surface(
@@ -153,6 +155,23 @@ def _from_space(
     out = uv.copy()
     out[1:-1, 1:-1] = surface.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
     return _in_branch_of(surface, out, uv)
+
+
+def _relaxed(surface: Surface, points: FloatArray, uv: FloatArray, side: float) -> tuple[FloatArray, FloatArray, float]:
+    """A filling whose worst corners have been looked after one by one."""
+    shape = uv.shape[:2]
+    inside = np.zeros(shape, dtype=bool)
+    inside[1:-1, 1:-1] = True
+    order = np.argsort(inside.ravel(), kind="stable")  # the border first
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.arange(len(order))
+    ids = number.reshape(shape)
+    quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], axis=-1).reshape(-1, 4)
+    if side < 0:
+        quads = quads[:, ::-1]
+    flat, flat_uv = points.reshape(-1, 3)[order], uv.reshape(-1, 2)[order]
+    flat, flat_uv, worst = relax_quads(surface, flat, flat_uv, quads, n_fixed=int((~inside).sum()))
+    return flat[number].reshape(points.shape), flat_uv[number].reshape(uv.shape), worst
 
 
 def _in_branch_of(surface: Surface, uv: FloatArray, reference: FloatArray) -> FloatArray:

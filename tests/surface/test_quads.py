@@ -1,0 +1,185 @@
+"""Quads on the source cap: the boundary stays, quads alone, and relaxing never lowers the worst."""
+
+import numpy as np
+import pytest
+from surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
+
+from cadsweep.errors import SurfaceMeshError
+from cadsweep.surface import mesh_surfaces
+from cadsweep.surface.mend import mend_flat_corners, wanted_valences
+from cadsweep.surface.relax import corner_sines, relax_quads
+from cadsweep.surface.triangles import remove_triangles
+
+
+def divided(polygon, n):
+    ends = np.roll(polygon, -1, axis=0)
+    s = np.arange(n)[:, None] / n
+    return np.concatenate([a + s * (b - a) for a, b in zip(polygon, ends, strict=True)])
+
+
+def polygon_area(loop):
+    x, y = loop.T
+    return 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+
+
+def quad_areas(points, quads):
+    return sum(polygon_area(points[q]) for q in quads)
+
+
+def check_quads(mesh):
+    """Conforming, counter-clockwise about the sweep direction, its border the loops."""
+    edges = np.sort(np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    unique, uses = np.unique(edges, axis=0, return_counts=True)
+    assert uses.max() <= 2
+    border = {tuple(edge) for edge in unique[uses == 1]}
+    wanted = {tuple(sorted(pair)) for loop in mesh.loops for pair in zip(loop, np.roll(loop, -1), strict=True)}
+    assert border == wanted
+    assert set(np.unique(mesh.quads)) == set(range(len(mesh.points)))
+
+
+def test_a_four_sided_cap_is_a_grid():
+    sweep = polygon_prism([square()], [raised(0), raised(2)])
+    mesh = mesh_surfaces(sweep, count_segments(sweep, [4, 6, 4, 6], 2)).source
+    check_quads(mesh)
+    assert len(mesh.quads) == 24
+    assert (corner_sines(mesh.points, mesh.quads, np.tile([0.0, 0, 1], (len(mesh.points), 1))) > 1 - 1e-12).all()
+    for edge, nodes in mesh.edge_nodes.items():
+        ends = sweep.solid.vertices[[sweep.solid.edges[edge].start, sweep.solid.edges[edge].end]]
+        assert np.array_equal(mesh.points[nodes[[0, -1]]], ends)
+
+
+def test_ring_and_cap_share_their_nodes():
+    sweep = polygon_prism([square()], [raised(0), raised(2, 2 * np.eye(2))])
+    mesh = mesh_surfaces(sweep, count_segments(sweep, 5, 3))
+    assert np.array_equal(mesh.rings[0], mesh.source.points[np.concatenate(mesh.source.loops)])
+
+
+def test_an_l_has_angles_that_the_wanted_valences_count():
+    wanted, angle = wanted_valences([divided(l_shape(), 2)])
+    assert angle[::2] == pytest.approx(polygon_angles(l_shape()))
+    assert wanted.tolist() == [1, 2, 1, 2, 1, 2, 3, 2, 1, 2, 1, 2]
+
+
+def test_a_good_mesh_is_not_mended():
+    loop = divided(square(2.0), 2)
+    quads = np.array([[0, 1, 8, 7], [1, 2, 3, 8], [8, 3, 4, 5], [7, 8, 5, 6]])
+    inner, same = mend_flat_corners([loop], np.zeros((1, 2)), quads)
+    assert np.array_equal(same, quads)
+    assert len(inner) == 1
+
+
+def test_triangles_walk_until_they_meet():
+    n = 6
+    ids = np.arange(n * n).reshape(n, n)
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    points = np.column_stack([x.ravel(), y.ravel()]).astype(float)
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    # The first and the last cell lose a boundary corner each: two triangles, at opposite ends.
+    triangles = np.array([np.roll(quads[0], -1)[:3], np.roll(quads[-1], -3)[:3]])
+    merged = remove_triangles(points, quads[1:-1], triangles)
+    assert merged.shape == (len(quads) - 1, 4)
+    assert quad_areas(points, merged) == pytest.approx((n - 1) ** 2 - 1)
+    edges = np.sort(np.stack([merged, np.roll(merged, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert uses.max() == 2
+    assert (uses == 1).sum() == 4 * (n - 1) - 2
+
+
+def test_one_triangle_alone_finds_no_partner():
+    points = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1], [2, 0.5]])
+    assert remove_triangles(points, np.array([[0, 1, 2, 3]]), np.array([[1, 4, 2]])) is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_relaxing_never_lowers_the_worst_corner_and_keeps_the_boundary(seed):
+    n = 9
+    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n))
+    points = np.column_stack([x.ravel(), y.ravel(), np.zeros(n * n)])
+    ids = np.arange(n * n).reshape(n, n)
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    border = np.concatenate([ids[0], ids[-1], ids[1:-1, 0], ids[1:-1, -1]])
+    inside = np.setdiff1d(ids, border)
+    order = np.concatenate([border, inside])
+    number = np.empty(n * n, dtype=np.int64)
+    number[order] = np.arange(n * n)
+    points, quads = points[order], number[quads]
+    points[len(border) :, :2] += np.random.default_rng(seed).uniform(-0.12, 0.12, (len(inside), 2))
+    plane = Plane(np.zeros(3), [0, 0, -1.0])
+    normals = np.tile([0.0, 0, 1], (n * n, 1))
+    before = corner_sines(points, quads, normals).min()
+    after, _, worst = relax_quads(plane, points, plane.project(points), quads, n_fixed=len(border))
+    assert np.array_equal(after[: len(border)], points[: len(border)])
+    assert worst == pytest.approx(corner_sines(after, quads, normals).min())
+    assert worst >= before
+    assert worst > 0.6
+
+
+def gmsh_quads():
+    pytest.importorskip("gmsh")
+    from cadsweep.surface import gmsh_quads
+
+    return gmsh_quads
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("n_hole", [4, 10, 40])
+def test_polygons_are_meshed_on_their_own_boundary(n_hole):
+    module = gmsh_quads()
+    angles = -2 * np.pi * np.arange(n_hole) / n_hole
+    loops = [divided(square(2.0), 9), 0.4 * np.column_stack([np.cos(angles), np.sin(angles)])]
+    made = 0
+    for setting in module.settings_for(loops):
+        try:
+            inner, quads = module.mesh_polygon(loops, setting)
+        except SurfaceMeshError:
+            continue
+        made += 1
+        points = np.concatenate([*loops, inner])
+        assert quad_areas(points, quads) == pytest.approx(sum(polygon_area(loop) for loop in loops), rel=1e-12)
+        assert set(np.unique(quads)) == set(range(len(points)))
+    assert made >= 2
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("turn", [0, 1])
+def test_no_boundary_node_is_left_with_one_flat_corner(turn):
+    # Subdivision starts from every second node: with nine segments a side it cuts two corners off.
+    module = gmsh_quads()
+    loops = [np.roll(divided(square(2.0), 9), -turn, axis=0)]
+    subdivision = next(s for s in module.settings_for(loops) if s.recombination == 3)
+    _, quads = module.mesh_polygon(loops, subdivision)
+    _, angle = wanted_valences(loops)
+    uses = np.bincount(quads.ravel())[: len(angle)]
+    assert (angle / uses < np.radians(150)).all()
+
+
+@pytest.mark.cad
+def test_the_same_polygon_gives_the_same_bytes():
+    module = gmsh_quads()
+    loops = [divided(l_shape(), 8)]
+    first, second = (module.mesh_polygon(loops, module.settings_for(loops)[0]) for _ in range(2))
+    assert first[0].tobytes() == second[0].tobytes()
+    assert first[1].tobytes() == second[1].tobytes()
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize(("outline", "n_around"), [(l_shape(), 6), (square(3.0), 12), (l_shape(), 7)])
+def test_caps_with_a_hole(outline, n_around):
+    gmsh_quads()
+    hole = 0.3 * square()[::-1] + outline.min(axis=0) + 0.5
+    sweep = polygon_prism([outline, hole], [raised(0), raised(2)])
+    around = [n_around] * len(outline) + [2, 3, 2, 3]
+    mesh = mesh_surfaces(sweep, count_segments(sweep, around, 3)).source
+    check_quads(mesh)
+    normals = np.tile([0.0, 0, 1], (len(mesh.points), 1))
+    assert corner_sines(mesh.points, mesh.quads, normals).min() > 0.3
+    area = polygon_area(outline) + polygon_area(hole)
+    assert quad_areas(mesh.points[:, :2], mesh.quads) == pytest.approx(area, rel=1e-12)
+
+
+@pytest.mark.cad
+def test_an_odd_loop_is_refused_by_name():
+    gmsh_quads()
+    sweep = polygon_prism([l_shape()], [raised(0), raised(2)])
+    with pytest.raises(SurfaceMeshError, match=r"face 6 .* 13 boundary segments; .* even"):
+        mesh_surfaces(sweep, count_segments(sweep, [3, 2, 2, 2, 2, 2], 3))
