@@ -200,6 +200,18 @@ class QualityAccumulator:
             self.worst = tuple(heapq.nsmallest(self._n_worst, (*self.worst, *piece.worst), key=_rank))
         self.n_hexes += len(hexes)
 
+    def merge(self, other: QualityAccumulator) -> None:
+        """Add what another accumulator has seen of the same mesh."""
+        self._counts += other._counts
+        least, largest = self._stats[:, 0], self._stats[:, 1]
+        np.minimum(least, other._stats[:, 0], out=least)
+        np.maximum(largest, other._stats[:, 1], out=largest)
+        self._stats[:, 2:] += other._stats[:, 2:]
+        self._volumes += other._volumes
+        self.n_inverted += other.n_inverted
+        self.n_hexes += other.n_hexes
+        self.worst = tuple(heapq.nsmallest(self._n_worst, (*self.worst, *other.worst), key=_rank))
+
     def _measure(self, points: FloatArray, hexes: IntArray, place: _Place) -> _Piece:
         rows = np.empty((len(kernels.METRICS), len(hexes)))
         kernels.measure_hexes(points, hexes, rows)

@@ -94,7 +94,10 @@ def _with_inner_nodes(nodes: FloatArray) -> FloatArray:
     return np.concatenate([nodes, np.stack(inner, axis=1)], axis=1)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+_njit = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@_njit
 def _binomials(degree):  # type: ignore[no-untyped-def]
     row = np.ones(degree + 1)
     for i in range(1, degree + 1):
@@ -102,121 +105,129 @@ def _binomials(degree):  # type: ignore[no-untyped-def]
     return row
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _column(control, axis, order):  # type: ignore[no-untyped-def]
-    """Derivative along an axis (0: i, 1: j, 2: k), its coefficients times their binomials, and its longest."""
-    n0 = order + (axis != 2)
-    n1 = order + (axis != 1)
-    n2 = order + (axis != 0)
+@_njit
+def _column(controls, h, axis, order, column):  # type: ignore[no-untyped-def]
+    """Fill `column` with the derivative along an axis (0: i, 1: j, 2: k), its coefficients times their binomials.
+
+    Returns the length of the longest coefficient.
+    """
+    n0, n1, n2 = order + (axis != 2), order + (axis != 1), order + (axis != 0)
     b0, b1, b2 = _binomials(n0 - 1), _binomials(n1 - 1), _binomials(n2 - 1)
-    column = np.empty((n0, n1, n2, 3))
     longest = 0.0
     for k in range(n0):
         for j in range(n1):
             for i in range(n2):
                 square = 0.0
                 for c in range(3):
-                    ahead = control[k + (axis == 2), j + (axis == 1), i + (axis == 0), c]
-                    step = order * (ahead - control[k, j, i, c])
+                    ahead = controls[h, k + (axis == 2), j + (axis == 1), i + (axis == 0), c]
+                    step = order * (ahead - controls[h, k, j, i, c])
                     square += step * step
                     column[k, j, i, c] = step * b0[k] * b1[j] * b2[i]
                 longest = max(longest, square)
-    return column, np.sqrt(longest)
+    return np.sqrt(longest)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _jacobian(control, order):  # type: ignore[no-untyped-def]  # noqa: PLR0912
-    """Bernstein coefficients (d + 1, d + 1, d + 1), d = 3 order - 1, of the Jacobian, and its scale."""
-    u, longest_u = _column(control, 0, order)
-    v, longest_v = _column(control, 1, order)
-    w, longest_w = _column(control, 2, order)
-    normal = np.zeros((2 * order + 1, 2 * order, 2 * order, 3))
-    for k in range(order + 1):
-        for j in range(order + 1):
-            for i in range(order):
-                a = u[k, j, i]
-                for kk in range(order + 1):
-                    for jj in range(order):
-                        for ii in range(order + 1):
-                            b = v[kk, jj, ii]
-                            n = normal[k + kk, j + jj, i + ii]
-                            n[0] += a[1] * b[2] - a[2] * b[1]
-                            n[1] += a[2] * b[0] - a[0] * b[2]
-                            n[2] += a[0] * b[1] - a[1] * b[0]
-    size = 3 * order
-    jacobian = np.zeros((size, size, size))
+@_njit
+def _add_products(u, v, order, normal):  # type: ignore[no-untyped-def]
+    """Fill `normal` with the coefficients of u x v, times their binomials."""
     for k in range(2 * order + 1):
         for j in range(2 * order):
             for i in range(2 * order):
-                n = normal[k, j, i]
-                for kk in range(order):
-                    for jj in range(order + 1):
-                        for ii in range(order + 1):
-                            b = w[kk, jj, ii]
-                            jacobian[k + kk, j + jj, i + ii] += n[0] * b[0] + n[1] * b[1] + n[2] * b[2]
-    row = _binomials(size - 1)
-    for k in range(size):
-        for j in range(size):
-            for i in range(size):
-                jacobian[k, j, i] /= row[k] * row[j] * row[i]
-    return jacobian, longest_u * longest_v * longest_w
+                normal[k, j, i, 0] = normal[k, j, i, 1] = normal[k, j, i, 2] = 0.0
+    for a in range((order + 1) * (order + 1) * order):
+        k, j, i = a // order // (order + 1), a // order % (order + 1), a % order
+        for b in range((order + 1) * order * (order + 1)):
+            kk, jj, ii = b // (order + 1) // order, b // (order + 1) % order, b % (order + 1)
+            for c in range(3):
+                d, e = (c + 1) % 3, (c + 2) % 3
+                normal[k + kk, j + jj, i + ii, c] += u[k, j, i, d] * v[kk, jj, ii, e] - u[k, j, i, e] * v[kk, jj, ii, d]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _halve(box, axis, lower, upper):  # type: ignore[no-untyped-def]
-    """Cut a box of coefficients in two by de Casteljau's rule along an axis."""
-    n = box.shape[0]
+@_njit
+def _jacobian(controls, h, order, jacobian):  # type: ignore[no-untyped-def]
+    """Fill `jacobian` with its Bernstein coefficients, index (k n + j) n + i, n = 3 order; return its scale."""
+    most = order + 1
+    u, v, w = np.empty((most, most, most, 3)), np.empty((most, most, most, 3)), np.empty((most, most, most, 3))
+    scale = _column(controls, h, 0, order, u) * _column(controls, h, 1, order, v) * _column(controls, h, 2, order, w)
+    normal = np.empty((2 * order + 1, 2 * order, 2 * order, 3))
+    _add_products(u, v, order, normal)
+    n = 3 * order
+    for m in range(n * n * n):
+        jacobian[m] = 0.0
+    for k in range(2 * order + 1):
+        for j in range(2 * order):
+            for i in range(2 * order):
+                for b in range(order * (order + 1) * (order + 1)):
+                    kk, jj, ii = b // (order + 1) // (order + 1), b // (order + 1) % (order + 1), b % (order + 1)
+                    at = ((k + kk) * n + j + jj) * n + i + ii
+                    for c in range(3):
+                        jacobian[at] += normal[k, j, i, c] * w[kk, jj, ii, c]
+    row = _binomials(n - 1)
+    for m in range(n * n * n):
+        jacobian[m] /= row[m // n // n] * row[m // n % n] * row[m % n]
+    return scale
+
+
+@_njit
+def _halve(stack, at, n, axis):  # type: ignore[no-untyped-def]
+    """Cut box `at` of the stack in two by de Casteljau's rule: the halves replace it and follow it."""
+    stride = n ** (2 - axis)
     line = np.empty(n)
     for a in range(n):
         for b in range(n):
+            # First entry of the line: its position's digits in base n, the axis' own digit 0.
+            first = a * (n * n if axis > 0 else n) + b * (n if axis == 2 else 1)
             for m in range(n):
-                line[m] = box[m, a, b] if axis == 0 else (box[a, m, b] if axis == 1 else box[a, b, m])
+                line[m] = stack[at, first + m * stride]
             for m in range(n):
-                low, high = line[0], line[n - 1 - m]
-                if axis == 0:
-                    lower[m, a, b], upper[n - 1 - m, a, b] = low, high
-                elif axis == 1:
-                    lower[a, m, b], upper[a, n - 1 - m, b] = low, high
-                else:
-                    lower[a, b, m], upper[a, b, n - 1 - m] = low, high
+                stack[at, first + m * stride] = line[0]
+                stack[at + 1, first + (n - 1 - m) * stride] = line[n - 1 - m]
                 for i in range(n - 1 - m):
                     line[i] = 0.5 * (line[i] + line[i + 1])
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _is_positive(jacobian, least, max_boxes, max_depth):  # type: ignore[no-untyped-def]
-    """Whether a polynomial is proven to exceed `least` on the whole box."""
-    n = jacobian.shape[0]
+@_njit
+def _is_positive(jacobian, n, least, max_boxes, max_depth):  # type: ignore[no-untyped-def]
+    """Whether a polynomial with coefficients (n * n * n,) is proven to exceed `least` on the whole box."""
+    size = n * n * n
     # A branch leaves at most one open sibling a level: halving one axis at a time keeps the stack short.
-    stack = np.empty((3 * max_depth + 2, n, n, n))
+    stack = np.empty((3 * max_depth + 2, size))
     depth = np.zeros(3 * max_depth + 2, dtype=np.int64)
-    stack[0] = jacobian
+    for i in range(size):
+        stack[0, i] = jacobian[i]
     top = 1
     for _ in range(max_boxes):
         if top == 0:
             return True
         top -= 1
-        box = stack[top].copy()
         level = depth[top]
-        if not box.min() <= least:
+        bound = np.inf
+        for i in range(size):
+            # In this order a coefficient that is no number becomes the bound.
+            bound = bound if stack[top, i] > bound else stack[top, i]
+        if bound > least:
             continue
-        for k in (0, n - 1):
-            for j in (0, n - 1):
-                for i in (0, n - 1):
-                    if not box[k, j, i] > least:
-                        return False
+        for corner in range(8):
+            at = (n - 1) * ((corner & 1) + n * ((corner >> 1) & 1) + n * n * (corner >> 2))
+            if not stack[top, at] > least:
+                return False
         if level >= 3 * max_depth:
             return False
-        _halve(box, level % 3, stack[top], stack[top + 1])
+        _halve(stack, top, n, level % 3)
         depth[top] = depth[top + 1] = level + 1
         top += 2
     return False
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@_njit
 def _decide(controls, order, max_boxes, max_depth, positive, volumes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    n = 3 * order
+    jacobian = np.empty(n * n * n)
     for h in range(controls.shape[0]):
-        jacobian, scale = _jacobian(controls[h], order)
-        volumes[h] = jacobian.mean()
-        finite = np.isfinite(scale) and np.isfinite(volumes[h]) and scale > 0.0
-        positive[h] = finite and _is_positive(jacobian, ZERO * scale, max_boxes, max_depth)
+        scale = _jacobian(controls, h, order, jacobian)
+        total = 0.0
+        for i in range(n * n * n):
+            total += jacobian[i]
+        volumes[h] = total / (n * n * n)
+        finite = np.isfinite(scale) and np.isfinite(total) and scale > 0.0
+        positive[h] = finite and _is_positive(jacobian, n, ZERO * scale, max_boxes, max_depth)

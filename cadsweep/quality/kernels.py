@@ -72,8 +72,12 @@ def _expand_jacobian(edges, n, normals, bernstein):  # type: ignore[no-untyped-d
     The product of two linear Bernstein polynomials is one of degree 2; both mixed products are the
     middle one with weight 1/2, hence the division of sums by their number of terms.
     """
-    normals[:] = 0.0
-    bernstein[:] = 0.0
+    for m in range(12):
+        for q in range(n):
+            normals[m, 0, q] = normals[m, 1, q] = normals[m, 2, q] = 0.0
+    for t in range(27):
+        for q in range(n):
+            bernstein[t, q] = 0.0
     for a in range(4):
         for b in range(4):
             # u x v: degree 1 in xi (from v) and in eta (from u), degree 2 in zeta.
@@ -264,7 +268,8 @@ def scaled_jacobians_of_hexes(points, hexes, out):  # type: ignore[no-untyped-de
         n = min(_LANES, m - first)
         _gather_edges(points, hexes, first, n, edges)
         _square_lengths(edges, n, squares)
-        lanes[0] = np.inf
+        for q in range(n):
+            lanes[0, q] = np.inf
         for corner in range(8):
             i, j, k = corner & 1, (corner >> 1) & 1, corner >> 2
             a, b, c = j + 2 * k, 4 + i + 2 * k, 8 + i + 2 * j
@@ -278,4 +283,5 @@ def scaled_jacobians_of_hexes(points, hexes, out):  # type: ignore[no-untyped-de
                 lanes[0, q] = value if not value >= lanes[0, q] else lanes[0, q]
         _measure_frame(edges, n, lanes)
         _mark_unmeasurable(squares, n, lanes)
-        out[first : first + n] = lanes[0, :n]
+        for q in range(n):
+            out[first + q] = lanes[0, q]

@@ -38,17 +38,20 @@ def test_undecided_hexes_are_decided_as_dense_sampling_does():
     assert np.all(sampled[~positive] < 1e-3)  # no false alarm: the samples miss the least value by a little
 
 
-def skewed(amount):
-    """A hexahedron whose corners are positive while the inside is not, for large amounts."""
-    seeds = random_hexes(20_000, 0.3)
-    values = scaled_jacobians(*hex_soup(seeds))
-    inside = positive_inside(*hex_soup(seeds))[0]
-    bad = seeds[(values > 0) & ~inside]
-    assert len(bad)
-    return UNIT_CUBE + amount * (bad[0] - UNIT_CUBE)
+@pytest.fixture(scope="module")
+def twisted():
+    """A hexahedron whose corners are positive while the inside is not."""
+    points, hexes = hex_soup(SOUP)
+    values = scaled_jacobians(points, hexes)
+    candidates = np.flatnonzero((values > 0) & (measure_hexes(points, hexes).bound <= 0))
+    bad = candidates[~positive_inside(points, hexes[candidates])[0]]
+    return SOUP[bad[0]]
 
 
-def test_the_edge_of_validity_is_found_where_it_is():
+def test_the_edge_of_validity_is_found_where_it_is(twisted):
+    def skewed(amount):
+        return UNIT_CUBE + amount * (twisted - UNIT_CUBE)
+
     low, high = 0.0, 1.0  # a cube is valid, the whole way is not
     for _ in range(40):
         middle = (low + high) / 2
