@@ -69,9 +69,7 @@ def swept_ring(n=3, m=2, layers=12):
     # Seen along the sweep the section's first axis is the axis of revolution.
     radius, height = 5 + plane[:, 1], plane[:, 0]
     points = [np.c_[radius * np.cos(t), radius * np.sin(t), height] for t in turns]
-    return swept_mesh(
-        np.concatenate(points), quads[:, ::-1].copy(), tuple(c[::-1] for c in loops), layers, periodic=True
-    )
+    return swept_mesh(np.concatenate(points), quads, loops, layers, periodic=True)
 
 
 def without_structure(mesh):
