@@ -28,6 +28,7 @@ from .options import SweepOptions
 from .projection import project_layers
 from .projection.caps import place_target
 from .quality import CadReference, QualityReport, check_mesh
+from .quality.check import SurfaceFindings
 from .streaming import check_boundary, make_slab_report, write_slabs
 from .topology import FloatArray, Part, Solid, Sweep
 
@@ -275,7 +276,7 @@ def stream_mesh(
                 report = _write_checked(stream, factored, reference, run)
             if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
                 with run.stage("smoothing"):
-                    factored = _smoothed(factored, factored.points().reshape(-1, 3))
+                    factored = smoothed(factored)
                 if len(factored.moved_nodes):
                     stream.seek(0)
                     stream.truncate()
@@ -285,7 +286,8 @@ def stream_mesh(
                 raise refusal(report)
         return _Made(factored=factored, report=report)
 
-    return _figures(_first_good(part, sweeps, chosen, run, make))
+    made = _first_good(part, sweeps, chosen, run, make)
+    return figures(made.factored, made.report)
 
 
 def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadReference, run: _Run) -> QualityReport:
@@ -293,9 +295,9 @@ def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadRefer
     return make_slab_report(factored, seen, check_boundary(factored, reference))
 
 
-def _figures(made: _Made) -> dict[str, Any]:
-    """What is said of a mesh that is not in memory."""
-    report, info = made.report, made.factored.info
+def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
+    """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
+    info = factored.info
     return {
         "n_nodes": report.n_nodes,
         "n_hexes": report.n_hexes,
@@ -308,6 +310,32 @@ def _figures(made: _Made) -> dict[str, Any]:
         "sweeps": info["sweeps"],
         "notes": info["notes"],
     }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """A mesh before any of its inner layers is made, and what its boundary is found to be."""
+
+    factored: FactoredMesh
+    surface: SurfaceFindings
+
+
+def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | None = None) -> Plan:
+    """Do all that needs CAD or gmsh, for a mesh that others will multiply out."""
+    run = _Run(on_progress=on_progress or _silent)
+    part, sweeps = _find(source, options, run)
+    failures: list[CadSweepError] = []
+    for sweep in sweeps[:MOST_CANDIDATES]:
+        try:
+            factored = factor_sweep(part, sweep, options, run, streamed=True)
+        except (InputError, NotSweepableError):
+            raise
+        except CadSweepError as error:
+            failures.append(error)
+            continue
+        factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
+        return Plan(factored=factored, surface=check_boundary(factored, make_reference(part, sweep)))
+    raise failures[0]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -363,7 +391,7 @@ def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _M
         report = check_mesh(mesh, cad=reference)
     if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
         with run.stage("smoothing"):
-            factored = _smoothed(factored, mesh.points)
+            factored = smoothed(factored, mesh.points)
         if len(factored.moved_nodes):
             factored.points(out=mesh.points.reshape(-1, factored.structure.n_nodes, 3))
             with run.stage("quality"):
@@ -374,8 +402,10 @@ def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _M
     return _Made(factored=factored, report=report, mesh=mesh)
 
 
-def _smoothed(factored: FactoredMesh, points: FloatArray) -> FactoredMesh:
+def smoothed(factored: FactoredMesh, points: FloatArray | None = None) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
+    if points is None:
+        points = factored.points().reshape(-1, 3)
     structure = factored.structure
     fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
     fixed[:, np.concatenate(structure.loops)] = True

@@ -30,6 +30,7 @@ __all__ = ["FORMATS", "check_destination", "read", "write"]
 
 FORMATS: dict[str, str] = {
     ".vtu": "VTK XML unstructured grid: ParaView, PyVista",
+    ".pvtu": "VTK XML unstructured grid in pieces, a rank each, from a distributed run: ParaView",
     ".vtkhdf": "VTK HDF5: ParaView, PyVista",
     ".msh": "Gmsh MSH 4.1 binary, or 2.2 text with version='2.2': gmsh, dolfinx; OpenFOAM's gmshToFoam",
     ".inp": "Abaqus and CalculiX input, to be included in a deck",
@@ -47,6 +48,7 @@ _FOLDER = ".polymesh"
 
 _MODULES = {
     ".vtu": "vtu",
+    ".pvtu": "pvtu",
     ".vtkhdf": "vtkhdf",
     ".msh": "msh",
     ".inp": "inp",

@@ -17,6 +17,9 @@ from .labels import LabelledMesh, check_nodes, find_sides
 CELL_TYPES = {8: 12, 20: 25, 27: 29}
 """Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``)."""
 
+NODE_IDS, HEX_IDS, GHOSTS = "GlobalNodeIds", "GlobalHexIds", "vtkGhostType"
+"""Data arrays of a grid in pieces; see :mod:`cadsweep.io.pvtu`."""
+
 _FLAT_TYPES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 68, 69, 70}
 """Cells of fewer than three dimensions, which may stand beside the hexes."""
 
@@ -75,6 +78,34 @@ def grid_mesh(
     return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
 
 
+def join_pieces(
+    points: FloatArray,
+    connectivity: IntArray,
+    offsets: IntArray,
+    *,
+    point_data: dict[str, Any],
+    cell_data: dict[str, Any],
+) -> tuple[FloatArray, IntArray, IntArray]:
+    """Join pieces of 8-node cells by their global ids; cells that are another piece's ghosts are left out.
+
+    Returns
+    -------
+    points : (n, 3) float64
+        By global id.
+    connectivity : (8 * m,) int64
+    kept : (m,) int64
+        The cells that were kept, in the order of their global ids.
+    """
+    if (np.diff(offsets) != 8).any():
+        raise InputError("its pieces hold cells that are no hexahedra of 8 nodes")
+    ids = np.asarray(point_data[NODE_IDS], dtype=np.int64)
+    joined = np.full((int(np.max(ids)) + 1, 3), np.nan)
+    joined[ids] = points
+    own = np.flatnonzero(np.asarray(cell_data.get(GHOSTS, np.zeros(len(offsets) - 1))) == 0)
+    kept = own[np.argsort(np.asarray(cell_data[HEX_IDS])[own], kind="stable")]
+    return joined, ids[connectivity.reshape(-1, 8)[kept]].reshape(-1), kept
+
+
 def hexes_of_cells(connectivity: IntArray, offsets: IntArray, types: IntArray) -> tuple[IntArray, np.ndarray]:
     """Hexes (m, 8 | 20 | 27) of a list of mixed cells, and which cells they are."""
     types = np.asarray(types)
@@ -113,4 +144,17 @@ def write_bytes(stream: BinaryIO, data: np.ndarray) -> None:
         view = view[stream.write(view[: 1 << 30]) :]
 
 
-__all__ = ["CELL_TYPES", "find_sides", "grid_arrays", "grid_mesh", "hexes_of_cells", "offsets", "types", "write_bytes"]
+__all__ = [
+    "CELL_TYPES",
+    "GHOSTS",
+    "HEX_IDS",
+    "NODE_IDS",
+    "find_sides",
+    "grid_arrays",
+    "grid_mesh",
+    "hexes_of_cells",
+    "join_pieces",
+    "offsets",
+    "types",
+    "write_bytes",
+]

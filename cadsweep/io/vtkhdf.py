@@ -84,12 +84,21 @@ def read(stream: BinaryIO) -> HexMesh:
             first_id, first_cell = n_ids[:j].sum(), n_cells[:j].sum() + j
             offsets.append(stored[first_cell + 1 : first_cell + 1 + n_cells[j]] + first_id)
             connectivity[first_id : first_id + n_ids[j]] += n_points[:j].sum()
+        points, types = root["Points"][:].astype(np.float64, copy=False), root["Types"][:]
+        starts = np.concatenate(offsets) if len(offsets) != 2 else stored
+        cell_data, point_data = _arrays(root, "CellData"), _arrays(root, "PointData")
+        if vtk_cells.NODE_IDS in point_data and vtk_cells.HEX_IDS in cell_data and len(n_cells) > 1:
+            points, connectivity, kept = vtk_cells.join_pieces(
+                points, connectivity, starts, point_data=point_data, cell_data=cell_data
+            )
+            starts, types = 8 * np.arange(len(kept) + 1, dtype=np.int64), types[kept]
+            cell_data = {name: values[kept] for name, values in cell_data.items()}
         return vtk_cells.grid_mesh(
-            points=root["Points"][:].astype(np.float64, copy=False),
+            points=points,
             connectivity=connectivity,
-            offsets=np.concatenate(offsets) if len(offsets) != 2 else stored,
-            types=root["Types"][:],
-            cell_data=_arrays(root, "CellData"),
+            offsets=starts,
+            types=types,
+            cell_data=cell_data,
             field_data=_arrays(root, "FieldData"),
         )
 

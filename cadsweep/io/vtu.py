@@ -27,7 +27,7 @@ import base64
 import lzma
 import sys
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
@@ -36,6 +36,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..mesh import HexMesh
+from ..topology import FloatArray, IntArray
 from . import vtk_cells
 from .labels import LabelledMesh
 
@@ -48,8 +49,31 @@ _NAMES = {
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh."""
-    cells, fields, points = vtk_cells.grid_arrays(mesh)
+    cells, fields, nodes = vtk_cells.grid_arrays(mesh)
+    write_grid(stream, mesh.points, mesh.hexes, cells=cells, fields=fields, nodes=nodes)
+
+
+def write_grid(
+    stream: BinaryIO,
+    points: FloatArray,
+    hexes: IntArray,
+    *,
+    cells: Mapping[str, np.ndarray],
+    fields: Mapping[str, np.ndarray],
+    nodes: Mapping[str, np.ndarray],
+    global_ids: tuple[str, str] | None = None,
+) -> None:
+    """Write a grid of hexes with its data.
+
+    Parameters
+    ----------
+    cells, fields, nodes : mapping of str to array
+        Data of cells, of the grid and of points.
+    global_ids : (str, str) or None
+        Which of the arrays of points and of cells hold ids that are unique over several files.
+    """
     parts: list[np.ndarray] = []
+    marks = ("", "") if global_ids is None else tuple(f" GlobalIds={quoteattr(name)}" for name in global_ids)
     offset = 0
 
     def array(name: str, values: Any, *, tuples: bool = False) -> str:
@@ -76,16 +100,16 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{order}"'
         f' header_type="UInt64">\n<UnstructuredGrid>\n<FieldData>\n'
         + "".join(array(name, values, tuples=True) for name, values in fields.items())
-        + f'</FieldData>\n<Piece NumberOfPoints="{len(mesh.points)}" NumberOfCells="{len(mesh.hexes)}">\n<PointData>\n'
-        + "".join(array(name, values) for name, values in points.items())
-        + "</PointData>\n<CellData>\n"
+        + f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(hexes)}">\n<PointData{marks[0]}>\n'
+        + "".join(array(name, values) for name, values in nodes.items())
+        + f"</PointData>\n<CellData{marks[1]}>\n"
         + "".join(array(name, values) for name, values in cells.items())
         + "</CellData>\n<Points>\n"
-        + array("Points", mesh.points)
+        + array("Points", points)
         + "</Points>\n<Cells>\n"
-        + array("connectivity", mesh.hexes.reshape(-1))
-        + array("offsets", vtk_cells.offsets(mesh.hexes)[1:])
-        + array("types", vtk_cells.types(mesh.hexes))
+        + array("connectivity", hexes.reshape(-1))
+        + array("offsets", vtk_cells.offsets(hexes)[1:])
+        + array("types", vtk_cells.types(hexes))
         + '</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_'
     )
     stream.write(xml.encode())
@@ -97,6 +121,13 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read a grid of hexes with whatever names it holds."""
+    arrays = read_arrays(stream)
+    del arrays["point_data"]
+    return vtk_cells.grid_mesh(**arrays)
+
+
+def read_arrays(stream: BinaryIO) -> dict[str, Any]:
+    """Read the arrays of a grid: what :func:`vtk_cells.grid_mesh` takes, and ``point_data``."""
     content = stream.read()
     start = content.find(b"<AppendedData")
     appended = b""
@@ -124,14 +155,15 @@ def read(stream: BinaryIO) -> HexMesh:
     if points is None or not {"connectivity", "offsets", "types"} <= set(cells):
         raise InputError("it has no points or no cells")
     n_points, n_cells = int(piece.get("NumberOfPoints", -1)), int(piece.get("NumberOfCells", -1))
-    return vtk_cells.grid_mesh(
-        points=decoder.values(points).reshape(n_points, 3),
-        connectivity=decoder.values(cells["connectivity"]),
-        offsets=np.concatenate([[0], decoder.values(cells["offsets"])]),
-        types=decoder.values(cells["types"])[: n_cells or None],
-        cell_data={e.get("Name", ""): decoder.values(e) for e in piece.findall("./CellData/DataArray")},
-        field_data=dict(decoder.fields(root.findall("./UnstructuredGrid/FieldData/*"))),
-    )
+    return {
+        "points": decoder.values(points).reshape(n_points, 3),
+        "connectivity": decoder.values(cells["connectivity"]),
+        "offsets": np.concatenate([[0], decoder.values(cells["offsets"])]),
+        "types": decoder.values(cells["types"])[: n_cells or None],
+        "cell_data": {e.get("Name", ""): decoder.values(e) for e in piece.findall("./CellData/DataArray")},
+        "point_data": {e.get("Name", ""): decoder.values(e) for e in piece.findall("./PointData/DataArray")},
+        "field_data": dict(decoder.fields(root.findall("./UnstructuredGrid/FieldData/*"))),
+    }
 
 
 class _Decoder:
