@@ -39,7 +39,6 @@ _SCALE = {
     "vertical": True,
     "title_font_size": 16,
     "label_font_size": 14,
-    "below_label": "inverted",
     "position_x": 0.86,
     "position_y": 0.2,
     "height": 0.6,
@@ -220,15 +219,17 @@ def add_mesh(
     edge_width = 1.0 if mesh.n_hexes < 50_000 else 0.3
     style = {"show_edges": True, "edge_color": "#303030", "line_width": edge_width, "ambient": 0.35, "diffuse": 0.75}
     surface, owners = skin(mesh, kept)
+    any_below = bool(surface.cell_data["scaled_jacobian"].min() < limits[0])
+    below = {"below_label": "inverted"} if any_below and limits[0] == 0 else {}
     if scalars == "scaled_jacobian":
         plotter.add_mesh(
             surface,
             scalars="scaled_jacobian",
             cmap=_COLORMAP,
             clim=limits,
-            below_color="red",
+            below_color="red" if any_below else None,
             show_scalar_bar=bool(scale),
-            scalar_bar_args=_SCALE | (scale if isinstance(scale, dict) else {}),
+            scalar_bar_args=_SCALE | below | (scale if isinstance(scale, dict) else {}),
             **style,
         )
     elif scalars == "boundary" and names:

@@ -187,7 +187,7 @@ def print_tables(results: dict[str, Any]) -> None:
             condition = "inf" if last["condition"] is None else f"{last['condition']:.2g}"
             print(
                 f"{name if functional == 'F' else '':18} {functional} "
-                + "".join(f"{layer['flatness'] + 0.0:6.3f} " for layer in shown)
+                + "".join(f"{round(layer['flatness'], 3) + 0.0:6.3f} " for layer in shown)
                 + " "
                 + "".join(f"{layer['skewness']:7.3f}" for layer in shown)
                 + f" {min(layer['worst'] for layer in layers):7.3f} {np.mean([layer['mean'] for layer in layers]):6.3f}"
@@ -248,7 +248,8 @@ def draw_shapes(results: dict[str, Any], folder: Path) -> None:
     for column, (name, result) in enumerate(results.items()):
         for row, figure_name in enumerate(("flatness", "skewness")):
             for functional, marker in zip(FUNCTIONALS, "ov.", strict=True):
-                layers = result["layers"][functional]
+                # Where G has no solution of its own there is nothing to show.
+                layers = [layer for layer in result["layers"][functional] if functional != "G" or layer["rank"] == 3]
                 values = [layer[figure_name] for layer in layers]
                 axes[row, column].plot([layer["layer"] for layer in layers], values, f"{marker}-", label=functional)
             axes[row, column].grid(alpha=0.3)
