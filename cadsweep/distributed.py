@@ -44,7 +44,7 @@ SUFFIXES = (".pvtu", ".vtkhdf")
 
 
 def mesh_distributed(
-    source: Any, path: str | Path, *, comm: Any = None, on_progress: Progress | None = None, **options: Any
+    source: Any, path: str | Path, /, *, comm: Any = None, on_progress: Progress | None = None, **options: Any
 ) -> dict[str, Any]:
     """Mesh a part over all ranks of a communicator; every rank calls it with the same arguments.
 

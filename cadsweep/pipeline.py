@@ -199,7 +199,7 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
 
 
 def write_factors(
-    source: Any, path: str | PathLike[str], *, on_progress: Progress | None = None, **options: Any
+    source: Any, path: str | PathLike[str], /, *, on_progress: Progress | None = None, **options: Any
 ) -> HexMesh:
     """Mesh a part as :func:`sweep_mesh` does, and keep its factors: megabytes for any number of layers.
 
@@ -241,7 +241,7 @@ def expand(path: str | PathLike[str]) -> HexMesh:
 
 
 def stream_mesh(
-    source: Any, path: str | PathLike[str], *, on_progress: Progress | None = None, **options: Any
+    source: Any, path: str | PathLike[str], /, *, on_progress: Progress | None = None, **options: Any
 ) -> dict[str, Any]:
     """Mesh a part into a ``.vtkhdf`` file slab by slab, with flat memory, however large the mesh is.
 

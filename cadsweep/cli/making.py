@@ -11,6 +11,7 @@ import click
 
 from ..errors import CadSweepError, InputError
 from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
+from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
 from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
 from .worker import QUIET, limits, run
@@ -125,6 +126,12 @@ def mesh(
     options = checked_options(input_file, given)
     options["max_memory"] = max_memory
     check_suffix(output)
+    if is_rank():
+        summary = mesh_over_ranks(input_file, output, options)
+        if summary is None:
+            return
+        _announce(summary, output, as_json=as_json, quiet=quiet)
+        return
     summary = run(
         "mesh_file",
         input_file,
@@ -136,6 +143,10 @@ def mesh(
         max_memory=max_memory,
         quiet=quiet,
     )
+    _announce(summary, output, as_json=as_json, quiet=quiet)
+
+
+def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool) -> None:
     if as_json:
         click.echo(json.dumps(summary))
     elif not quiet:
@@ -152,17 +163,14 @@ def expand(*, factors: str, output: str, timeout: float, max_memory: float | Non
     """Multiply the factors of a sweep out to a mesh file: the same mesh, bit for bit."""
     check_suffix(output)
     summary = run("expand_file", factors, output, output=output, timeout=timeout, max_memory=max_memory, quiet=quiet)
-    if as_json:
-        click.echo(json.dumps(summary))
-    elif not quiet:
-        click.echo("\n".join(mesh_lines(summary, output)))
+    _announce(summary, output, as_json=as_json, quiet=quiet)
 
 
 def check_suffix(output: str) -> None:
     """A name that no writer goes with is wrong usage."""
     from ..io import FORMATS, check_destination
 
-    if Path(output).suffix.lower() in FORMATS:
+    if Path(output).suffix.lower() in FORMATS or output.endswith(".sweep.npz"):
         return  # whether the folder is there and writable is no question of usage
     try:
         check_destination(output)

@@ -29,6 +29,10 @@ def mesh_file(
 
     if output is not None:
         output = os.path.abspath(output)  # a script may change the working folder
+        if output.endswith(".sweep.npz"):
+            from ..pipeline import write_factors
+
+            return summarise(write_factors(source, output, on_progress=on_progress, **options))
         check_destination(output)
     if stream:
         from ..pipeline import stream_mesh
