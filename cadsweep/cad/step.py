@@ -39,6 +39,9 @@ from .shapes import EDGE, FACE, SOLID, bounds, compound, subshapes
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
+_GEOMETRY = ("StepGeom_", "StepShape_", "StepRepr_", "StepBasic_")
+"""Entities whose damage matters; others (views, tolerances) do not shape the part."""
+
 
 def read_step(path: Path, data: bytes) -> Model:
     """Read a STEP file.
@@ -81,6 +84,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         try:
             if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise CadError(f"{path}: OpenCASCADE cannot read the STEP file: it is damaged.")
+            _check_read(path, reader.ChangeReader().StepModel())
             units = _file_units(reader)
             # The document's unit is in metres; the reader converts to it.
             XCAFDoc_DocumentTool.SetLengthUnit_s(document, unit * 1e-3)
@@ -117,6 +121,25 @@ def _sub_shape_names() -> Iterator[None]:
         yield
     finally:
         Interface_Static.SetIVal_s(key, before)
+
+
+def _check_read(path: Path, model: Any) -> None:
+    """Refuse a file with damaged geometry: OpenCASCADE reads on, and crashes when it builds the shapes."""
+    # Faults of the header (its author, its date) do no harm.
+    found = [f.removeprefix("Undefined Parsing: ") for f in _failures(model.GlobalCheck(True)) if " for file_" not in f]
+    for number in range(1, model.NbEntities() + 1):
+        check = model.Check(number, True)
+        if check.HasFailed():
+            kind = model.Value(number).DynamicType().Name()
+            if kind.startswith(_GEOMETRY):
+                found += [f"{kind.partition('_')[2]}: {failure}" for failure in _failures(check)]
+    if found:
+        more = f" (and {len(found) - 1} more faults)" if len(found) > 1 else ""
+        raise CadError(f"{path}: the STEP file is damaged: {found[0]}{more}. Export or copy it again.")
+
+
+def _failures(check: Any) -> list[str]:
+    return [" ".join(str(check.CFail(j)).split()) for j in range(1, check.NbFails() + 1)]
 
 
 def _file_units(reader: Any) -> list[str]:
