@@ -19,10 +19,12 @@ import numpy as np
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from ..topology import FloatArray, IntArray
+from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles
 
 _TRIANGLE, _QUAD = 2, 3
+_FULL_QUADS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,10 +92,16 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
     Raises
     ------
     SurfaceMeshError
-        A triangle is left that cannot be removed, a boundary node is lost, or gmsh failed.
+        The boundary crosses itself, a triangle is left that cannot be removed, a boundary node is lost, or gmsh
+        failed.
     """
     if setting.even_loops and any(len(loop) % 2 for loop in loops):
         raise SurfaceMeshError("a boundary loop has an odd number of segments")
+    # gmsh works without end between boundaries that cross; to subdivide it first takes every second node.
+    if loops_cross(loops):
+        raise SurfaceMeshError("the boundary of the cap crosses itself at this size: try a smaller one")
+    if setting.recombination == _FULL_QUADS and loops_cross([loop[::2] for loop in loops]):
+        raise SurfaceMeshError("the boundary is too coarse to be halved")
     boundary = np.concatenate(loops)
     origin = boundary.min(axis=0)
     scale = float(np.max(np.ptp(boundary, axis=0)))

@@ -1,0 +1,59 @@
+"""Whether loops in the plane cross themselves or one another.
+
+Place in the flow: ``gmsh_quads`` asks before it calls gmsh, whose meshers go on for ever between
+boundaries that cross.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..topology import FloatArray
+
+
+def loops_cross(loops: Sequence[FloatArray]) -> bool:
+    """Tell whether two segments that are no neighbours meet.
+
+    Parameters
+    ----------
+    loops : sequence of (m, 2) float64
+        Closed polygons.
+
+    Returns
+    -------
+    bool
+    """
+    starts = np.concatenate(loops)
+    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    following = np.concatenate(
+        [np.roll(np.arange(len(loop)), -1) + s for loop, s in zip(loops, _firsts(loops), strict=True)]
+    )
+    # Segments that meet have middles no farther apart than the longer of them.
+    reach = float(np.sqrt(np.max(((ends - starts) ** 2).sum(axis=1))))
+    pairs = cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
+    i, j = pairs[:, 0], pairs[:, 1]
+    apart = (following[i] != j) & (following[j] != i)
+    i, j = i[apart], j[apart]
+    a, b, c, d = starts[i], ends[i], starts[j], ends[j]
+    sides = np.stack([_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b)])
+    across = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
+    in_line = ~sides.any(axis=0)
+    along = b - a
+    first, last = ((c - a) * along).sum(axis=1), ((d - a) * along).sum(axis=1)
+    overlap = (np.maximum(first, last) >= 0) & (np.minimum(first, last) <= (along**2).sum(axis=1))
+    return bool((across & (~in_line | overlap)).any())
+
+
+def _firsts(loops: Sequence[FloatArray]) -> list[int]:
+    return [0, *np.cumsum([len(loop) for loop in loops])[:-1].tolist()]
+
+
+def _side(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
+    """Sign of the turn from a segment to a point, zero where they are in line to rounding."""
+    a, b = end - start, point - start
+    turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    rounding = 1e-14 * np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
+    return np.where(np.abs(turn) <= rounding, 0.0, np.sign(turn))

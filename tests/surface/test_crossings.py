@@ -1,0 +1,45 @@
+"""Loops that cross are told from loops that do not, so that gmsh never sees the former."""
+
+import numpy as np
+import pytest
+
+from cadsweep.surface.crossings import loops_cross
+
+
+def circle(n, radius=1.0, center=(0.0, 0.0)):
+    t = 2 * np.pi * np.arange(n) / n
+    return np.column_stack([np.cos(t), np.sin(t)]) * radius + center
+
+
+def square(n, side=2.0):
+    """A square of n segments a side: many of its segments are in line."""
+    t = np.arange(n) / n
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * side / 2
+    return np.concatenate(
+        [a + t[:, None] * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("loops", "cross"),
+    [
+        ([circle(3)], False),
+        ([circle(50)], False),
+        ([square(7)], False),
+        ([square(7), circle(12, 0.5)[::-1]], False),
+        ([square(7), circle(12, 0.5, (0.45, 0.0))[::-1]], False),
+        ([square(7), circle(12, 0.5, (0.7, 0.0))[::-1]], True),
+        ([square(7), circle(12, 0.3, (-0.3, 0))[::-1], circle(12, 0.3, (0.2, 0))[::-1]], True),
+        ([np.array([[0.0, 0], [1, 1], [1, 0], [0, 1]])], True),
+        ([np.array([[0.0, 0], [4, 0], [4, 1], [1, 1], [3, 0], [0, 2]])], True),  # a node on a segment
+    ],
+)
+def test_crossings_are_found(loops, cross):
+    assert loops_cross(loops) == cross
+    assert loops_cross([loop * 1e-6 + 1.0 for loop in loops]) == cross
+
+
+def test_a_thin_wall_crosses_once_it_is_halved():
+    loops = [square(3), square(2, 1.4)[::-1]]
+    assert not loops_cross(loops)
+    assert loops_cross([loop[1::2] for loop in loops])
