@@ -99,6 +99,11 @@ class FactoredMesh:
         """Layers of distinct nodes: one fewer on a closed ring."""
         return self.structure.n_layers + (not self.structure.periodic)
 
+    @property
+    def is_changed(self) -> bool:
+        """Whether nodes were moved away from where the factors put them."""
+        return self.sweep.corrections is not None or len(self.moved_nodes) > 0
+
     def points(self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None) -> FloatArray:
         """Nodes of the layers ``start`` to ``stop`` (exclusive), (layers, n_nodes, 3), model units."""
         stop = self.n_node_layers if stop is None else stop
@@ -192,12 +197,24 @@ def factor_mesh(
     )
 
 
+def is_ring(sweep: Sweep) -> bool:
+    """Whether the caps lie on each other: a full ring that was cut open, whose mesh closes on itself."""
+    faces, size = sweep.solid.faces, sweep.solid.size
+    centers = [sum(faces[i].area * faces[i].center for i in cap) for cap in (sweep.source, sweep.target)]
+    areas = [sum(faces[i].area for i in cap) for cap in (sweep.source, sweep.target)]
+    if abs(areas[0] - areas[1]) > 1e-6 * areas[0]:
+        return False
+    return bool(np.linalg.norm(centers[0] - centers[1]) <= 1e-6 * areas[0] * size)
+
+
 def make_reference(part: Part, sweep: Sweep) -> CadReference:
     """Collect what the CAD model says the mesh must be, in model units."""
     solid = sweep.solid
+    ring = is_ring(sweep)
     by_name: dict[str, list[int]] = {}
     for face, name in name_faces(sweep).items():
-        by_name.setdefault(name, []).append(face)
+        if not (ring and face in (*sweep.source, *sweep.target)):
+            by_name.setdefault(name, []).append(face)
 
     def distance(points: FloatArray, name: str) -> FloatArray:
         places = (points - part.offset) / part.scale
@@ -211,7 +228,7 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
     return CadReference(
         volume=solid.volume * part.scale**3,
         areas={name: sum(solid.faces[i].area for i in ids) * part.scale**2 for name, ids in by_name.items()},
-        euler=euler_characteristic(solid),
+        euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
         distance=distance,
         tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
     )

@@ -88,7 +88,7 @@ def mesh_distributed(
     seen = _measure_all(comm, factored, own)
     if chosen.smoothing and not seen.min_scaled_jacobian >= SMOOTH_BELOW:
         factored = comm.bcast(_agreed(comm, lambda: smoothed(factored) if comm.rank == 0 else None), root=0)
-        if len(factored.moved_nodes):
+        if factored.is_changed:
             seen = _measure_all(comm, factored, own)
     report = make_slab_report(factored, seen, made.surface)
     if not report.valid and not chosen.allow_inverted:

@@ -19,18 +19,18 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from . import cad, estimate, intervals, recognition, smoothing, surface
-from .assembly import FactoredMesh, factor_mesh, make_reference
+from .assembly import FactoredMesh, factor_mesh, is_ring, make_reference
 from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from .factors import load_factors, save_factors
 from .io.atomic import check_place, replaced_file
 from .mesh import HexMesh
 from .options import SweepOptions
-from .projection import project_layers
+from .projection import corrected, project_layers
 from .projection.caps import place_target
 from .quality import CadReference, QualityReport, check_mesh
 from .quality.check import SurfaceFindings
 from .streaming import check_boundary, make_slab_report, write_slabs
-from .topology import FloatArray, Part, Solid, Sweep
+from .topology import Part, Solid, Sweep
 
 log = logging.getLogger(__name__)
 
@@ -108,9 +108,21 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
     NotSweepableError
         There is none; ``.reasons`` says why, a line for each candidate.
     """
-    part = load(part)
+    return _open_and_find(load(part), source, target)[1]
+
+
+def _open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
+    """Find the sweeps of a part; a full ring of revolution, which has none, is cut open first."""
     solid = _only_solid(part)
-    return recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
+    try:
+        return part, recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
+    except NotSweepableError:
+        ring = cad.cut_ring(part)
+        if ring is None:
+            raise
+    sweeps = recognition.find_sweeps(_only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target))
+    around = [sweep for sweep in sweeps if is_ring(sweep)]
+    return ring, around or sweeps
 
 
 def _only_solid(part: Part) -> Solid:
@@ -277,7 +289,7 @@ def stream_mesh(
             if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
                 with run.stage("smoothing"):
                     factored = smoothed(factored)
-                if len(factored.moved_nodes):
+                if factored.is_changed:
                     stream.seek(0)
                     stream.truncate()
                     with run.stage("write"):
@@ -351,8 +363,7 @@ def _find(source: Any, options: SweepOptions, run: _Run) -> tuple[Part, list[Swe
     with run.stage("cad"):
         part = load(source, params=None if options.params is None else dict(options.params))
     with run.stage("recognition"):
-        sweeps = find_sweeps(part, source=options.source, target=options.target)
-    return part, sweeps
+        return _open_and_find(part, options.source, options.target)
 
 
 Make = Callable[[Part, Sweep, SweepOptions, _Run], _Made]
@@ -391,8 +402,8 @@ def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _M
         report = check_mesh(mesh, cad=reference)
     if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
         with run.stage("smoothing"):
-            factored = smoothed(factored, mesh.points)
-        if len(factored.moved_nodes):
+            factored = smoothed(factored)
+        if factored.is_changed:
             factored.points(out=mesh.points.reshape(-1, factored.structure.n_nodes, 3))
             with run.stage("quality"):
                 report = check_mesh(mesh, cad=reference)
@@ -402,10 +413,10 @@ def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _M
     return _Made(factored=factored, report=report, mesh=mesh)
 
 
-def smoothed(factored: FactoredMesh, points: FloatArray | None = None) -> FactoredMesh:
+def smoothed(factored: FactoredMesh) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
-    if points is None:
-        points = factored.points().reshape(-1, 3)
+    factored = replace(factored, sweep=corrected(factored.sweep))
+    points = factored.points().reshape(-1, 3)
     structure = factored.structure
     fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
     fixed[:, np.concatenate(structure.loops)] = True
@@ -446,6 +457,8 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, 
         surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
     with run.stage("projection"):
         target = place_target(sweep, surfaces)
+        if is_ring(sweep):
+            surfaces.rings[-1] = surfaces.rings[0]
         placed = project_layers(
             surfaces.source.points,
             surfaces.source.quads,
@@ -461,6 +474,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, 
         surfaces,
         placed,
         target.faces,
+        periodic=is_ring(sweep),
         part=sweep.solid.name or part.name,
         scale=part.scale,
         offset=part.offset,
