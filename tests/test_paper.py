@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cadsweep.projection import pseudo_normal
+from cadsweep.projection import fit_affine, pseudo_normal
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
@@ -105,6 +105,23 @@ class TestCShape:
         for k, angle in enumerate(angles()):
             expected = turned(sides["c_shape"].source.points, angle)
             np.testing.assert_allclose(placed.layer(k), expected, atol=EXACT)  # the radius is 1
+
+    def test_h_turns_a_section_with_a_bore_as_well(self):
+        # The same C with an eccentric bore: loops of unequal length, and of a centre of their own.
+        outer, inner = (2 * np.pi * np.arange(m) / m for m in (24, 9))
+        loops = [np.arange(24), 24 + np.arange(9)]
+        ring = np.concatenate(
+            [
+                np.column_stack([3 + np.cos(outer), -np.sin(outer), 0 * outer]),  # counter-clockwise about -z
+                np.column_stack([3.3 + 0.4 * np.cos(inner), 0.2 + 0.4 * np.sin(inner), 0 * inner]),
+            ]
+        )
+        points = np.random.default_rng(1).uniform([2, -1, 0], [4, 1, 0.4], size=(50, 3))
+        np.testing.assert_allclose(pseudo_normal(ring, loops), [0, 0, -1], atol=EXACT)
+        for angle in angles():
+            fit = fit_affine(ring, turned(ring, angle), "H", loops=loops)
+            np.testing.assert_allclose(fit(points), turned(points, angle), atol=EXACT)
+            np.testing.assert_allclose(fit(ring), turned(ring, angle), atol=EXACT)
 
     def test_g_is_off_by_twice_the_height_times_tan_half_the_angle(self, sides, layers):
         tangents = 2 * np.tan(angles() / 2)[1:-1]
