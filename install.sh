@@ -47,6 +47,7 @@ for pair in libGLU.so.1:libglu1-mesa libGL.so.1:libgl1 libXrender.so.1:libxrende
     "$python" -c "import ctypes; ctypes.CDLL('${pair%%:*}')" 2>/dev/null || missing="$missing ${pair##*:}"
 done
 if [ "$extra" = test ] || [ "$extra" = all ]; then
+    "$python" -c "import ctypes; ctypes.CDLL('libEGL.so.1')" 2>/dev/null || missing="$missing libegl1" # pictures
     command -v ccx >/dev/null 2>&1 || missing="$missing calculix-ccx"
     command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || missing="$missing chromium"
 fi
