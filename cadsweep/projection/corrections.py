@@ -5,8 +5,8 @@ hexahedron is good enough goes through untouched, and most do.
 
 Method: the bad hexahedra and some rows round them are a patch. Its nodes inside the sweep (never the rings, never
 the caps) move until a shape energy of the hexahedra's corners is least (:mod:`.hexenergy`), first with a barrier that
-lets folded corners unfold, then with a power that lifts the worst. What has moved is stored as displacements, node by
-node; a patch that did not get better is put back.
+lets folded corners unfold, then in rising p-norms that lift the worst. What has moved is stored as displacements, node
+by node; a patch that did not get better is put back.
 
 Not handled: corners whose four nodes all lie on rings and caps; nothing inside can mend them, and they do not count.
 """
@@ -24,7 +24,7 @@ from scipy.sparse import linalg as sparse_linalg
 
 from ..mesh import sweep_hexes
 from ..topology import FloatArray, IntArray
-from .descent import minimise
+from .descent import Energy, minimise
 from .factored import Corrections, FactoredSweep
 from .hexenergy import corner_energies, layer_scaled_jacobians, worst_determinant
 
@@ -33,9 +33,11 @@ log = logging.getLogger(__name__)
 WANTED = 0.4
 """Hexahedra with a smaller scaled Jacobian are worked on."""
 SIZE_WEIGHT = 0.1
-"""How much even sizes count against shape."""
-POWER = 5.0
-"""Of the corner energies in the last stage."""
+"""How much even sizes count against shape while folded corners unfold."""
+POLISH = (0.02, 0.9)
+"""The same while the worst corners are lifted, and the weight of the angles."""
+POWERS = (4.0, 8.0, 16.0)
+"""Of the p-norms of the corner energies that lift them, one after the other."""
 _ROUNDS = 30
 _LEAST_GAIN = 1e-3
 _MOST_FACTORED = 30_000
@@ -205,13 +207,16 @@ def _relaxed(points: FloatArray, patch: _Patch) -> FloatArray:
     ideal = _ideal_lengths(points, patch.hexes)
     moved, free = points.copy(), patch.free
     solve = _preconditioner(patch, len(points))
-    eps, power = 1.0, 1.0
 
-    def energy(x: FloatArray) -> tuple[float, FloatArray]:
-        moved[free] = x
-        gradient = np.zeros_like(moved)
-        value = corner_energies(moved, patch.hexes, ideal, eps, SIZE_WEIGHT, power, gradient)
-        return value, gradient[free]
+    def norm(eps: float, weights: tuple[float, float], power: float) -> Energy:
+        def energy(x: FloatArray) -> tuple[float, FloatArray]:
+            moved[free] = x
+            gradient = np.zeros_like(moved)
+            value = corner_energies(moved, patch.hexes, ideal, eps, *weights, power, gradient)
+            root = value ** (1.0 / power)
+            return root, gradient[free] * (root / (value * power) if np.isfinite(value) else 0.0)
+
+        return energy
 
     x = points[free].copy()
     worst = worst_determinant(moved, patch.hexes, ideal)
@@ -219,12 +224,12 @@ def _relaxed(points: FloatArray, patch: _Patch) -> FloatArray:
         if worst > 0.0:
             break
         eps = float(np.sqrt(1e-12 + 0.04 * worst**2))
-        x, _ = minimise(energy, x, solve, n_steps=25)
+        x, _ = minimise(norm(eps, (SIZE_WEIGHT, 0.0), 1.0), x, solve, n_steps=25)
         moved[free] = x
         worst = worst_determinant(moved, patch.hexes, ideal)
     if worst > 0.0:
-        eps, power = 0.0, POWER
-        x, _ = minimise(energy, x, solve, n_steps=100)
+        for power in POWERS:
+            x, _ = minimise(norm(0.0, POLISH, power), x, solve, n_steps=40)
     moved[free] = x
     return moved
 

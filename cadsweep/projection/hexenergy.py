@@ -4,7 +4,8 @@ Place in the flow: the arithmetic under :mod:`.corrections`.
 
 Method. At a corner of a hexahedron the three edges, each over its ideal length, are the columns of J. The energy
 ``((tr(J^T J) / 3)^(3/2) + w (1 + det^2) / 2) / chi(det)`` is least for a box of the ideal lengths; chi is that of
-:mod:`.relax`.
+:mod:`.relax`. With a weight on the angles the product of the edges' lengths takes that share of the first term: over
+det it is the inverse of the scaled Jacobian.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ def worst_determinant(points, hexes, ideal):  # type: ignore[no-untyped-def]  # 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def corner_energies(points, hexes, ideal, eps, size_weight, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def corner_energies(points, hexes, ideal, eps, size_weight, angles, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Sum of the powers of all corner energies; adds its gradient to `gradient`."""
     total = 0.0
     for h in range(hexes.shape[0]):
@@ -100,29 +101,23 @@ def corner_energies(points, hexes, ideal, eps, size_weight, power, gradient):  #
             if root == 0.0 or (eps == 0.0 and det <= 0.0):
                 return np.inf
             chi = 0.5 * (det + root) if det > 0.0 else 0.5 * eps * eps / (root - det)
-            norm2 = (a0 * a0 + a1 * a1 + a2 * a2 + b0 * b0 + b1 * b1 + b2 * b2 + c0 * c0 + c1 * c1 + c2 * c2) / 3.0
+            aa, bb, cc = a0 * a0 + a1 * a1 + a2 * a2, b0 * b0 + b1 * b1 + b2 * b2, c0 * c0 + c1 * c1 + c2 * c2
+            norm2 = (aa + bb + cc) / 3.0
             length = np.sqrt(norm2)
-            top = norm2 * length + size_weight * 0.5 * (1.0 + det * det)
+            product = np.sqrt(aa * bb * cc)
+            shape = (1.0 - angles) * norm2 * length + angles * product
+            top = shape + size_weight * 0.5 * (1.0 + det * det)
             f = top / chi
             total += f**power
             outer = power * f ** (power - 1.0)
-            d_edge = outer * length / chi  # d norm2^(3/2) / da = a * length
+            # d norm2^(3/2) / da = length a; d product / da = product / |a|^2 a.
+            d_length = outer * (1.0 - angles) * length / chi
+            d_product = outer * angles * product / chi
+            d_a, d_b, d_c = d_length + d_product / aa, d_length + d_product / bb, d_length + d_product / cc
             d_det = outer * (size_weight * det / chi - top / (chi * root))
-            ja0, ja1, ja2 = (
-                r * (d_edge * a0 + d_det * ca0),
-                r * (d_edge * a1 + d_det * ca1),
-                r * (d_edge * a2 + d_det * ca2),
-            )
-            jb0, jb1, jb2 = (
-                s * (d_edge * b0 + d_det * cb0),
-                s * (d_edge * b1 + d_det * cb1),
-                s * (d_edge * b2 + d_det * cb2),
-            )
-            jc0, jc1, jc2 = (
-                t * (d_edge * c0 + d_det * cc0),
-                t * (d_edge * c1 + d_det * cc1),
-                t * (d_edge * c2 + d_det * cc2),
-            )
+            ja0, ja1, ja2 = r * (d_a * a0 + d_det * ca0), r * (d_a * a1 + d_det * ca1), r * (d_a * a2 + d_det * ca2)
+            jb0, jb1, jb2 = s * (d_b * b0 + d_det * cb0), s * (d_b * b1 + d_det * cb1), s * (d_b * b2 + d_det * cb2)
+            jc0, jc1, jc2 = t * (d_c * c0 + d_det * cc0), t * (d_c * c1 + d_det * cc1), t * (d_c * c2 + d_det * cc2)
             gradient[j, 0] += ja0
             gradient[j, 1] += ja1
             gradient[j, 2] += ja2

@@ -6,8 +6,9 @@ Method. Every corner of every quad is a small linear map J from an ideal rectang
 source's quad, to the cap. The energy ``sum (tr(J^T J) / 2 + w (1 + det^2) / 2) / chi(det)`` is least for
 right angles and even sizes; ``chi = (det + sqrt(eps^2 + det^2)) / 2`` tends to det from above zero, so a folded
 mesh has a finite energy, which grows without bound as eps falls (Garanzha, Kaporin, Kudryavtseva, Protais, Ray,
-Sokolov, "Foldover-free maps in 50 lines of code", 2021). Once nothing is folded a power of the corner energies goes on
-to lift the worst ones. On a curved surface J is taken in the surface's own metric, quad by quad.
+Sokolov, "Foldover-free maps in 50 lines of code", 2021). Once nothing is folded, p-norms of the corner energies, with p
+rising and most of the weight on the angles alone (``|a| |b|`` for ``tr(J^T J) / 2``), lift the worst corners until they
+are good enough. On a curved surface J is taken in the surface's own metric, quad by quad.
 
 Not handled: a boundary that is itself folded, or crosses itself.
 """
@@ -20,12 +21,14 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from ..topology import FloatArray, IntArray
-from .descent import minimise
+from .descent import Energy, minimise
 
 AREA_WEIGHT = 0.1
-"""w above: how much even sizes count against right angles."""
-POWER = 4.0
-"""Of the corner energies in the last stage."""
+"""w above while unfolding: how much even sizes count against right angles."""
+POLISH = (0.02, 0.9)
+"""w and the weight of the angles while the worst corners are lifted."""
+POWERS = (4.0, 8.0, 16.0, 32.0)
+"""The p of the p-norms, one after the other."""
 
 
 def rectangles(points: FloatArray, quads: IntArray) -> FloatArray:
@@ -42,6 +45,7 @@ def relax_plane(
     *,
     lengths: FloatArray,
     metric: FloatArray | None = None,
+    wanted: float = 0.6,
     n_rounds: int = 40,
 ) -> FloatArray:
     """Move the nodes that are not `fixed` until no quad is folded and the worst corners are as good as they get.
@@ -57,6 +61,8 @@ def relax_plane(
         Edge lengths of the ideal rectangles, in any unit.
     metric : (q, 2, 2) float64, optional
         Per quad the matrix that takes plane steps to steps on the surface.
+    wanted : float
+        Sine of the worst corner (between nodes of which one may move) that is good enough.
     n_rounds : int
         Rounds of unfolding, at most.
 
@@ -75,30 +81,48 @@ def relax_plane(
     ideal = np.ascontiguousarray(ideal)
     solve = _laplacian_solver(quads, free, len(y))
     moved = y.copy()
-    state = {"eps": 1.0, "power": 1.0}
+    fixed_mask = np.ones(len(y), dtype=bool)
+    fixed_mask[free] = False
 
-    def energy(x: FloatArray) -> tuple[float, FloatArray]:
-        moved[free] = x
-        gradient = np.zeros_like(moved)
-        value = _corner_energies(moved, quads, ideal, metrics, state["eps"], AREA_WEIGHT, state["power"], gradient)
-        return value, gradient[free]
+    def unfolding(eps: float) -> Energy:
+        def energy(x: FloatArray) -> tuple[float, FloatArray]:
+            moved[free] = x
+            gradient = np.zeros_like(moved)
+            value = _corner_energies(moved, quads, ideal, metrics, eps, AREA_WEIGHT, 0.0, 1.0, gradient)
+            return value, gradient[free]
+
+        return energy
+
+    def lifting(power: float) -> Energy:
+        def energy(x: FloatArray) -> tuple[float, FloatArray]:
+            moved[free] = x
+            gradient = np.zeros_like(moved)
+            value = _corner_energies(moved, quads, ideal, metrics, 0.0, *POLISH, power, gradient)
+            norm = value ** (1.0 / power)
+            return norm, gradient[free] * (norm / (value * power) if np.isfinite(value) else 0.0)
+
+        return energy
 
     x = y[free].copy()
     for _ in range(n_rounds):
         moved[free] = x
         worst = _worst_determinant(moved, quads, ideal, metrics)
-        state["eps"] = float(np.sqrt(1e-12 + 0.04 * min(worst, 0.0) ** 2))
-        before, _ = energy(x)
-        x, after = minimise(energy, x, solve, n_steps=30)
+        eps = float(np.sqrt(1e-12 + 0.04 * min(worst, 0.0) ** 2))
+        before, _ = unfolding(eps)(x)
+        x, after = minimise(unfolding(eps), x, solve, n_steps=30)
         moved[free] = x
         if _worst_determinant(moved, quads, ideal, metrics) > 0.0 and after > 0.99 * before:
             break
-    moved[free] = x
-    if _worst_determinant(moved, quads, ideal, metrics) > 0.0:
-        state["eps"], state["power"] = 0.0, POWER
-        x, _ = minimise(energy, x, solve, n_steps=60)
-    result = y.copy()
-    result[free] = x
+    result, best = y.copy(), -np.inf
+    for power in (0.0, *POWERS):
+        if power:
+            x, _ = minimise(lifting(power), x, solve, n_steps=60)
+        moved[free] = x
+        sine = _worst_sine(moved, quads, metrics, fixed_mask)
+        if sine > best:
+            result[free], best = x, sine
+        if sine >= wanted or sine <= 0.0:
+            break
     return result
 
 
@@ -132,7 +156,23 @@ def _worst_determinant(y, quads, ideal, metrics):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _corner_energies(y, quads, ideal, metrics, eps, area_weight, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def _worst_sine(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least sine of the corners between three nodes of which one may move."""
+    worst = 1.0
+    for q in range(quads.shape[0]):
+        for c in range(4):
+            i, j, k = quads[q, c], quads[q, (c + 1) % 4], quads[q, (c + 3) % 4]
+            if fixed[i] and fixed[j] and fixed[k]:
+                continue
+            a = metrics[q] @ (y[j] - y[i])
+            b = metrics[q] @ (y[k] - y[i])
+            squares = (a[0] * a[0] + a[1] * a[1]) * (b[0] * b[0] + b[1] * b[1])
+            worst = min(worst, (a[0] * b[1] - a[1] * b[0]) / np.sqrt(squares)) if squares > 0.0 else -1.0
+    return worst
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _corner_energies(y, quads, ideal, metrics, eps, area_weight, angles, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Sum of the powers of all corner energies; adds its gradient to `gradient`.
 
     With a = M (y_next - y) / l_next, b = M (y_previous - y) / l_previous: J = [a b], det = a x b.
@@ -152,14 +192,18 @@ def _corner_energies(y, quads, ideal, metrics, eps, area_weight, power, gradient
             if root == 0.0 or (eps == 0.0 and det <= 0.0):
                 return np.inf
             chi = 0.5 * (det + root) if det > 0.0 else 0.5 * eps * eps / (root - det)
-            top = 0.5 * (a0 * a0 + a1 * a1 + b0 * b0 + b1 * b1) + area_weight * 0.5 * (1.0 + det * det)
+            aa, bb = a0 * a0 + a1 * a1, b0 * b0 + b1 * b1
+            product = np.sqrt(aa * bb)
+            top = (1.0 - angles) * 0.5 * (aa + bb) + angles * product + area_weight * 0.5 * (1.0 + det * det)
             f = top / chi
             total += f**power
             outer = power * f ** (power - 1.0)
             # d chi / d det = chi / root
             d_det = outer * (area_weight * det / chi - top / (chi * root))
-            d_a0, d_a1 = outer * a0 / chi + d_det * b1, outer * a1 / chi - d_det * b0
-            d_b0, d_b1 = outer * b0 / chi - d_det * a1, outer * b1 / chi + d_det * a0
+            d_a = outer / chi * (1.0 - angles + angles * np.sqrt(bb / aa))
+            d_b = outer / chi * (1.0 - angles + angles * np.sqrt(aa / bb))
+            d_a0, d_a1 = d_a * a0 + d_det * b1, d_a * a1 - d_det * b0
+            d_b0, d_b1 = d_b * b0 - d_det * a1, d_b * b1 + d_det * a0
             gj0, gj1 = (m00 * d_a0 + m10 * d_a1) * s, (m01 * d_a0 + m11 * d_a1) * s
             gk0, gk1 = (m00 * d_b0 + m10 * d_b1) * t, (m01 * d_b0 + m11 * d_b1) * t
             gradient[j, 0] += gj0
