@@ -6,8 +6,8 @@ import sys
 
 import numpy as np
 import pytest
-from blocks import twisted_block
-from browser import find_browser, opened
+from view_blocks import twisted_block
+from view_browser import find_browser, opened
 
 from cadsweep.errors import CadSweepError
 from cadsweep.report import mesh_summary_html, write_report

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from blocks import twisted_block
+from view_blocks import twisted_block
 
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
@@ -110,6 +110,16 @@ class TestPicture:
         monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
         with pytest.raises(CadSweepError, match="screenshot"):
             plot(twisted_block())
+
+
+def test_where_nothing_can_draw_the_package_to_install_is_named(monkeypatch, tmp_path):
+    def missing(name):
+        raise OSError(f"{name}: cannot open shared object file")
+
+    monkeypatch.setattr("cadsweep.view.display.can_open_window", lambda: False)
+    monkeypatch.setattr("ctypes.CDLL", missing)
+    with pytest.raises(CadSweepError, match="libegl1"):
+        plot(twisted_block(), screenshot=tmp_path / "a.png")
 
 
 def test_without_pyvista_the_extra_is_named(monkeypatch):

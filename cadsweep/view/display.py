@@ -1,0 +1,71 @@
+"""What the machine can draw on, VTK's chatter about it, and files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ..errors import CadSweepError
+
+
+def can_open_window() -> bool:
+    """Whether there is a display; away from X11 and Wayland there always is."""
+    return os.name == "nt" or os.uname().sysname == "Darwin" or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+
+
+def check_drawing() -> None:
+    """Make sure that VTK finds a way to draw; where it finds none it takes the whole process down.
+
+    Raises
+    ------
+    CadSweepError
+        There is neither a display nor a library to draw without one.
+    """
+    if can_open_window():
+        return
+    for library in ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so"):
+        with suppress(OSError):
+            ctypes.CDLL(library)
+            return
+    raise CadSweepError(
+        "there is no display, and nothing to draw without one; install libegl1 (apt-get install libegl1)"
+    )
+
+
+@contextmanager
+def quiet_vtk() -> Iterator[None]:
+    """Keep from stderr what VTK says while it looks for a way to draw without a display."""
+    from vtkmodules.vtkCommonCore import vtkLogger
+
+    before = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_ERROR)
+    try:
+        yield
+    finally:
+        vtkLogger.SetStderrVerbosity(before)
+
+
+def write_whole(path: Path, data: bytes) -> Path:
+    """Put a file in place in one step.
+
+    Raises
+    ------
+    CadSweepError
+        The folder is missing or not writable, or the disk is full. Nothing is left behind.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        try:
+            with temporary.open("wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise CadSweepError(f"cannot write {path}: {error.strerror or error}; choose another place") from error
+    return path

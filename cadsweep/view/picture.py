@@ -1,0 +1,177 @@
+"""A mesh drawn: in somebody's pyvista plotter, in a window, or as a PNG without a display.
+
+Not handled: hexahedra of order 2 are drawn straight between their corners.
+"""
+
+from __future__ import annotations
+
+import io
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import CadSweepError, InputError
+from ..mesh import HexMesh
+from .display import can_open_window, check_drawing, quiet_vtk, write_whole
+from .grid import Clip, boundary_colors, import_pyvista, kept_by_clip, outline, skin
+
+_COLORMAP = "viridis"
+_PLAIN = "#d6dbe2"
+_LONGEST_LEGEND = 24
+_SCALE = {
+    "title": "scaled Jacobian",
+    "n_labels": 5,
+    "fmt": "%.2g",
+    "color": "black",
+    "vertical": True,
+    "title_font_size": 16,
+    "label_font_size": 14,
+    "position_x": 0.86,
+    "position_y": 0.2,
+    "height": 0.6,
+    "width": 0.06,
+}
+
+
+def add_mesh(
+    plotter: Any,
+    mesh: HexMesh,
+    *,
+    scalars: str | None = "scaled_jacobian",
+    clip: Clip | None = None,
+    show_boundaries: bool = True,
+    limits: tuple[float, float] = (0.0, 1.0),
+    scale: bool | dict[str, Any] = True,
+) -> None:
+    """Draw a mesh in a ``pyvista.Plotter``; the options are those of :func:`plot`.
+
+    Parameters
+    ----------
+    limits : (float, float)
+        Ends of the colour scale. What lies below is red: with the default, hexahedra that are inverted.
+    scale : bool or dict
+        Draw the colour scale, or not; a dict overrides how pyvista draws it.
+    """
+    if scalars not in (None, "scaled_jacobian", "boundary"):
+        raise InputError(f"scalars must be 'scaled_jacobian', 'boundary' or None, not {scalars!r}")
+    kept = None if clip is None else kept_by_clip(mesh, clip)
+    hexes = mesh.hexes if kept is None else mesh.hexes[kept]
+    if not len(hexes):
+        raise InputError(f"clip = {clip!r} takes every hexahedron away; turn its normal round or move its origin")
+    names = list(mesh.boundaries)
+    colors = boundary_colors(len(names))
+    edge_width = 1.0 if mesh.n_hexes < 50_000 else 0.3
+    style = {"show_edges": True, "edge_color": "#303030", "line_width": edge_width, "ambient": 0.35, "diffuse": 0.75}
+    surface, owners = skin(mesh, kept)
+    any_below = bool(surface.cell_data["scaled_jacobian"].min() < limits[0])
+    below = {"below_label": "inverted"} if any_below and limits[0] == 0 else {}
+    if scalars == "scaled_jacobian":
+        plotter.add_mesh(
+            surface,
+            scalars="scaled_jacobian",
+            cmap=_COLORMAP,
+            clim=limits,
+            below_color="red" if any_below else None,
+            show_scalar_bar=bool(scale),
+            scalar_bar_args=_SCALE | below | (scale if isinstance(scale, dict) else {}),
+            **style,
+        )
+    elif scalars == "boundary" and names:
+        for i, color in enumerate([*colors, _PLAIN]):  # the index -1 of what the clip laid open comes last
+            patch = np.flatnonzero(owners == (i if i < len(names) else -1))
+            if len(patch):
+                plotter.add_mesh(surface.extract_cells(patch), color=color, **style)
+    else:
+        plotter.add_mesh(surface, color=_PLAIN, **style)
+    if show_boundaries and names:
+        _add_boundaries(plotter, mesh, colors)
+
+
+def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str]) -> None:
+    """Draw the rim of every boundary in its colour, and a legend of the names."""
+    pv = import_pyvista()
+    for quads, color in zip(mesh.boundaries.values(), colors, strict=True):
+        rim = outline(quads[:, :4])
+        if len(rim):
+            lines = pv.PolyData(mesh.points, lines=np.column_stack([np.full(len(rim), 2), rim]).ravel())
+            plotter.add_mesh(lines, color=color, line_width=4)
+    entries = [[name, color] for name, color in zip(mesh.boundaries, colors, strict=True)][:_LONGEST_LEGEND]
+    if len(mesh.boundaries) > _LONGEST_LEGEND:
+        entries.append([f"and {len(mesh.boundaries) - _LONGEST_LEGEND} more", "white"])
+    height = min(0.9, 0.035 * len(entries) + 0.02)
+    plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
+
+
+def plot(
+    mesh: HexMesh,
+    *,
+    screenshot: str | PathLike[str] | None = None,
+    scalars: str | None = "scaled_jacobian",
+    clip: Clip | None = None,
+    show_boundaries: bool = True,
+    limits: tuple[float, float] = (0.0, 1.0),
+    window_size: tuple[int, int] = (1200, 900),
+    camera: Any = None,
+) -> Any:
+    """Show a mesh in a window, or write a picture of it.
+
+    Parameters
+    ----------
+    screenshot : path, optional
+        Write a PNG instead of opening a window; needs no display.
+    scalars : "scaled_jacobian", "boundary" or None
+        What the faces are coloured by.
+    clip : str or (normal, origin), optional
+        Take away what lies on the side of the normal: ``"x"``, ``"-z"`` through the middle, or any plane.
+    show_boundaries : bool
+        Draw the rims of the named boundaries, with a legend.
+    limits : (float, float)
+        Ends of the colour scale; what lies below is red.
+    window_size : (int, int)
+        Pixels.
+    camera : optional
+        Any pyvista camera position.
+
+    Returns
+    -------
+    Path or None
+        Where the picture was written; None after a window was closed.
+
+    Raises
+    ------
+    InputError
+        An unknown option, or a clip that leaves nothing.
+    CadSweepError
+        pyvista is not installed, or the machine can draw nothing.
+    """
+    pv = import_pyvista()
+    if screenshot is None and not can_open_window():
+        raise CadSweepError("there is no display to open a window on; ask for a picture with screenshot='mesh.png'")
+    if screenshot is not None and Path(screenshot).suffix.lower() != ".png":
+        raise InputError(f"screenshot must end in .png, not '{screenshot}'")
+    check_drawing()
+    with quiet_vtk():
+        plotter = pv.Plotter(off_screen=screenshot is not None, window_size=window_size)
+        try:
+            plotter.set_background("white")
+            add_mesh(plotter, mesh, scalars=scalars, clip=clip, show_boundaries=show_boundaries, limits=limits)
+            plotter.add_axes(color="black")
+            if camera is not None:
+                plotter.camera_position = camera
+            if screenshot is None:
+                plotter.show()
+                return None
+            return save_screenshot(plotter, Path(screenshot))
+        finally:
+            plotter.close()
+
+
+def save_screenshot(plotter: Any, path: Path) -> Path:
+    """Write what a plotter shows as a PNG, whole or not at all."""
+    from PIL import Image
+
+    image = io.BytesIO()
+    Image.fromarray(plotter.screenshot(None)).save(image, format="png", optimize=True)
+    return write_whole(path, image.getvalue())
