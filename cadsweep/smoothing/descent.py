@@ -1,6 +1,6 @@
 """Limited-memory BFGS with backtracking, for energies that are infinite beyond a barrier.
 
-Place in the flow: the optimiser of :mod:`cadsweep.smoothing.patch` and :mod:`cadsweep.smoothing.cap`.
+Place in the flow: the optimiser of :mod:`cadsweep.smoothing.patch`.
 
 scipy's L-BFGS-B interpolates between the values at both ends of a step; where one end lies beyond
 the barrier, the step shrinks to nothing and it reports convergence (measured: one iteration on every

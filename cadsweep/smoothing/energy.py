@@ -1,7 +1,7 @@
-"""Distortion energies of hexahedra and quads, with gradients: what smoothing minimises.
+"""The distortion energy of hexahedra and its gradient: what smoothing minimises.
 
-Place in the flow: :mod:`cadsweep.smoothing.patch` and :mod:`cadsweep.smoothing.cap` hand these to
-L-BFGS. Every corner of a cell has a Jacobian of its edges, each edge divided by the length that it
+Place in the flow: :mod:`cadsweep.smoothing.patch` hands it to :mod:`cadsweep.smoothing.descent`. Every
+corner of a hexahedron has a Jacobian of its edges, each edge divided by the length that it
 should have, so that graded layers count as undistorted.
 
 ``shape`` (untangles)
@@ -34,7 +34,7 @@ DIRECTIONS = np.array([[0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2], [1, 0, 2], [0
 
 
 @_njit
-def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, power, shape_weight):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, power, shape_weight):  # type: ignore[no-untyped-def]  # noqa: PLR0915, PLR0917
     """Sum the energy over the corners of hexes (m, 8) that have a free node, add its gradient to `gradient` (n, 3).
 
     ``inverse_lengths`` (m, 3): one over the wanted edge length along xi, eta, zeta. ``power`` 0: the
@@ -107,61 +107,4 @@ def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, po
             gradient[o, 0] -= g0 + h0 + i0
             gradient[o, 1] -= g1 + h1 + i1
             gradient[o, 2] -= g2 + h2 + i2
-    return total, least
-
-
-@_njit
-def quad_energy(x, quads, free, inverse_lengths, normals, gradient, eps, area_weight, power, shape_weight):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Sum the energy over the corners of quads (q, 4) in space, add its gradient to `gradient` (n, 3).
-
-    ``normals`` (q, 3): unit normals that sign the areas. Otherwise as :func:`hex_energy`, with
-    ``|A|^2 / (2 chi)`` for the shape.
-    """
-    total, least = 0.0, np.inf
-    for f in range(quads.shape[0]):
-        n0, n1, n2 = normals[f, 0], normals[f, 1], normals[f, 2]
-        for c in range(4):
-            o, p, q = quads[f, c], quads[f, (c + 1) & 3], quads[f, (c + 3) & 3]
-            if not (free[o] or free[p] or free[q]):
-                continue
-            su, sv = inverse_lengths[f, c & 1], inverse_lengths[f, 1 - (c & 1)]
-            u0, u1, u2 = (x[p, 0] - x[o, 0]) * su, (x[p, 1] - x[o, 1]) * su, (x[p, 2] - x[o, 2]) * su
-            v0, v1, v2 = (x[q, 0] - x[o, 0]) * sv, (x[q, 1] - x[o, 1]) * sv, (x[q, 2] - x[o, 2]) * sv
-            a0, a1, a2 = v1 * n2 - v2 * n1, v2 * n0 - v0 * n2, v0 * n1 - v1 * n0
-            b0, b1, b2 = n1 * u2 - n2 * u1, n2 * u0 - n0 * u2, n0 * u1 - n1 * u0
-            det = u0 * a0 + u1 * a1 + u2 * a2
-            least = min(least, det)
-            uu, vv = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
-            root = np.sqrt(eps * eps + det * det)
-            chi = 0.5 * (det + root) if det > 0.0 else 0.5 * eps * eps / (root - det)
-            if not chi > 0.0:
-                return np.inf, least
-            slope = chi / root
-            norm = uu + vv
-            energy = norm / (2.0 * chi) + area_weight * (1.0 + det * det) / (2.0 * chi)
-            ku = kv = shape_weight / chi
-            across = -norm * slope / (2.0 * chi * chi)
-            across += area_weight * (det / chi - (1.0 + det * det) * slope / (2.0 * chi * chi))
-            across *= shape_weight
-            energy *= shape_weight
-            if power > 0.0:
-                if not det > 0.0:
-                    return np.inf, least
-                angle = (uu * vv / (det * det)) ** (0.5 * power)
-                energy += angle
-                ku += power * angle / uu
-                kv += power * angle / vv
-                across -= power * angle / det
-            total += energy
-            g0, g1, g2 = su * (ku * u0 + across * a0), su * (ku * u1 + across * a1), su * (ku * u2 + across * a2)
-            h0, h1, h2 = sv * (kv * v0 + across * b0), sv * (kv * v1 + across * b1), sv * (kv * v2 + across * b2)
-            gradient[p, 0] += g0
-            gradient[p, 1] += g1
-            gradient[p, 2] += g2
-            gradient[q, 0] += h0
-            gradient[q, 1] += h1
-            gradient[q, 2] += h2
-            gradient[o, 0] -= g0 + h0
-            gradient[o, 1] -= g1 + h1
-            gradient[o, 2] -= g2 + h2
     return total, least

@@ -3,8 +3,8 @@
 Place in the flow: after projection, where the mesh's worst scaled Jacobian is below the goal.
 
 Method. The hexahedra below the goal and their neighbours form patches; the nodes inside a patch
-move, all others stay where they are. Three steps follow each other, each kept only where it raises
-the patch's worst scaled Jacobian:
+move, all others stay where they are. Each step is kept only where it raises the patch's worst scaled
+Jacobian (where a corner of fixed nodes bounds a hexahedron, its share of what that corner allows):
 
 relax
     Each layer's nodes take the place that its neighbours' weighted mean gives (one sparse solve).
@@ -13,7 +13,8 @@ untangle
 polish
     A high power of one over the scaled Jacobian: the worst corner counts most.
 
-A patch that stays below the goal grows, twice, before it is given up.
+Patches are cut anew in every round, so what is polished is small. Where a round gains nothing the
+patches grow, twice, before the mesh is given back as it is.
 
 Not handled: a boundary quad that is itself inverted: no inner node can mend the hexahedron on it
 (:func:`cadsweep.quality.boundary_limit` says how good a mesh can become at all).
@@ -42,6 +43,14 @@ OF_LIMIT = 0.97
 
 GROWTH = (2, 4, 8)
 """Rings of neighbours around the bad hexahedra, tried in turn."""
+
+FARTHEST = 20.0
+"""Factor by which a wanted length may differ from the patch's median."""
+
+MOST_ROUNDS = 10
+
+LEAST_GAIN = 0.02
+"""A round that brings no patch nearer to its goal, by this share of it, makes the patches grow."""
 
 MOST_HEXES = 300_000
 """Hexahedra of the largest patch that is optimised."""
@@ -95,26 +104,29 @@ def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, 
     points = np.array(points, dtype=np.float64)
     fixed = np.asarray(fixed, dtype=bool)
     values = hex_values(points, structure)
-    before, inverted = float(np.min(values)), int(np.count_nonzero(values <= 0))
+    before, inverted = float(np.min(values, initial=1.0)), int(np.count_nonzero(values <= 0))
     steps: list[str] = []
     moved = np.zeros(len(points), dtype=bool)
-    tried = 0
-    for rings in GROWTH:
+    growth = 0
+    for _ in range(MOST_ROUNDS):
         bad = _below_goal(points, structure, values, fixed, goal)
-        if not np.any(bad):
+        if growth == len(GROWTH) or not np.any(bad):
             break
-        region = grown(bad, structure, rings)
-        if tried == region.size:  # the last patch was the whole mesh: it cannot grow
-            break
-        tried = int(np.count_nonzero(region))
+        region = grown(bad, structure, GROWTH[growth])
+        gain = 0.0
         for hexes in patches(region, structure):
             if len(hexes) > MOST_HEXES:
                 steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
                 continue
-            nodes, changed = _mend(points, structure, hexes, fixed, goal, steps)
-            points[nodes] = changed
-            moved[nodes] = True
-        values = hex_values(points, structure)
+            mended = _mend(points, structure, hexes, fixed, goal, steps)
+            points[mended.nodes] = mended.positions
+            moved[mended.nodes] = True
+            gain = max(gain, mended.gain)
+        if gain < LEAST_GAIN:
+            # A patch that was the whole mesh cannot grow.
+            growth = len(GROWTH) if np.all(region) else growth + 1
+        if gain > 0:
+            values = hex_values(points, structure)
     nodes = np.flatnonzero(moved)
     for line in steps:
         _log.info("%s", line)
@@ -123,7 +135,7 @@ def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, 
         positions=points[nodes],
         steps=tuple(steps),
         before=before,
-        after=float(np.min(values)),
+        after=float(np.min(values, initial=1.0)),
         n_inverted_before=inverted,
         n_inverted_after=int(np.count_nonzero(values <= 0)),
     )
@@ -148,50 +160,76 @@ def _goals(points: FloatArray, hexes: IntArray, fixed: BoolArray, goal: float) -
     return np.maximum(np.minimum(goal, OF_LIMIT * corner_limits(points, hexes, fixed)), 1e-3)
 
 
-def _mend(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Mended:
+    """Nodes of a patch that moved, their places, and how much nearer the patch came to its goal."""
+
+    nodes: IntArray
+    positions: FloatArray
+    gain: float
+
+
+def _mend(  # noqa: PLR0917
     points: FloatArray, structure: SweptStructure, hexes: IntArray, fixed: BoolArray, goal: float, steps: list[str]
-) -> tuple[IntArray, FloatArray]:
-    """Run the steps on one patch; return the nodes that moved and their new places."""
+) -> _Mended:
+    """Relax and untangle a patch, or polish it where nothing is inverted."""
     nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
     local = local.reshape(-1, 8)
     free = ~fixed[nodes] & ~_touches_others(structure, hexes, nodes)
-    if not np.any(free):
-        return nodes[:0], points[:0]
     start = points[nodes]
+    if not np.any(free):
+        return _Mended(nodes=nodes[:0], positions=start[:0], gain=0.0)
     patch = Patch(
         points=start,
         hexes=local,
         free=free,
-        lengths=_wanted_lengths(start, local),
+        lengths=_wanted_lengths(points, structure, hexes, start[local]),
         goals=_goals(start, local, fixed[nodes], goal),
     )
     first, last = (int(h) // len(structure.quads) for h in (hexes[0], hexes[-1]))
     where = f"{len(hexes)} hexahedra of layers {first} to {last}"
     current, score = start, patch.score(start)
-    for name in ("relax", "untangle", "polish"):
-        if score.reached >= 1 or (name != "polish" and score.worst > 0):
-            continue
-        if name == "relax":
-            candidate = relaxed(patch, current)
-        elif name == "untangle":
-            candidate = untangled(patch, current)
-        else:
-            candidate = polished(patch, current)
+    before = score.reached
+    # What is polished is cut anew after untangling: around few hexahedra rather than around all.
+    ladder = (("relax", relaxed), ("untangle", untangled)) if score.worst <= 0 else (("polish", polished),)
+    for name, step in ladder:
+        candidate = step(patch, current)
         value = patch.score(candidate)
         if value.beats(score):
             steps.append(f"{name} {where}: worst scaled Jacobian {score.worst:.3g} to {value.worst:.3g}")
             current, score = candidate, value
         else:
             steps.append(f"{name} {where}: rolled back, worst stays {score.worst:.3g}")
+        if score.reached >= 1:
+            break
     changed = free & np.any(current != start, axis=1)
-    return nodes[changed], current[changed]
+    return _Mended(nodes=nodes[changed], positions=current[changed], gain=min(score.reached, 1.0) - before)
 
 
-def _wanted_lengths(points: FloatArray, hexes: IntArray) -> FloatArray:
-    """Edge lengths of the patch's hexahedra, held within a factor of their median."""
-    lengths = edge_lengths(points, hexes)
+def _wanted_lengths(points: FloatArray, structure: SweptStructure, hexes: IntArray, corners: FloatArray) -> FloatArray:
+    """Edge lengths (m, 3) that the hexahedra should have.
+
+    Across the sweep those that they have. Along it the height of their layer on the rings, which
+    nothing has disturbed, times what is usual in their column; their own height only shades it.
+    """
+    lengths = edge_lengths(corners.reshape(-1, 3), np.arange(8 * len(hexes)).reshape(-1, 8))
+    layer, quad = np.divmod(hexes, len(structure.quads))
+    layers, at = np.unique(layer, return_inverse=True)
+    ring = np.concatenate(structure.loops)
+    lower = ring + layers[:, None] * structure.n_nodes
+    upper = (
+        ring + ((layers + 1) % structure.n_layers if structure.periodic else layers + 1)[:, None] * structure.n_nodes
+    )
+    heights = np.median(np.linalg.norm(points[upper] - points[lower], axis=2), axis=1)[at]
+    if np.all(heights > 0):
+        ratio = lengths[:, 2] / heights
+        order = np.lexsort((ratio, quad))
+        _, first, column, count = np.unique(quad[order], return_index=True, return_inverse=True, return_counts=True)
+        usual = np.empty_like(ratio)
+        usual[order] = ratio[order][first + (count - 1) // 2][column]
+        lengths[:, 2] = heights * usual * np.clip(ratio / np.where(usual > 0, usual, 1.0), 0.8, 1.25)
     middle = np.median(lengths, axis=0)
-    return np.clip(lengths, middle / 20, middle * 20)
+    return np.clip(lengths, middle / FARTHEST, middle * FARTHEST)
 
 
 def hex_values(points: FloatArray, structure: SweptStructure) -> FloatArray:

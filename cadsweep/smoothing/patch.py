@@ -3,8 +3,8 @@
 Place in the flow: :mod:`cadsweep.smoothing.ladder` cuts patches out of a swept mesh and decides
 what is kept.
 
-Lengths. Each hexahedron wants the edge lengths that it has, or that its mesh's layers have on the
-average where its own are far off: only its angles are put right, so graded layers stay graded.
+Each hexahedron has wanted edge lengths, and being as long as wanted counts as undistorted: what is put
+right are its angles, so graded layers stay graded.
 
 Not handled: a patch whose fixed nodes leave no valid position; the energy then has no finite
 minimum, the steps end after their iterations, and the caller keeps what is better.
@@ -25,6 +25,9 @@ from .descent import descended
 from .energy import hex_energy
 
 BoolArray = npt.NDArray[np.bool_]
+
+LEAST_GAIN = 0.01
+"""Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""
 
 EDGES = np.array(
     [
@@ -187,7 +190,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     return best
 
 
-def polished(patch: Patch, points: FloatArray, *, iterations: int = 80) -> FloatArray:
+def polished(patch: Patch, points: FloatArray, *, iterations: int = 60) -> FloatArray:
     """Raise the worst corner of a valid patch: minimise a high power of one over the scaled Jacobian.
 
     Returns
@@ -200,14 +203,16 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 80) -> Float
     energy.eps = 1e-9
     free = energy.x[patch.free].ravel()
     energy.shape_weight = 0.05
+    idle = 0
     for energy.power in (4.0, 8.0, 16.0, 32.0, 64.0):
-        if best_score.reached >= 1:
-            break
         free = descended(energy, free, iterations=iterations)
         moved = _kept(patch, points, energy.positions(free))
         score = patch.score(moved)
+        idle = 0 if score.reached > best_score.reached + LEAST_GAIN else idle + 1
         if score.beats(best_score):
             best, best_score = moved, score
+        if best_score.reached >= 1 or idle == 2:
+            break
     return best
 
 
