@@ -11,7 +11,7 @@ subdivides, so a whole loop as one curve needs no more than an even count.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,6 +56,8 @@ _OTHERS = (
 )
 _SMALL_LOOP = 16
 _MANY_ODD_CORNERS = 4
+_LARGE = 1000
+"""Boundary nodes from which on Blossom takes seconds."""
 
 
 def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
@@ -70,6 +72,9 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
         cosine = (after * before).sum(axis=1) / (np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1))
         n_odd += int((cosine[1::2] > np.cos(np.radians(150))).sum())
     fine = min(len(loop) for loop in loops) >= _SMALL_LOOP and n_odd <= _MANY_ODD_CORNERS
+    if sum(len(loop) for loop in loops) > _LARGE:
+        quick = (replace(_SUBDIVISION, good_enough=0.3), replace(_OTHERS[0], good_enough=0.3))
+        return (*quick, _BLOSSOM, *_OTHERS[1:])
     return (_SUBDIVISION, _BLOSSOM, *_OTHERS) if fine else (_BLOSSOM, _SUBDIVISION, *_OTHERS)
 
 

@@ -6,7 +6,8 @@ Method: where a boundary node that is no corner has one quad alone, that quad's 
 and no relaxing helps. An edge of the quad is turned (of the two quads that share it, the hexagon is
 divided anew) so that the node gets an edge of its own; an inner node left with two quads is taken
 out. Which edge is turned is decided by how many quads each node should have: one for each right
-angle of the boundary, four inside.
+angle of the boundary, four inside. Where turns do not get rid of it (a fillet whose mesh has its
+corner on the arc), a smaller quad is set into the flat one, with a quad on each side.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
     Returns
     -------
     inner, quads
-        With fewer inner nodes where some were taken out.
+        Some inner nodes may be gone, others new.
     """
     wanted, angle = wanted_valences(loops)
     n_boundary = len(wanted)
@@ -55,22 +56,25 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
     doublets = n_boundary + np.flatnonzero(uses[n_boundary:] == 2)
     if not len(flat) and not len(doublets):
         return inner, quads
-    mender = _Mender(quads, wanted)
+    mender = _Mender(quads, wanted, np.concatenate([*loops, inner]))
     for node in doublets:
         mender.take_out(int(node))
-    for node in flat:
-        mender.mend(int(node), float(angle[node]))
+    for node in flat.tolist():
+        mender.mend(node, float(angle[node]))
+    for node in range(n_boundary):  # a turn may have made a neighbour flat
+        mender.open(node, float(angle[node]))
     kept: IntArray = np.array([q for q in mender.quads if q is not None], dtype=np.int64)
     used = np.unique(kept[kept >= n_boundary])
-    number = np.arange(n_boundary + len(inner))
+    number = np.arange(len(mender.points))
     number[used] = n_boundary + np.arange(len(used))
-    return inner[used - n_boundary], number[kept]
+    return np.array(mender.points)[used], number[kept]
 
 
 class _Mender:
     """Quads as lists that may change, and the quads of every node."""
 
-    def __init__(self, quads: IntArray, wanted: IntArray) -> None:
+    def __init__(self, quads: IntArray, wanted: IntArray, points: FloatArray) -> None:
+        self.points = list(points)
         self.quads: list[list[int] | None] = quads.tolist()
         self.wanted = wanted
         self.of_node: dict[int, set[int]] = {}
@@ -85,8 +89,30 @@ class _Mender:
 
     def mend(self, node: int, angle: float) -> None:
         for _ in range(4):
-            if angle / len(self.of_node[node]) <= _FLAT or not self._turn_edge(node):
+            if angle / len(self.of_node[node]) <= _FLAT:
                 return
+            if not self._turn_edge(node):
+                break
+
+    def open(self, node: int, angle: float) -> None:
+        """Give a node that is still flat a second quad, by setting a smaller one into its own."""
+        if angle > _FLAT and len(self.of_node[node]) == 1:
+            self._set_in(min(self.of_node[node]))
+
+    def _set_in(self, q: int) -> None:
+        """Set a smaller quad into a quad."""
+        outer = self._from(q, (self.quads[q] or [0])[0])
+        corners = np.array([self.points[node] for node in outer])
+        first = len(self.points)
+        self.points += list(corners.mean(axis=0) + 0.4 * (corners - corners.mean(axis=0)))
+        inner = list(range(first, first + 4))
+        for node in inner:
+            self.of_node[node] = set()
+        self._replace(q, inner)
+        for j in range(4):
+            self.quads.append(None)
+            k = (j + 1) % 4
+            self._replace(len(self.quads) - 1, [outer[j], outer[k], inner[k], inner[j]])
 
     def _turn_edge(self, node: int) -> bool:
         """Give a node one more edge by the best turn; False where none is possible."""

@@ -164,9 +164,11 @@ class CapBuilder:
                     reasons.append(str(error))
                     continue
                 patch = self._lift(face, chart, inner, quads, boundary)
+                # Two settings that come to the same have met what the boundary allows.
+                met = best is not None and abs(patch.worst - best.worst) < 1e-6
                 if best is None or patch.worst > best.worst:
                     best = patch
-                if best.worst >= min(setting.good_enough, 0.95 * limit):
+                if met or best.worst >= min(setting.good_enough, 0.95 * limit):
                     return best
             if best is not None and best.worst >= GOOD_ENOUGH / 2:
                 return best

@@ -19,7 +19,9 @@ from .spacing import Fit, divide_lengths, divide_like, image_lengths, rescaled
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
-"""Chords a source segment is measured by: an ellipse's image is then divided to 1e-5 of a segment."""
+_N_SAMPLES = 256
+"""Chords a source segment is measured by at most, and about how many an edge needs: the image of an
+ellipse is then divided to 1e-5 of a segment."""
 _N_FITS = 3
 _SLIDE_TOLERANCE = 1e-3
 """Part of a segment below which nodes of a row are left where they are."""
@@ -36,7 +38,7 @@ class RingBuilder:
         self.fit = fit
         self.rings: FloatArray = np.full((layout.n_layers + 1, layout.n_ring, 3), np.nan)
         self.fractions: dict[int, FloatArray] = {}  # by edge, from the edge's start to its end
-        self.chords = np.empty((layout.n_ring, _N_CHORDS, 3))
+        self.chords = np.zeros((layout.n_ring, _N_CHORDS, 3))  # unused ones stay nought
         self.notes: list[str] = []
 
     def build(self) -> None:
@@ -74,13 +76,19 @@ class RingBuilder:
 
     def _measure_chords(self, placed: PlacedEdge) -> None:
         n = placed.n_segments
-        points = self.solid.edges[placed.edge].curve.evaluate(np.linspace(0.0, 1.0, n * _N_CHORDS + 1))
+        edge = self.solid.edges[placed.edge]
+        m = 1 if edge.kind == "line" else int(np.clip(np.ceil(_N_SAMPLES / n), 1, _N_CHORDS))
+        points = edge.curve.evaluate(np.linspace(0.0, 1.0, n * m + 1))
         chords = np.diff(points if placed.forward else points[::-1], axis=0)
-        self.chords[self.layout.columns(placed.loop, placed.column, n)] = chords.reshape(n, _N_CHORDS, 3)
+        self.chords[self.layout.columns(placed.loop, placed.column, n), :m] = chords.reshape(n, m, 3)
 
     def _divide(self, placed: PlacedEdge, linear_part: FloatArray | None) -> None:
         columns = self.layout.columns(placed.loop, placed.column, placed.n_segments)
-        self._set_edge(placed, divide_like(self.chords[columns], linear_part))
+        along = divide_like(self.chords[columns], linear_part)
+        known = self.fractions.get(placed.edge)
+        if known is not None and np.abs((along if placed.forward else (1.0 - along)[::-1]) - known).max() < 1e-12:
+            return
+        self._set_edge(placed, along)
 
     def _place_vertices(self) -> None:
         for vertex, (column, layer) in self.layout.vertices.items():
