@@ -33,6 +33,8 @@ from .measure import Measure, measure_face
 from .shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
 
 _INFINITE = 1e100
+_LARGEST_GAP = 1e-3
+"""Distance between an edge and its faces, as a share of the part's size, beyond which a model is damaged."""
 _EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
@@ -82,7 +84,9 @@ def extract_solid(
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
 
     surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
-    frames = [_edge_frames(surface) for surface in surfaces]
+    box = bounds(shape)
+    size = float(np.linalg.norm(box[1] - box[0]))
+    frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
     loops: list[tuple[Loop, ...]] = []
     for f, face in enumerate(holder.faces):
@@ -118,14 +122,13 @@ def extract_solid(
         )
         for j in range(n_faces)
     )
-    box = bounds(shape)
     shared = part_maps if part_maps is not None else maps
     return Solid(
         vertices=vertices,
         edges=edges,
         faces=faces,
         volume=_volume(shape, measures),
-        size=float(np.linalg.norm(box[1] - box[0])),
+        size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
         vertex_keys=_keys(shared[0], holder.vertices),
@@ -188,10 +191,19 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
     return FaceSurface(geometry=geometry, outward=outward, box=box, limits=limits, curves=in_parameters)
 
 
-def _edge_frames(surface: FaceSurface) -> dict[int, FloatArray]:
+def _edge_frames(surface: FaceSurface, number: int, largest_gap: float) -> dict[int, FloatArray]:
     """For each edge of the face, the outward normals (3, 3) at its start, middle and end; and in the face's middle."""
     numbers = list(surface.curves)
-    uv = np.concatenate([surface.edge_uv(e, np.array([0.0, 0.5, 1.0])) for e in numbers])
+    at = np.array([0.0, 0.5, 1.0])
+    uv = np.concatenate([surface.edge_uv(e, at) for e in numbers])
+    on_edges = np.concatenate([surface.curves[e][0].evaluate(at) for e in numbers])
+    gap = np.linalg.norm(surface.evaluate(uv) - on_edges, axis=1)
+    if not gap.max() <= largest_gap:
+        edge, (x, y, z) = numbers[int(gap.argmax()) // 3], on_edges[int(gap.argmax())]
+        raise CadError(
+            f"edge {edge} lies {gap.max():.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is damaged. "
+            "Export it again from its CAD program."
+        )
     normals = surface.normals(uv).reshape(-1, 3, 3)
     frames = dict(zip(numbers, normals, strict=True))
     frames[MIDDLE] = surface.normals(surface.box.mean(axis=0)[None])

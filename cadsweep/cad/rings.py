@@ -143,7 +143,7 @@ def _section(solid: Solid, holder: SolidShape, origin: FloatArray, direction: Fl
     """The section by a half-plane through the axis; None where it touches the axis or does not make the ring."""
     arms = solid.vertices - origin
     radial = arms - (arms @ direction)[:, None] * direction
-    distance = np.linalg.norm(radial, axis=1)
+    distance = np.sqrt(np.einsum("md,md->m", radial, radial))
     if distance.max() <= 1e-6 * solid.size:
         return None
     x = radial[int(distance.argmax())] / distance.max()
