@@ -31,7 +31,8 @@ import numpy.typing as npt
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
 from .inputs import FUNCTIONALS, checked_choice, checked_loops, checked_points
-from .normals import PLANAR, RingMoments, centred, chunks, normal_share, one_loop, ring_moments
+from .kernels import gram_matrices, turned_products
+from .normals import PLANAR, RingMoments, normal_share, one_loop, ring_moments
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero."""
@@ -261,8 +262,8 @@ def _maps_of(
 
 def fit_steps(rings: FloatArray, loops: Sequence[IntArray], functional: str) -> AffineMaps:
     """Fit the maps from each ring to the next one; the first map is from ring 0 to itself."""
-    factors, products = factorise_pairs(rings)
     moments = ring_moments(rings, loops, projector=np.empty((0, rings.shape[1])))
+    factors, products = factorise_pairs(rings, moments.centers)
     before = np.concatenate([[0], np.arange(len(rings) - 1)])
     return solve_systems(
         factors=factors,
@@ -334,33 +335,29 @@ def _normal_weight(factors: RingFactors) -> FloatArray:
     return np.asarray(factors.radius * np.sqrt(squares))
 
 
-def factorise_pairs(rings: FloatArray) -> tuple[RingFactors, FloatArray]:
+def factorise_pairs(rings: FloatArray, centers: FloatArray) -> tuple[RingFactors, FloatArray]:
     """Factorise the ring before each ring (K, m, n), and return ``Q^T (ring - center)`` beside the factors.
 
     Before ring 0 comes ring 0 itself.
 
     The eigenvectors of the Gram matrix turn a ring's columns nearly orthogonal; the Gram matrix of the turned
     and normalised columns is then close to the unit matrix, and its Cholesky factor removes what is left.
-    Unlike the normal equations this keeps the accuracy of an orthogonal factorisation, with small batched products.
+    Unlike the normal equations this keeps the accuracy of an orthogonal factorisation, with two passes over the rings.
     """
     n_rings, _, n = rings.shape
-    B, products = np.empty((n_rings, n, n)), np.empty((n_rings, n, n))
-    for run in chunks(n_rings, 3 * rings[0].nbytes):
-        local = centred(rings[max(run.start - 1, 0) : run.stop])[1]
-        X, Y = local[:-1], local[1:]
-        if run.start == 0:
-            X, Y = np.concatenate([local[:1], X]), local
-        V = np.linalg.eigh(np.einsum("kim,kjm->kij", X, X))[1]
-        Z = V.transpose(0, 2, 1) @ X
-        gram = np.einsum("kim,kjm->kij", Z, Z)
-        D = np.sqrt(np.maximum(np.einsum("kii->ki", gram), 0.0))
-        rounding = 1e-13 * D.max(axis=1, keepdims=True)
-        kept = rounding < D
-        inverse = np.where(kept, 1.0 / np.where(kept, D, 1.0), 0.0)
-        C = gram * inverse[:, :, None] * inverse[:, None, :]
-        C[:, np.arange(n), np.arange(n)] = 1.0
-        L = np.linalg.cholesky(C)
-        B[run] = L.transpose(0, 2, 1) @ (D[..., None] * V.transpose(0, 2, 1))
-        products[run] = np.linalg.solve(L, inverse[..., None] * (Z @ Y.transpose(0, 2, 1)))
+    grams = np.empty((n_rings, n, n))
+    gram_matrices(rings, centers, grams)
+    V = np.ascontiguousarray(np.linalg.eigh(grams)[1][np.r_[0, : n_rings - 1]])
+    turned, crossed = np.empty((n_rings, n, n)), np.empty((n_rings, n, n))
+    turned_products(rings, centers, V, turned, crossed)
+    D = np.sqrt(np.maximum(np.einsum("kii->ki", turned), 0.0))
+    rounding = 1e-13 * D.max(axis=1, keepdims=True)
+    kept = rounding < D
+    inverse = np.where(kept, 1.0 / np.where(kept, D, 1.0), 0.0)
+    C = turned * inverse[:, :, None] * inverse[:, None, :]
+    C[:, np.arange(n), np.arange(n)] = 1.0
+    L = np.linalg.cholesky(C)
+    B = L.transpose(0, 2, 1) @ (D[..., None] * V.transpose(0, 2, 1))
     W, values, Vt = np.linalg.svd(B)
+    products = np.linalg.solve(L, inverse[..., None] * crossed)
     return RingFactors(values=values, Vt=Vt), W.transpose(0, 2, 1) @ products

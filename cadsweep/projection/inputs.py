@@ -75,3 +75,8 @@ def checked_choice(value: Any, name: str, choices: Sequence[str]) -> str:
     if value not in choices:
         raise InputError(f"`{name}` is {value!r}; it can be {', '.join(repr(c) for c in choices)}")
     return str(value)
+
+
+def extent(points: FloatArray) -> float:
+    """Longest side of the box round points (..., n), one axis after the other: rows of three are slow to reduce."""
+    return max(float(np.max(points[..., c]) - np.min(points[..., c])) for c in range(points.shape[-1]))

@@ -1,8 +1,9 @@
-"""The product ``basis @ coefficients[k]`` for many layers, at the speed of memory.
+"""Compiled loops: the product ``basis @ coefficients[k]`` at the speed of memory, and sums over rings.
 
-Place in the flow: called by :meth:`FactoredSweep.points` alone.
+Place in the flow: :func:`pack` and :func:`place` serve :meth:`FactoredSweep.points`, the sums over rings
+:mod:`.affine`.
 
-Method. It computes ``out[k] = basis @ coefficients[k]; out[k, ring_nodes] = rings[k]``. A general matrix product
+Method. :func:`place` does ``out[k] = basis @ coefficients[k]; out[k, ring_nodes] = rings[k]``. A general matrix product
 wastes most of its time on three columns, so the loop is written out: nodes in blocks whose columns lie one after the
 other, four columns at a time, a few layers for each block while it is in the nearest cache. Layers are shared among
 threads; every node of every layer is summed in the same order, so the bits do not depend on their number.
@@ -96,3 +97,42 @@ def _place(packed, coefficients, ring_nodes, rings, out):  # type: ignore[no-unt
             i = ring_nodes[j]
             for c in range(3):
                 out[k, i, c] = rings[k, j, c]
+
+
+# Sums may be taken in any order here: they are of like sizes, and nothing is promised bit for bit.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+def gram_matrices(rings, centers, grams):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """``(ring - center)^T (ring - center)`` of rings (K, m, n) about centers (K, n), into grams (K, n, n)."""
+    n = rings.shape[2]
+    for k in range(rings.shape[0]):
+        for c in range(n):
+            for d in range(c + 1):
+                at, bt = centers[k, c], centers[k, d]
+                total = 0.0
+                for i in range(rings.shape[1]):
+                    total += (rings[k, i, c] - at) * (rings[k, i, d] - bt)
+                grams[k, c, d] = grams[k, d, c] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+def turned_products(rings, centers, turns, turned, crossed):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """With Z the ring before ring k, centred and turned by turns[k]: ``Z^T Z`` and ``Z^T (ring k - center)``."""
+    m, n = rings.shape[1], rings.shape[2]
+    Z, Y = np.empty((n, m)), np.empty((n, m))
+    for k in range(rings.shape[0]):
+        before = max(k - 1, 0)
+        for c in range(n):
+            for i in range(m):
+                Y[c, i] = rings[k, i, c] - centers[k, c]
+                Z[c, i] = 0.0
+            for d in range(n):
+                share, at = turns[k, d, c], centers[before, d]
+                for i in range(m):
+                    Z[c, i] += share * (rings[before, i, d] - at)
+        for c in range(n):
+            for d in range(n):
+                same, other = 0.0, 0.0
+                for i in range(m):
+                    same += Z[c, i] * Z[d, i]
+                    other += Z[c, i] * Y[d, i]
+                turned[k, c, d], crossed[k, c, d] = same, other

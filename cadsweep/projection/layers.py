@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..topology import FloatArray, IntArray
 from .affine import AffineMaps, fit_from_caps, fit_steps
 from .factored import FactoredSweep, make_basis
-from .inputs import FUNCTIONALS, STRATEGIES, checked_choice, checked_ids, checked_loops, checked_points
+from .inputs import FUNCTIONALS, STRATEGIES, checked_choice, checked_ids, checked_loops, checked_points, extent
 from .residual import TOLERANCE, carry_tolerance, compress, cotangent_weights, extend
 
 SAME = 1e-9
@@ -152,8 +152,7 @@ def chord_weights(rings: FloatArray) -> FloatArray:
     """
     steps = np.linalg.norm(np.diff(rings, axis=0), axis=-1)
     along = np.concatenate([np.zeros((1, steps.shape[1])), np.cumsum(steps, axis=0)])
-    size = float(np.max(np.ptp(rings.reshape(-1, rings.shape[-1]), axis=0)))
-    moving = along[-1] > 1e-12 * size
+    moving = along[-1] > 1e-12 * extent(rings)
     if not moving.any():
         return np.linspace(0.0, 1.0, len(rings))
     weights = (along[:, moving] / along[-1, moving]).mean(axis=1)
@@ -202,9 +201,10 @@ def _checked_quads(quads: npt.ArrayLike, n_nodes: int) -> IntArray:
 
 
 def _check_cap(points: FloatArray, name: str, rings: FloatArray, layer: int, ring_nodes: IntArray) -> None:
-    size = float(np.max(np.ptp(rings.reshape(-1, rings.shape[-1]), axis=0)))
     off = np.abs(points[ring_nodes] - rings[layer]).max(axis=1)
-    if off.max() > SAME * size:
+    if not off.any():
+        return
+    if off.max() > SAME * extent(rings):
         j = int(off.argmax())
         raise InputError(
             f"`{name}` and rings[{layer}] disagree by {off.max():.3g} at ring node {j} (node {ring_nodes[j]}); "

@@ -102,7 +102,8 @@ def compress(residuals: FloatArray, tolerance: float, *, max_modes: int = MAX_MO
 
 def _greatest(M: FloatArray, n: int) -> float:
     """Greatest node distance in a matrix whose rows hold n components per layer."""
-    return float(np.sqrt(np.max(np.sum(M.reshape(len(M), -1, n) ** 2, axis=-1))))
+    rows = M.reshape(len(M), -1, n)
+    return float(np.sqrt(np.max(np.einsum("ikc,ikc->ik", rows, rows))))
 
 
 def _leading_modes(M: FloatArray, tolerance: float, max_modes: int) -> tuple[FloatArray, FloatArray, FloatArray]:
