@@ -20,6 +20,8 @@ import numpy as np
 
 from . import cad, estimate, intervals, recognition, smoothing, surface
 from .assembly import FactoredMesh, factor_mesh, is_ring, make_reference
+from .curving import project_to_edges, project_to_faces
+from .elevate import elevate
 from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from .factors import load_factors, save_factors
 from .io.atomic import check_place, replaced_file
@@ -281,7 +283,7 @@ def stream_mesh(
     part, sweeps = _find(source, chosen, run)
 
     def make(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _Made:
-        factored = factor_sweep(part, sweep, options, run, streamed=True)
+        factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
         reference = make_reference(part, sweep)
         with replaced_file(place) as stream:
             with run.stage("write"):
@@ -339,7 +341,7 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
     failures: list[CadSweepError] = []
     for sweep in sweeps[:MOST_CANDIDATES]:
         try:
-            factored = factor_sweep(part, sweep, options, run, streamed=True)
+            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
         except (InputError, NotSweepableError):
             raise
         except CadSweepError as error:
@@ -394,7 +396,7 @@ def _first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: _Ru
 
 def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _Made:
     """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
-    factored = factor_sweep(part, sweep, options, run)
+    factored, surfaces = factor_sweep(part, sweep, options, run)
     with run.stage("assembly"):
         mesh = factored.to_mesh()
     reference = make_reference(part, sweep)
@@ -407,6 +409,17 @@ def _make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: _Run) -> _M
             factored.points(out=mesh.points.reshape(-1, factored.structure.n_nodes, 3))
             with run.stage("quality"):
                 report = check_mesh(mesh, cad=reference)
+    if options.order == 2 and (report.valid or options.allow_inverted):
+        with run.stage("order 2"):
+            mesh = elevate(
+                mesh,
+                nodes=options.nodes,
+                curves=project_to_edges(part, sweep, surfaces),
+                surfaces=project_to_faces(part, sweep, mesh),
+                allow_inverted=options.allow_inverted,
+            )
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=reference)
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
@@ -438,7 +451,9 @@ def refusal(report: QualityReport) -> InvertedHexError:
     )
 
 
-def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, streamed: bool = False) -> FactoredMesh:
+def factor_sweep(
+    part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, streamed: bool = False
+) -> tuple[FactoredMesh, SurfaceMesh]:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     size = None if options.size is None else options.size / part.scale
     layers = options.layers if options.fractions is None else len(options.fractions) - 1
@@ -469,7 +484,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, 
             target_points=target.points,
             residual=options.residual,
         )
-    return factor_mesh(
+    factored = factor_mesh(
         sweep,
         surfaces,
         placed,
@@ -487,6 +502,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: _Run, *, 
             "seconds": run.seconds,
         },
     )
+    return factored, surfaces
 
 
 def _edge_sizes(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, float]:
