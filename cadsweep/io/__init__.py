@@ -10,12 +10,14 @@ Node orders, element types and sides are tables of the format modules, each with
 from __future__ import annotations
 
 import logging
+import os
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from struct import error as struct_error
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
@@ -126,9 +128,12 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
             with replaced_file(path) as stream:
                 module.write(stream, labelled, **options)
                 stream.flush()
-                if verify:
-                    stream.seek(0)
-                    _check(module, labelled, module.read(stream), options)
+                # The disk takes the bytes while they are compared.
+                with ThreadPoolExecutor(max_workers=1) as pool:
+                    flushed = pool.submit(os.fsync, stream.fileno())
+                    if verify:
+                        _verify(module, labelled, stream, options)
+                    flushed.result()
     except InputError:
         raise
     except CadSweepError as error:
@@ -165,6 +170,14 @@ def read(path: str | PathLike[str]) -> HexMesh:
     except (ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, RuntimeError, struct_error) as error:
         # What numpy and the parsers say of damaged bytes: no defect of ours, and of no use to the user as it stands.
         raise InputError(f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error})") from error
+
+
+def _verify(module: ModuleType, mesh: LabelledMesh, stream: BinaryIO, options: dict[str, Any]) -> None:
+    stream.seek(0)
+    if hasattr(module, "verify"):
+        module.verify(stream, mesh, **options)
+    else:
+        _check(module, mesh, module.read(stream), options)
 
 
 def _check(module: ModuleType, mesh: LabelledMesh, back: HexMesh, options: dict[str, Any]) -> None:

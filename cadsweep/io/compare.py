@@ -5,6 +5,10 @@ Place in the flow: :func:`cadsweep.io.write` calls :func:`check_same` between wr
 
 from __future__ import annotations
 
+import ctypes
+import sys
+from typing import Any, BinaryIO
+
 import numpy as np
 
 from ..errors import CadSweepError
@@ -13,6 +17,12 @@ from ..topology import IntArray
 from .labels import LabelledMesh, cyclic
 
 _CHUNK = 1 << 16
+_PIECE = 1 << 20
+
+_memcmp: Any = getattr(ctypes.CDLL(None), "memcmp", None) if sys.platform != "win32" else None
+if _memcmp is not None:
+    _memcmp.argtypes = (ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t)
+    _memcmp.restype = ctypes.c_int
 
 
 Groups = tuple[dict[str, IntArray], dict[str, IntArray]]
@@ -74,6 +84,44 @@ def _check_groups(groups: Groups, back: HexMesh) -> None:
     for name, ids in parts.items():
         if not np.array_equal(np.sort(ids), np.sort(back.parts[name])):
             raise CadSweepError(f"reading it back gave other hexes of part {name!r}")
+
+
+class ExpectedBytes:
+    """Takes what a writer writes and compares it with what stands in a file.
+
+    Raises
+    ------
+    CadSweepError
+        At the first difference.
+    """
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._file = np.memmap(stream, dtype=np.uint8, mode="r")
+        self._place = 0
+
+    def write(self, data: bytes | memoryview) -> int:
+        """Compare the next bytes."""
+        sent = np.frombuffer(data, dtype=np.uint8)
+        for start in range(0, len(sent), _PIECE):
+            part = sent[start : start + _PIECE]
+            if not same_bytes(part, self._file[self._place : self._place + len(part)]):
+                raise CadSweepError(f"reading it back gave other bytes, the first from {self._place} on")
+            self._place += len(part)
+        return len(sent)
+
+    def finish(self) -> None:
+        """Make sure that nothing else follows."""
+        if self._place != len(self._file):
+            raise CadSweepError("reading it back gave more bytes than were written")
+
+
+def same_bytes(some: np.ndarray, others: np.ndarray) -> bool:
+    """Whether two contiguous arrays of the same type hold the same bytes, at the speed of memory."""
+    if some.shape != others.shape or some.dtype != others.dtype:
+        return False
+    if _memcmp is None:
+        return np.array_equal(some, others)
+    return _memcmp(some.ctypes.data, others.ctypes.data, some.nbytes) == 0
 
 
 def all_boundaries(mesh: LabelledMesh) -> dict[str, IntArray]:

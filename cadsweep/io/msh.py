@@ -7,12 +7,12 @@ Place in the flow: the module behind the suffix ``.msh``; see :mod:`cadsweep.io.
 from __future__ import annotations
 
 import mmap
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 from ..errors import InputError
 from ..mesh import HexMesh
 from . import msh22, msh41
-from .compare import Groups, all_boundaries, all_parts, disjoint_boundaries, disjoint_parts
+from .compare import ExpectedBytes, Groups, all_boundaries, all_parts, check_same, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh
 from .msh_read import read_content
 
@@ -45,6 +45,19 @@ def kept_groups(mesh: LabelledMesh, *, version: str = "4.1", binary: bool | None
     if str(version) == "2.2":
         return disjoint_boundaries(mesh), disjoint_parts(mesh)
     return all_boundaries(mesh), all_parts(mesh)
+
+
+def verify(stream: BinaryIO, mesh: LabelledMesh, *, version: str = "4.1", binary: bool | None = None) -> None:
+    """Compare a file that was just written with the mesh.
+
+    Of a binary file every byte is compared with what it should be, without making a second mesh of it.
+    """
+    if str(version) == "4.1" and binary is not False:
+        sink = ExpectedBytes(stream)
+        msh41.write(cast(BinaryIO, sink), mesh)
+        sink.finish()
+    else:
+        check_same(mesh, read(stream), kept_groups(mesh, version=version, binary=binary))
 
 
 def read(stream: BinaryIO) -> HexMesh:

@@ -66,14 +66,13 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool = True) -> None:
 
 
 def _write_entities(put: _BinaryOutput | _TextOutput, mesh: LabelledMesh) -> None:
-    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    low, high = mesh.bounds
     n_surfaces = len(mesh.faces.members)
     put.sizes(0, 0, n_surfaces, len(mesh.volumes.members))
     put.end()
     for block in range(n_surfaces):
-        corners = mesh.points[mesh.quads[mesh.faces.cells(block), :4].reshape(-1)]
         put.integers(block + 1)
-        put.reals(*corners.min(axis=0), *corners.max(axis=0))
+        put.reals(*mesh.block_bounds[block][0], *mesh.block_bounds[block][1])
         tags = [mesh.faces.names.index(name) + 1 for name in mesh.faces.members[block]]
         put.sizes(len(tags))
         put.integers(*tags)

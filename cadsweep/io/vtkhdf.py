@@ -14,14 +14,16 @@ VTK file formats, "VTKHDF File Format" (docs.vtk.org/en/latest/vtk_file_formats/
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
 
-from ..errors import InputError
+from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from . import vtk_cells
+from .compare import same_bytes
 from .labels import LabelledMesh
 
 VERSION = (2, 2)
@@ -29,18 +31,60 @@ VERSION = (2, 2)
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh as one piece."""
-    cells, fields, points = vtk_cells.grid_arrays(mesh)
-    with h5py.File(stream, "w", libver=("v108", "v110")) as file:
+    # The names' arrays are worked out while the large ones are written.
+    with ThreadPoolExecutor(max_workers=1) as pool, h5py.File(stream, "w", libver=("v108", "v110")) as file:
+        named = pool.submit(vtk_cells.grid_arrays, mesh)
         root = open_grid(file)
-        root["NumberOfPoints"] = np.array([len(mesh.points)], dtype=np.int64)
-        root["NumberOfCells"] = np.array([len(mesh.hexes)], dtype=np.int64)
-        root["NumberOfConnectivityIds"] = np.array([mesh.hexes.size], dtype=np.int64)
+        for name, n in _numbers(mesh).items():
+            root[f"NumberOf{name}"] = np.array([n], dtype=np.int64)
         root["Points"] = mesh.points
         root["Connectivity"] = mesh.hexes.reshape(-1)
         root["Offsets"] = vtk_cells.offsets(mesh.hexes)
         root["Types"] = vtk_cells.types(mesh.hexes)
+        cells, fields, points = named.result()
         for group, arrays in (("CellData", cells), ("PointData", points), ("FieldData", fields)):
             write_arrays(root.require_group(group), arrays)
+
+
+def verify(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Compare a file that was just written with the mesh, array by array, without making a second mesh of it.
+
+    Raises
+    ------
+    CadSweepError
+        An array is missing, is one too many, or differs.
+    """
+    cells, fields, points = vtk_cells.grid_arrays(mesh)
+    expected: dict[str, Any] = {
+        "Points": mesh.points,
+        "Connectivity": mesh.hexes.reshape(-1),
+        "Offsets": vtk_cells.offsets(mesh.hexes),
+        "Types": vtk_cells.types(mesh.hexes),
+        **{f"NumberOf{k}": np.array([v]) for k, v in _numbers(mesh).items()},
+    }
+    for group, arrays in (("CellData", cells), ("PointData", points), ("FieldData", fields)):
+        expected |= {f"{group}/{name}": values for name, values in arrays.items()}
+    with h5py.File(stream, "r") as file:
+        found: dict[str, h5py.Dataset] = {}
+        file["VTKHDF"].visititems(lambda name, item: found.update({name: item} if hasattr(item, "dtype") else {}))
+        if set(found) != set(expected):
+            raise CadSweepError(f"reading it back, the arrays differ: {sorted(set(found) ^ set(expected))[:5]}")
+        for name, values in expected.items():
+            if not _equal(stream, found[name], values):
+                raise CadSweepError(f"reading it back gave another array {name!r}")
+
+
+def _numbers(mesh: LabelledMesh) -> dict[str, int]:
+    return {"Points": len(mesh.points), "Cells": len(mesh.hexes), "ConnectivityIds": mesh.hexes.size}
+
+
+def _equal(stream: BinaryIO, data: h5py.Dataset, values: np.ndarray) -> bool:
+    if values.dtype.kind == "U":
+        return [v.decode() for v in data[:]] == values.tolist()
+    offset = data.id.get_offset()
+    if offset is None:
+        return False
+    return same_bytes(np.memmap(stream, dtype=data.dtype, mode="r", offset=offset, shape=data.shape), values)
 
 
 def open_grid(file: h5py.File) -> h5py.Group:
