@@ -4,7 +4,8 @@ Place in the flow: called by :func:`cadsweep.quality.check.check_surface`.
 
 A mesh of flat-sided cells is not the CAD solid: a circle of n chords has an area smaller by a
 fraction (2 pi / n)**2 / 6. How much a volume or an area may deviate is therefore judged from the
-mesh's own turning angles: a chord of length l across a turn t lies l t / 8 off its arc.
+mesh's own turning angles: a chord of length l across a turn t lies l t / 8 off its arc. Where they cannot explain
+a deviation, the distance of the facets from the CAD faces is measured (:mod:`cadsweep.quality.sag`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from ..topology import FloatArray, IntArray
 from . import surface_kernels
 from .report import CadReference
+from .sag import measure_slack
 
 LARGEST_TURN = np.pi / 3
 """A turn beyond this between neighbouring quads or segments is a corner of the part, not a curve."""
@@ -51,6 +53,32 @@ def cad_problems(
     if cad.euler is not None and euler is not None and euler != cad.euler:
         problems.append(f"the boundary's Euler characteristic is {euler}, the CAD solid's {cad.euler}")
     slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
+    odd = _odd_figures(areas, volume, slack, cad)
+    if odd and cad.distance is not None and cad.relative is None:
+        # Angles say nothing where a curved face is one facet wide; the face itself does.
+        measured = measure_slack(points, boundaries, cad.distance)
+        slack = {name: (max(slack[name][0], m[0]), max(slack[name][1], m[1])) for name, m in measured.items()}
+        odd = _odd_figures(areas, volume, slack, cad)
+    problems += odd
+    if cad.distance is not None:
+        for name, quads in boundaries.items():
+            nodes = np.unique(quads)
+            far = np.abs(cad.distance(points[nodes], name))
+            if not np.all(far <= cad.tolerance * size):
+                worst = int(np.argmax(np.where(np.isfinite(far), far, np.inf)))
+                place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
+                problems.append(
+                    f"{np.count_nonzero(~(far <= cad.tolerance * size))} nodes of '{name}' are off their CAD face, "
+                    f"the farthest is node {nodes[worst]} at ({place}), by {far[worst]:.3g}"
+                )
+    return problems
+
+
+def _odd_figures(
+    areas: Mapping[str, float], volume: float | None, slack: Mapping[str, tuple[float, float]], cad: CadReference
+) -> list[str]:
+    """Volume and areas that differ from the CAD model's by more than the slack allows."""
+    problems = []
     if cad.volume is not None and volume is not None:
         allowed = _allowed(cad, cad.volume, sum(s[0] for s in slack.values()), known=bool(slack))
         if not abs(volume - cad.volume) <= allowed:
@@ -68,17 +96,6 @@ def cad_problems(
                 f"the area of '{name}' is {areas[name]:.8g}, the CAD face's {area:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
-    if cad.distance is not None:
-        for name, quads in boundaries.items():
-            nodes = np.unique(quads)
-            far = np.abs(cad.distance(points[nodes], name))
-            if not np.all(far <= cad.tolerance * size):
-                worst = int(np.argmax(np.where(np.isfinite(far), far, np.inf)))
-                place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
-                problems.append(
-                    f"{np.count_nonzero(~(far <= cad.tolerance * size))} nodes of '{name}' are off their CAD face, "
-                    f"the farthest is node {nodes[worst]} at ({place}), by {far[worst]:.3g}"
-                )
     return problems
 
 
