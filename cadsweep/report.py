@@ -178,7 +178,8 @@ def _sweeps(mesh: HexMesh) -> str:
     rows = []
     for sweep in mesh.info.get("sweeps", []):
         for key, value in sweep.items():
-            text = ", ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+            faces = [f"face {f}" if isinstance(f, int) else str(f) for f in value] if isinstance(value, list) else []
+            text = ", ".join(faces) or str(value)
             rows.append((escape(str(key)), escape(text)))
     return _table(rows)
 

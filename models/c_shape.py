@@ -19,13 +19,15 @@ import cadquery as cq
 r = 1.0  # radius of the section
 R = 3.0  # radius of the sweep path
 angle = 180.0  # how far the section is turned, degrees
-dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
+dome = 0.4  # height of the source above the plane of its boundary, outward; 0 leaves it plane
 
 MIN_SCALED_JACOBIAN = 0.5  # of the mesh that the defaults make
 
 
 def domed(face, height):
     """A cap on the boundary of a plane face that rises to `height` above its middle."""
+    if not height:
+        return face
     top = face.Center() + face.normalAt() * height
     surface = cq.Face.makeNSidedSurface(face.Edges(), [top], nbPtsOnCur=40, nbIter=4, tol2d=1e-7, tol3d=1e-7)
     return cq.Face.constructOn(surface, face.outerWire())

@@ -24,7 +24,7 @@ length = 5.0  # height of the target's centre above the source's
 skew = 3.0  # sideways shift of the target's centre
 short, long = 1.0, 1.5  # semi-axes of the source, along and across the skew; `long` is the target's along it
 tilt = 40.0  # inclination of the source, degrees
-dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
+dome = 0.4  # height of the source above the plane of its boundary, outward; 0 leaves it plane
 
 MIN_SCALED_JACOBIAN = 0.2  # of the mesh that the defaults make
 
@@ -41,7 +41,9 @@ def ellipse(center, normal, x_axis, x_radius, y_radius):
 
 
 def domed(wire, top):
-    """A smooth face on a wire, through the point `top`."""
+    """A smooth face on a wire, through the point `top`; a plane one where no height is asked for."""
+    if not dome:
+        return cq.Face.makeFromWires(wire)
     surface = cq.Face.makeNSidedSurface(wire.Edges(), [top], nbPtsOnCur=40, nbIter=4, tol2d=1e-7, tol3d=1e-7)
     return cq.Face.constructOn(surface, wire)
 

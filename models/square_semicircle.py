@@ -21,7 +21,7 @@ from cadquery import func
 side = 2.0  # side of the square
 R = 3.0  # radius of the semicircle
 bend = 0.4  # how far the middles of the target's sides leave its plane
-dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
+dome = 0.4  # height of the source above the plane of its boundary, outward; 0 leaves it plane
 n_sections = 13  # sections that the sides are drawn through
 
 MIN_SCALED_JACOBIAN = 0.4  # of the mesh that the defaults make

@@ -26,7 +26,7 @@ length = 5.0  # height of the target's centre above the source's
 skew = 3.0  # sideways shift of the target's centre
 bulge = 0.2  # sagitta of the target's arcs
 tilt = 40.0  # inclination of the source, degrees
-dome = 0.4  # height of the source above the plane of its boundary, outward; not 0
+dome = 0.4  # height of the source above the plane of its boundary, outward; 0 leaves it plane
 n_sections = 5  # sections that the sides are drawn through
 
 MIN_SCALED_JACOBIAN = 0.5  # of the mesh that the defaults make
@@ -47,7 +47,7 @@ def section(t):
     for start, end in zip(points, points[1:] + points[:1], strict=True):
         middle = (start + end) / 2
         outward = (middle - center).normalized()
-        if t == 0:
+        if t * bulge == 0:
             edges.append(cq.Edge.makeLine(start, end))
         else:
             edges.append(cq.Edge.makeThreePointArc(start, middle + outward * bulge * t, end))
@@ -55,7 +55,9 @@ def section(t):
 
 
 def domed(wire, top):
-    """A smooth face on a wire, through the point `top`."""
+    """A smooth face on a wire, through the point `top`; a plane one where no height is asked for."""
+    if not dome:
+        return cq.Face.makeFromWires(wire)
     surface = cq.Face.makeNSidedSurface(wire.Edges(), [top], degree=5, nbPtsOnCur=30, nbIter=3, tol3d=1e-7)
     return cq.Face.constructOn(surface, wire)
 

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from view_blocks import twisted_block
+from view_blocks import of_order_2, twisted_block, unit_cube
 
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
@@ -37,6 +37,19 @@ class TestGrid:
         grid = twisted_block().to_pyvista()
         theirs = grid.cell_quality("scaled_jacobian").cell_data["scaled_jacobian"]
         np.testing.assert_allclose(grid.cell_data["scaled_jacobian"], theirs, atol=1e-12)
+
+    @pytest.mark.parametrize(("n_nodes", "vtk_type"), [(20, 25), (27, 29)])
+    def test_order_2_has_its_own_cells(self, n_nodes, vtk_type):
+        # Every node of a hexahedron lies where VTK's own table of the cell's nodes says, within the unit cube.
+        cube = of_order_2(unit_cube(), n_nodes).to_pyvista()
+        cell = cube.GetCell(0)
+        table = [cell.GetParametricCoords()[i] for i in range(3 * n_nodes)]
+        np.testing.assert_allclose(cube.points[cube.cells[1:]], np.reshape(table, (-1, 3)), atol=1e-15)
+        mesh = twisted_block()
+        assert set(of_order_2(mesh, n_nodes).to_pyvista().celltypes) == {vtk_type}
+        surface, owners = skin(of_order_2(mesh, n_nodes))
+        assert (owners >= 0).all()
+        assert surface.n_cells == sum(map(len, mesh.boundaries.values()))
 
     def test_its_skin_is_the_boundaries(self):
         mesh = twisted_block()

@@ -1,5 +1,7 @@
 """Small meshes to look at."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cadsweep.mesh import HexMesh, SweptStructure, side_quads, sweep_hexes
@@ -27,4 +29,26 @@ def twisted_block(n=4, n_layers=6, *, turn=0.8):
         parts={"block": np.arange(n_layers * len(quads))},
         structure=SweptStructure(quads=quads, loops=(loop,), n_nodes=len(section), n_layers=n_layers),
         info={"seconds": {"surface": 0.25}, "sweeps": [{"source": [0], "target": ["lid"], "layers": n_layers}]},
+    )
+
+
+def unit_cube():
+    """One hexahedron."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    return HexMesh(points=np.concatenate([corners, corners + [0, 0, 1]]), hexes=np.arange(8)[None], boundaries={})
+
+
+def of_order_2(mesh, n_nodes):
+    """The same mesh with 20 or 27 nodes a hexahedron, every new node in the middle of its corners; none is shared."""
+    c = mesh.points[mesh.hexes]
+    around = [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]]
+    if n_nodes == 27:
+        around += [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7], list(range(8))]
+    middles = np.stack([c[:, corners].mean(axis=1) for corners in around], axis=1)
+    new = mesh.n_nodes + np.arange(len(around) * mesh.n_hexes).reshape(mesh.n_hexes, -1)
+    return replace(
+        mesh,
+        points=np.concatenate([mesh.points, middles.reshape(-1, 3)]),
+        hexes=np.concatenate([mesh.hexes, new], axis=1),
+        structure=None,
     )
