@@ -25,7 +25,7 @@ from .elevate import elevate
 from .errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from .factors import load_factors, save_factors
 from .io.atomic import check_place, replaced_file
-from .mesh import HexMesh
+from .mesh import HexMesh, SurfaceMesh
 from .options import SweepOptions
 from .projection import corrected, project_layers
 from .projection.caps import place_target
