@@ -30,9 +30,9 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
-from .inputs import FUNCTIONALS, checked_choice, checked_loops, checked_points
+from .inputs import FUNCTIONALS, checked_choice, checked_points
 from .kernels import gram_matrices, turned_products
-from .normals import PLANAR, RingMoments, normal_share, one_loop, ring_moments
+from .normals import PLANAR, RingMoments, normal_share, ring_moments, row_loops
 
 RANK_TOLERANCE = 1e-9
 """Singular values below this fraction of the greatest count as zero."""
@@ -127,8 +127,8 @@ def fit_affine(
     functional : "F", "G" or "H"
         Eqs. (6), (9), (10).
     loops : sequence of int arrays, optional
-        Rows of the rings in cyclic order, outer loop first; one loop of all rows where not given. Used for
-        the normals of H.
+        Rows of the rings in cyclic order, outer loop first, as :func:`.pseudo_normal` takes them; one loop of all
+        rows where not given. Used for the normals of H.
     vectors : (u^X, u^Y), optional
         The vectors of H. By default Remark 8's: the pseudo-normals of both rings where X is planar, zero
         where it is not. They enter with the ring's Frobenius norm as their length, which leaves the
@@ -167,7 +167,7 @@ def fit_affine(
         given = np.stack([checked_points(np.atleast_2d(v), "vectors")[0] for v in vectors])
         if given.shape != (2, X.shape[1]):
             raise InputError(f"`vectors` must be two vectors of R^{X.shape[1]}")
-    order = one_loop(len(X)) if loops is None else checked_loops(loops, len(X))
+    order = row_loops(loops, len(X))
     rows = np.concatenate(order)
     if len(rows) != len(X):
         raise InputError(f"`loops` hold {len(rows)} rows of a ring of {len(X)}; every row belongs to one loop")

@@ -85,7 +85,8 @@ def pseudo_normal(ring: npt.ArrayLike, loops: Sequence[npt.ArrayLike] | None = N
     ring : (m, n) array, n = 2 or 3
         Boundary nodes.
     loops : sequence of int arrays, optional
-        Rows of `ring` in cyclic order, outer loop first; one loop of all rows where not given. Holes may
+        Rows of `ring` in cyclic order, outer loop first; one loop of all rows where not given. Node ids of a
+        mesh, whose concatenation the ring follows, are understood too where they cannot be rows. Holes may
         turn either way: they are taken against the outer loop.
 
     Returns
@@ -106,15 +107,26 @@ def pseudo_normal(ring: npt.ArrayLike, loops: Sequence[npt.ArrayLike] | None = N
     left-hand normal of the direction in which the outer loop's nodes progress: ``sum (i - mean(i)) x_i``.
     """
     points = checked_points(ring, "ring")
-    order = one_loop(len(points)) if loops is None else checked_loops(loops, len(points))
+    order = row_loops(loops, len(points))
     rows = np.concatenate(order)
     moments = ring_moments(points[None, rows], order, projector=np.empty((0, len(rows))))
     return moments.normals[0]
 
 
-def one_loop(n_nodes: int) -> tuple[IntArray, ...]:
-    """The loop that a ring is where nothing else is said: all rows in cyclic order."""
-    return (np.arange(n_nodes, dtype=np.int64),)
+def row_loops(loops: Sequence[npt.ArrayLike] | None, n_rows: int) -> tuple[IntArray, ...]:
+    """The loops of a ring as rows of it; without `loops` one loop of all rows.
+
+    Loops of as many ids as there are rows, some of them no row, are a mesh's: the ring follows their concatenation.
+    """
+    if loops is None:
+        return (np.arange(n_rows, dtype=np.int64),)
+    ids = [np.asarray(loop) for loop in loops]
+    n_ids = sum(loop.size for loop in ids)
+    greatest = max((int(np.max(loop)) for loop in ids if loop.size), default=0)
+    if n_ids == n_rows and greatest >= n_rows:
+        slices = loop_slices(checked_loops(loops, greatest + 1))
+        return tuple(np.arange(s.start, s.stop, dtype=np.int64) for s in slices)
+    return checked_loops(loops, n_rows)
 
 
 def ring_moments(rings: FloatArray, loops: Sequence[IntArray], *, projector: FloatArray) -> RingMoments:

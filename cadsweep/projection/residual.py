@@ -30,8 +30,9 @@ log = logging.getLogger(__name__)
 
 TOLERANCE = 1e-4
 """A residual below this fraction of the shortest ring segment is not carried: no quad feels it."""
-NOISE = 1e-8
-"""Nor is one below this fraction of a ring's r.m.s. radius, however short the shortest segment is."""
+NOISE = 1e-6
+"""Nor is one below this fraction of the source ring's r.m.s. radius, however short the shortest segment is: CAD kernels
+keep seams and rebuilt curves no better than that, and their noise must not become modes."""
 MAX_MODES = 64
 
 

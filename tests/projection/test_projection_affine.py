@@ -163,6 +163,8 @@ def test_loops_are_rows_and_their_order_does_not_matter():
     shuffled = [np.argsort(order)[row] for row in rows]
     second = fit_affine(ring[order], image[order], "H", loops=shuffled)
     assert np.abs(first.matrix - second.matrix).max() < 1e-13
+    mesh_loops = fit_affine(ring, image, "H", loops=[loop + len(ring) for loop in section.loops])
+    assert np.abs(first.matrix - mesh_loops.matrix).max() == 0.0
     hole_turned = fit_affine(ring, image, "H", loops=[rows[0], rows[1][::-1]])
     assert np.abs(first.matrix - hole_turned.matrix).max() < 1e-13
 
