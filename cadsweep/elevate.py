@@ -101,7 +101,10 @@ def elevate(
     straight = 0.5 * (mesh.points[edges[:, 0]] + mesh.points[edges[:, 1]])
     surfaces = [(np.asarray(quads, dtype=np.int64), project) for quads, project in surfaces]
     bow, fixed = _boundary_bow(mesh, edges, straight, list(curves), surfaces)
-    if bow.any():
+    # A projection to a plane or a line moves a middle by rounding alone: that is no bow to be faded.
+    lengths = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
+    straight_enough = np.linalg.norm(bow, axis=1) <= 1e-9 * lengths
+    if not straight_enough.all():
         bow = _faded(bow, fixed, edge_of)
     middles = straight + bow
     points = [mesh.points, middles]
@@ -179,7 +182,7 @@ def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
     result = bow.copy()
     for axis in range(3):
         # A bow that is a little less smooth than harmonic is as good: the iteration may stop early.
-        result[free, axis] = cg(matrix, right[:, axis], rtol=1e-8, maxiter=2000, M=scale)[0]
+        result[free, axis] = cg(matrix, right[:, axis], rtol=1e-4, maxiter=2000, M=scale)[0]
     return result
 
 
