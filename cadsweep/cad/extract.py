@@ -82,10 +82,18 @@ def extract_solid(
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
     curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
-
-    surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
     box = bounds(shape)
     size = float(np.linalg.norm(box[1] - box[0]))
+    for j, (curve, _) in enumerate(curves):
+        gap = np.linalg.norm(curve.evaluate(np.array([0.0, 1.0])) - vertices[list(ends[j])], axis=1).max()
+        if not gap <= _LARGEST_GAP * size:
+            x, y, z = vertices[ends[j][0]]
+            raise CadError(
+                f"edge {j} ends {gap:.3g} off its vertices, near ({x:.4g}, {y:.4g}, {z:.4g}), so the model is damaged. "
+                "Export it again from its CAD program."
+            )
+
+    surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
     frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
     loops: list[tuple[Loop, ...]] = []
@@ -201,8 +209,8 @@ def _edge_frames(surface: FaceSurface, number: int, largest_gap: float) -> dict[
     if not gap.max() <= largest_gap:
         edge, (x, y, z) = numbers[int(gap.argmax()) // 3], on_edges[int(gap.argmax())]
         raise CadError(
-            f"edge {edge} lies {gap.max():.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is damaged. "
-            "Export it again from its CAD program."
+            f"edge {edge} lies {gap.max():.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
+            "damaged. Export it again from its CAD program."
         )
     normals = surface.normals(uv).reshape(-1, 3, 3)
     frames = dict(zip(numbers, normals, strict=True))

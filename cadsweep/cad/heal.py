@@ -108,24 +108,32 @@ def mend(traced: Traced) -> list[str]:
     check_closed(traced.shape)
     before = faults(traced.shape)
     if before:
-        repair = ShapeFix_Shape(traced.shape)
-        repair.Perform()
-        context = repair.Context()
-        if len(subshapes(repair.Shape(), SOLID)) == 1:
-            traced.replace(subshapes(repair.Shape(), SOLID)[0], context.Apply)
-        after = faults(traced.shape)
-        if after:
-            more = f" (and {len(after) - 1} more)" if len(after) > 1 else ""
-            raise CadError(
-                f"OpenCASCADE finds the solid invalid: {after[0]}{more}. Look for faces or wires that cross "
-                "themselves, and repair the model in its CAD program."
-            )
-        check_closed(traced.shape)
+        _repair(traced, before)
         notes.append(f"repaired: {before[0]}")
     if signed_volume(traced.shape) < 0:
         traced.shape = TopoDS.Solid_s(_inside_out(traced.shape))
         notes.append("the solid was inside out and has been reversed")
     return notes
+
+
+def _repair(traced: Traced, found: Sequence[str]) -> None:
+    """Let OpenCASCADE repair the solid, unless it has to make other faces for that."""
+    repair = ShapeFix_Shape(traced.shape)
+    repair.Perform()
+    solids = subshapes(repair.Shape(), SOLID)
+    # A face whose boundary crosses itself comes back as several, which close no volume any more.
+    kept = len(solids) == 1 and len(subshapes(solids[0], FACE)) == len(subshapes(traced.shape, FACE))
+    if kept:
+        traced.replace(solids[0], repair.Context().Apply)
+        check_closed(traced.shape)
+    left = faults(traced.shape)
+    if left:
+        worst = next((fault for fault in found if "intersecting" in fault), left[0])
+        more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
+        raise CadError(
+            f"OpenCASCADE finds the solid invalid: {worst}{more}. Look for faces or wires that cross "
+            "themselves, and repair the model in its CAD program."
+        )
 
 
 def _inside_out(solid: Any) -> Any:

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import CadError
 
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
-_HUGE = re.compile(rb"\d[eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
+_HUGE = re.compile(rb"[\d.][eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
 _STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
 _INSTANCE = re.compile(rb"#(\d+)\s*=([^;]*);")
 _REFERENCE = re.compile(rb"#(\d+)")

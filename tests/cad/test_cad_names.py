@@ -1,0 +1,124 @@
+"""Names that users give are found on the faces they mean, through every way into the library."""
+
+import re
+
+import pytest
+
+from cadsweep.cad.names import declare, join_part, make_plain_names, plain
+
+PLAIN = re.compile(r"[A-Za-z0-9_]+")
+
+
+@pytest.mark.parametrize(
+    "name", ["inlet", "in let", "Größe", "入口", "a-b", "~x", "", "1", "é", "__a__", "a/b\\c", "\x00"]
+)
+def test_plain_names_are_plain(name):
+    assert PLAIN.fullmatch(plain(name))
+    assert plain(plain(name)) == plain(name)
+
+
+def test_plain_names_stay_apart_also_without_case():
+    plain_names, notes = make_plain_names(["in let", "in-let", "IN_LET", "other"])
+    assert len({n.casefold() for n in plain_names.values()}) == 4
+    assert plain_names["other"] == "other"
+    assert len(notes) == 3
+
+
+def test_the_smaller_of_two_overlapping_names_wins():
+    declared = declare([("wall", [0, 1, 2]), ("inlet", [1]), ("wall", [3])])
+    assert declared.by_entity == {0: "wall", 1: "inlet", 2: "wall", 3: "wall"}
+    assert any("inlet" in note and "wall" in note for note in declared.notes)
+
+
+def test_a_name_that_is_covered_is_said_to_be_lost():
+    declared = declare([("a", [0]), ("b", [0])])
+    assert declared.by_entity == {0: "a"}
+    assert any("'b' is lost" in note for note in declared.notes)
+
+
+def test_part_prefixes():
+    assert join_part("pipe", "inlet") == "pipe_inlet"
+    assert join_part("pipe", "~inlet") == "inlet"
+    assert join_part(None, "inlet") == "inlet"
+    assert join_part("0c7b6a5e-1111-2222-3333-444455556666", "inlet") == "inlet"  # made up by CadQuery
+
+
+@pytest.fixture
+def cq():
+    return pytest.importorskip("cadquery")
+
+
+def named(part):
+    return {face.name: tuple(round(float(c), 6) for c in face.center) for face in part.solids[0].faces if face.name}
+
+
+@pytest.mark.cad
+def test_tags_are_followed_through_later_cuts(cq):
+    from cadsweep.cad import load, select_faces
+
+    work = cq.Workplane().box(10, 10, 4)
+    work.faces(">Z").tag("top")
+    work.faces("<X").tag("in let")
+    part = load(work.faces(">Z").workplane().hole(2))
+    assert named(part) == {"top": (0, 0, 2), "in_let": (-5, 0, 0)}
+    assert part.names == {"top": "top", "in_let": "in let"}
+    assert select_faces(part, "in let") == select_faces(part, "in_let") == select_faces(part, "<X")
+
+
+@pytest.mark.cad
+def test_a_tag_on_a_face_that_is_gone_is_said_to_be_lost(cq):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(10, 10, 4)
+    work.faces(">Z").tag("top")
+    part = load(work.faces(">Z").workplane().rect(20, 20).cutBlind(-1))
+    assert named(part) == {}
+    assert any("'top' is on no face" in note for note in part.notes)
+
+
+def assembly(cq):
+    work = cq.Workplane().box(10, 10, 4)
+    whole = cq.Assembly(name="machine")
+    whole.add(work, name="pipe", loc=cq.Location((1, 2, 3)), material=cq.Material("steel"))
+    whole.pipe.addSubshape(work.faces("<Z").val(), name="bottom", color=cq.Color("red"))
+    whole.pipe.addSubshape(work.faces("<Y").val(), name="~wall")
+    return whole
+
+
+@pytest.mark.cad
+def test_names_of_an_assembly(cq):
+    from cadsweep.cad import load
+
+    part = load(assembly(cq))
+    assert named(part) == {"pipe_bottom": (1, 2, 1), "wall": (1, -3, 3)}
+    assert part.solids[0].name == "pipe"
+    assert part.solids[0].material == "steel"
+
+
+@pytest.mark.cad
+def test_names_of_an_assembly_survive_a_step_file(cq, tmp_path):
+    from cadsweep.cad import load
+
+    assembly(cq).export(str(tmp_path / "machine.step"))
+    assert named(load(tmp_path / "machine.step")) == named(load(assembly(cq)))
+
+
+@pytest.mark.cad
+def test_edge_names(cq):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(1, 2, 3)
+    work.edges("|Z and >X and >Y").tag("corner")
+    solid = load(work).solids[0]
+    (edge,) = (e for e in solid.edges if e.name == "corner")
+    assert edge.midpoint == pytest.approx([0.5, 1.0, 0.0])
+
+
+@pytest.mark.cad
+def test_a_divided_face_gives_its_name_to_all_pieces(cq):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().cylinder(2, 1)
+    work.faces("%CYLINDER").tag("wall")
+    faces = load(work).solids[0].faces
+    assert [face.name for face in faces if face.kind == "cylinder"] == ["wall", "wall"]
