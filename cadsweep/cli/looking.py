@@ -65,11 +65,24 @@ def check(*, mesh_file: str, timeout: float, max_memory: float | None, as_json: 
 @click.command(short_help="Show a mesh.")
 @click.argument("mesh_file", metavar="MESH")
 @click.option("--screenshot", metavar="FILE.png", help="Write a picture instead of opening a window.")
+@click.option(
+    "--clip",
+    type=click.Choice(["x", "y", "z", "-x", "-y", "-z"]),
+    help="Take away the half on this side, and look inside.",
+)
+@click.option(
+    "--color",
+    type=click.Choice(["quality", "boundary"]),
+    default="quality",
+    show_default=True,
+    help="By scaled Jacobian, or by the names of the boundaries.",
+)
 @QUIET
-def view(*, mesh_file: str, screenshot: str | None, quiet: bool) -> None:
-    """Show a mesh file in a window, coloured by scaled Jacobian."""
+def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str, quiet: bool) -> None:
+    """Show a mesh file in a window, coloured by scaled Jacobian, with its boundaries by name."""
     timeout = float("inf") if screenshot is None else DEFAULT_TIMEOUT
-    run("view_file", mesh_file, screenshot=screenshot, output=screenshot, timeout=timeout, quiet=quiet)
+    options = {"clip": clip, "scalars": "boundary" if color == "boundary" else "scaled_jacobian"}
+    run("view_file", mesh_file, screenshot=screenshot, options=options, output=screenshot, timeout=timeout, quiet=quiet)
 
 
 @click.command(short_help="Mesh a part and write a page about it.")

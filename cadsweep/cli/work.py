@@ -119,14 +119,14 @@ def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
     return {**plain(report.to_dict()), "valid": bool(report.valid), "text": str(report)}
 
 
-def view_file(path: str, *, screenshot: str | None, on_progress: Progress) -> None:
+def view_file(path: str, *, screenshot: str | None, options: dict[str, Any], on_progress: Progress) -> None:
     """Show a mesh file in a window, or write a picture of it."""
     from ..io import read
 
     on_progress("read", None)
     mesh = read(path)
     on_progress("view", None)
-    mesh.plot(screenshot=screenshot) if screenshot else mesh.plot()
+    mesh.plot(screenshot=screenshot, **options)
 
 
 def report_file(source: str, output: str, *, options: dict[str, Any], command: str, on_progress: Progress) -> None:

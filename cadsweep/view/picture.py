@@ -100,7 +100,7 @@ def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str]) -> None:
     entries = [[name, color] for name, color in zip(mesh.boundaries, colors, strict=True)][:_LONGEST_LEGEND]
     if len(mesh.boundaries) > _LONGEST_LEGEND:
         entries.append([f"and {len(mesh.boundaries) - _LONGEST_LEGEND} more", "white"])
-    height = min(0.9, 0.035 * len(entries) + 0.02)
+    height = min(0.9, 0.028 * len(entries) + 0.02)
     plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
 
 
