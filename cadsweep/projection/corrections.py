@@ -92,6 +92,9 @@ def corrected(
     bad = values < wanted
     if not bad.any():
         return sweep
+    if np.mean(values <= 0.0) > 0.5:
+        log.warning("more than half of the hexahedra are inverted: the quads turn against the sweep, or the rings do")
+        return sweep
     if 2 * int(bad.sum()) > max_nodes:
         log.warning("%d bad hexahedra: too many for a sparse correction", int(bad.sum()))
         return sweep

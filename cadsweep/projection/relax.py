@@ -16,6 +16,7 @@ Not handled: a boundary that is itself folded, or crosses itself.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
@@ -29,6 +30,8 @@ POLISH = (0.02, 0.9)
 """w and the weight of the angles while the worst corners are lifted."""
 POWERS = (4.0, 8.0, 16.0, 32.0)
 """The p of the p-norms, one after the other."""
+_LARGE = 4000
+"""Meshes of more quads are first relaxed near their bad quads alone."""
 
 
 def rectangles(points: FloatArray, quads: IntArray) -> FloatArray:
@@ -70,15 +73,58 @@ def relax_plane(
     -------
     (n, 2) float64
     """
-    free = np.setdiff1d(np.unique(quads), fixed)
-    if not len(free):
-        return y
+    free = np.zeros(len(y), dtype=bool)
+    free[quads] = True
+    free[fixed] = False
     metrics = np.broadcast_to(np.eye(2), (len(quads), 2, 2)) if metric is None else metric
     metrics = np.ascontiguousarray(metrics)
     # Areas of ideal rectangles add up to the area there is, whatever the unit.
     area = abs(float(_signed_areas(y, quads, metrics).sum()))
     ideal = lengths * np.sqrt(area / np.prod(lengths, axis=1).sum()) if area > 0.0 else lengths
     ideal = np.ascontiguousarray(ideal)
+    best, sines = y, _quad_sines(y, quads, metrics, ~free)
+    for reach in (8, 32, None) if len(quads) > _LARGE else (None,):
+        if not free.any() or float(np.min(sines)) >= wanted:
+            break
+        near = free if reach is None else free & _within(sines < wanted, quads, len(y), reach)
+        touched = near[quads].any(axis=1)
+        nodes, local = np.unique(quads[touched], return_inverse=True)
+        trial = best.copy()
+        trial[nodes] = _relax_all(
+            best[nodes],
+            np.ascontiguousarray(local.reshape(-1, 4)),
+            np.flatnonzero(near[nodes]),
+            ideal=ideal[touched],
+            metrics=metrics[touched],
+            wanted=wanted,
+            n_rounds=n_rounds,
+        )
+        found = _quad_sines(trial, quads, metrics, ~free)
+        if float(np.min(found)) > float(np.min(sines)):
+            best, sines = trial, found
+    return best
+
+
+def _within(bad: npt.NDArray[np.bool_], quads: IntArray, n_nodes: int, reach: int) -> npt.NDArray[np.bool_]:
+    """Nodes (n,) at most `reach` quads away from the `bad` ones (q,)."""
+    near = np.zeros(n_nodes, dtype=bool)
+    near[quads[bad]] = True
+    for _ in range(reach):
+        near[quads[near[quads].any(axis=1)]] = True
+    return near
+
+
+def _relax_all(
+    y: FloatArray,
+    quads: IntArray,
+    free: IntArray,
+    *,
+    ideal: FloatArray,
+    metrics: FloatArray,
+    wanted: float,
+    n_rounds: int,
+) -> FloatArray:
+    """Unfold where something is folded, then lift the worst corners until they are `wanted`."""
     solve = _laplacian_solver(quads, free, len(y))
     moved = y.copy()
     fixed_mask = np.ones(len(y), dtype=bool)
@@ -104,21 +150,19 @@ def relax_plane(
         return energy
 
     x = y[free].copy()
+    worst = _worst_determinant(moved, quads, ideal, metrics)
     for _ in range(n_rounds):
+        if worst > 0.0:
+            break
+        x, _ = minimise(unfolding(float(np.sqrt(1e-12 + 0.04 * worst**2))), x, solve, n_steps=30)
         moved[free] = x
         worst = _worst_determinant(moved, quads, ideal, metrics)
-        eps = float(np.sqrt(1e-12 + 0.04 * min(worst, 0.0) ** 2))
-        before, _ = unfolding(eps)(x)
-        x, after = minimise(unfolding(eps), x, solve, n_steps=30)
-        moved[free] = x
-        if _worst_determinant(moved, quads, ideal, metrics) > 0.0 and after > 0.99 * before:
-            break
     result, best = y.copy(), -np.inf
     for power in (0.0, *POWERS):
         if power:
             x, _ = minimise(lifting(power), x, solve, n_steps=60)
         moved[free] = x
-        sine = _worst_sine(moved, quads, metrics, fixed_mask)
+        sine = float(np.min(_quad_sines(moved, quads, metrics, fixed_mask)))
         if sine > best:
             result[free], best = x, sine
         if sine >= wanted or sine <= 0.0:
@@ -156,19 +200,23 @@ def _worst_determinant(y, quads, ideal, metrics):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _worst_sine(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Least sine of the corners between three nodes of which one may move."""
-    worst = 1.0
+def _quad_sines(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least sine (q,) of each quad's corners between three nodes of which one may move; 1 where none is."""
+    sines = np.ones(quads.shape[0])
     for q in range(quads.shape[0]):
+        m00, m01, m10, m11 = metrics[q, 0, 0], metrics[q, 0, 1], metrics[q, 1, 0], metrics[q, 1, 1]
         for c in range(4):
             i, j, k = quads[q, c], quads[q, (c + 1) % 4], quads[q, (c + 3) % 4]
             if fixed[i] and fixed[j] and fixed[k]:
                 continue
-            a = metrics[q] @ (y[j] - y[i])
-            b = metrics[q] @ (y[k] - y[i])
-            squares = (a[0] * a[0] + a[1] * a[1]) * (b[0] * b[0] + b[1] * b[1])
-            worst = min(worst, (a[0] * b[1] - a[1] * b[0]) / np.sqrt(squares)) if squares > 0.0 else -1.0
-    return worst
+            u, v = y[j, 0] - y[i, 0], y[j, 1] - y[i, 1]
+            a0, a1 = m00 * u + m01 * v, m10 * u + m11 * v
+            u, v = y[k, 0] - y[i, 0], y[k, 1] - y[i, 1]
+            b0, b1 = m00 * u + m01 * v, m10 * u + m11 * v
+            squares = (a0 * a0 + a1 * a1) * (b0 * b0 + b1 * b1)
+            sine = (a0 * b1 - a1 * b0) / np.sqrt(squares) if squares > 0.0 else -1.0
+            sines[q] = min(sines[q], sine)
+    return sines
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
