@@ -1,24 +1,33 @@
-"""Mending quads that lie with one corner flat on the boundary, or share two edges.
+r"""Mending quads that lie with one corner flat on the boundary, or share two edges.
 
 Place in the flow: ``gmsh_quads`` hands every mesh through here before it is relaxed.
 
 Method: where a boundary node that is no corner has one quad alone, that quad's angle there is flat,
-and no relaxing helps. An edge of the quad is turned (of the two quads that share it, the hexagon is
-divided anew) so that the node gets an edge of its own; an inner node left with two quads is taken
-out. Which edge is turned is decided by how many quads each node should have: one for each right
-angle of the boundary, four inside. Where turns do not get rid of it (a fillet whose mesh has its
-corner on the arc), a smaller quad is set into the flat one, with a quad on each side.
+and no relaxing helps. The quad and a neighbour are a hexagon, which is divided anew so that the node
+gets an edge of its own: in two, or in three about a new node::
+
+        h4--h3          h4--h3          h4--h3        h0 the flat node;
+        | \  |           |  / |           | \ |         an inner node left with
+       h5  \ h2   ->    h5 /  h2   or    h5  p-h2       two quads is taken out
+         \  \ /           \|  /            \ |  /
+          h0-h1           h0-h1            h0-h1
+
+Of all ways, the one is taken after which the nodes' numbers of quads are nearest to what they should
+be: one for each right angle of the boundary, four inside. Where every way would flatten another
+node, a smaller quad is set into the flat one, with a quad on each side.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..topology import FloatArray, IntArray
 
 _FLAT = np.radians(150)
+_FORBIDDEN = 1000
+"""Cost of making another node flat."""
 
 
 def wanted_valences(loops: Sequence[FloatArray]) -> tuple[IntArray, FloatArray]:
@@ -56,13 +65,11 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
     doublets = n_boundary + np.flatnonzero(uses[n_boundary:] == 2)
     if not len(flat) and not len(doublets):
         return inner, quads
-    mender = _Mender(quads, wanted, np.concatenate([*loops, inner]))
+    mender = _Mender(quads, wanted, angle, np.concatenate([*loops, inner]))
     for node in doublets:
         mender.take_out(int(node))
-    for node in flat.tolist():
-        mender.mend(node, float(angle[node]))
-    for node in range(n_boundary):  # a turn may have made a neighbour flat
-        mender.open(node, float(angle[node]))
+    for at in flat:
+        mender.mend(int(at))
     kept: IntArray = np.array([q for q in mender.quads if q is not None], dtype=np.int64)
     used = np.unique(kept[kept >= n_boundary])
     number = np.arange(len(mender.points))
@@ -73,7 +80,8 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
 class _Mender:
     """Quads as lists that may change, and the quads of every node."""
 
-    def __init__(self, quads: IntArray, wanted: IntArray, points: FloatArray) -> None:
+    def __init__(self, quads: IntArray, wanted: IntArray, angle: FloatArray, points: FloatArray) -> None:
+        self.angle = angle
         self.points = list(points)
         self.quads: list[list[int] | None] = quads.tolist()
         self.wanted = wanted
@@ -82,41 +90,36 @@ class _Mender:
             for node in quad:
                 self.of_node.setdefault(node, set()).add(q)
 
-    def _excess(self, node: int, change: int) -> int:
-        """Squared distance of a node's number of quads from the wanted one, after a change."""
-        wanted = int(self.wanted[node]) if node < len(self.wanted) else 4
-        return (len(self.of_node[node]) + change - wanted) ** 2
+    def _cost(self, changes: dict[int, int]) -> int:
+        """How much further the numbers of quads come from the wanted ones, squared, by some changes."""
+        cost = 0
+        for node, change in changes.items():
+            off = len(self.of_node[node]) - (int(self.wanted[node]) if node < len(self.wanted) else 4)
+            cost += (off + change) ** 2 - off**2
+            if change < 0 and node < len(self.wanted):
+                n_quads = len(self.of_node[node])
+                flat = self.angle[node] > _FLAT * (n_quads + change)
+                cost += _FORBIDDEN if flat and self.angle[node] <= _FLAT * n_quads else 0
+        return cost
 
-    def mend(self, node: int, angle: float) -> None:
+    def mend(self, node: int) -> None:
+        """Divide hexagons anew until a node is not flat."""
         for _ in range(4):
-            if angle / len(self.of_node[node]) <= _FLAT:
+            if self.angle[node] <= _FLAT * len(self.of_node[node]):
                 return
-            if not self._turn_edge(node):
-                break
+            ways = sorted(self._ways(node), key=lambda way: way[0])
+            if not ways or ways[0][0] >= _FORBIDDEN:
+                if len(self.of_node[node]) == 1:
+                    self._set_in(min(self.of_node[node]))
+                return
+            _, q, other, hexagon, in_three = ways[0]
+            if in_three:
+                self._divide_in_three(q, other, hexagon)
+            else:
+                self._divide_in_two(q, other, hexagon)
 
-    def open(self, node: int, angle: float) -> None:
-        """Give a node that is still flat a second quad, by setting a smaller one into its own."""
-        if angle > _FLAT and len(self.of_node[node]) == 1:
-            self._set_in(min(self.of_node[node]))
-
-    def _set_in(self, q: int) -> None:
-        """Set a smaller quad into a quad."""
-        outer = self._from(q, (self.quads[q] or [0])[0])
-        corners = np.array([self.points[node] for node in outer])
-        first = len(self.points)
-        self.points += list(corners.mean(axis=0) + 0.4 * (corners - corners.mean(axis=0)))
-        inner = list(range(first, first + 4))
-        for node in inner:
-            self.of_node[node] = set()
-        self._replace(q, inner)
-        for j in range(4):
-            self.quads.append(None)
-            k = (j + 1) % 4
-            self._replace(len(self.quads) - 1, [outer[j], outer[k], inner[k], inner[j]])
-
-    def _turn_edge(self, node: int) -> bool:
-        """Give a node one more edge by the best turn; False where none is possible."""
-        best: tuple[int, int, int, list[int]] | None = None
+    def _ways(self, node: int) -> Iterator[tuple[int, int, int, list[int], bool]]:
+        """Cost, the two quads, their hexagon, and whether it is divided in three."""
         for q in sorted(self.of_node[node]):
             quad = self._from(q, node)
             for a, b in ((quad[1], quad[2]), (quad[2], quad[3])):
@@ -127,19 +130,48 @@ class _Mender:
                 hexagon = self._hexagon(q, other, node)
                 if hexagon is None:
                     continue
-                gained = hexagon[3]
-                cost = sum(self._excess(n, 1) - self._excess(n, 0) for n in (node, gained))
-                cost += sum(self._excess(n, -1) - self._excess(n, 0) for n in (a, b))
-                if best is None or cost < best[0]:
-                    best = (cost, q, other, hexagon)
-        if best is None:
-            return False
-        _, q, other, hexagon = best
+                three = dict.fromkeys(hexagon, 0)
+                for corner, change in ((a, -1), (b, -1), (hexagon[0], 1), (hexagon[2], 1), (hexagon[4], 1)):
+                    three[corner] += change
+                yield self._cost(three) + 1, q, other, hexagon, True
+                two = dict.fromkeys(hexagon, 0)
+                for corner, change in ((a, -1), (b, -1), (hexagon[0], 1), (hexagon[3], 1)):
+                    two[corner] += change
+                for corner in (a, b):
+                    if corner >= len(self.wanted) and len(self.of_node[corner]) == 3:
+                        # It is left with two quads and taken out; its two neighbours then lose one.
+                        at = hexagon.index(corner)
+                        two[hexagon[at - 1]] -= 1
+                        two[hexagon[(at + 1) % 6]] -= 1
+                        two[corner] = 1  # counts as four
+                yield self._cost(two), q, other, hexagon, False
+
+    def _divide_in_two(self, q: int, other: int, hexagon: list[int]) -> None:
         self._replace(q, hexagon[:4])
         self._replace(other, [hexagon[0], *hexagon[3:]])
         for corner in hexagon:
             self.take_out(corner)
-        return True
+
+    def _set_in(self, q: int) -> None:
+        """Set a smaller quad into a quad."""
+        outer = list(self.quads[q] or ())
+        corners = np.array([self.points[node] for node in outer])
+        inner = list(range(len(self.points), len(self.points) + 4))
+        self.points += list(corners.mean(axis=0) + 0.4 * (corners - corners.mean(axis=0)))
+        self.of_node |= {node: set() for node in inner}
+        self._replace(q, inner)
+        for j in range(4):
+            k = (j + 1) % 4
+            self.quads.append(None)
+            self._replace(len(self.quads) - 1, [outer[j], outer[k], inner[k], inner[j]])
+
+    def _divide_in_three(self, q: int, other: int, hexagon: list[int]) -> None:
+        center = len(self.points)
+        self.points.append(np.mean([self.points[corner] for corner in hexagon], axis=0))
+        self.of_node[center] = set()
+        self.quads.append(None)
+        for cell, j in ((q, 0), (other, 2), (len(self.quads) - 1, 4)):
+            self._replace(cell, [hexagon[j], hexagon[j + 1], hexagon[(j + 2) % 6], center])
 
     def _from(self, q: int, node: int) -> list[int]:
         quad = self.quads[q]
