@@ -11,7 +11,7 @@ import cadsweep
 
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {"topology", "mesh", "quality", "errors", "_version"}
-COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch"}
+COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch", "distributed"}
 MODULES = sorted(p.relative_to(PACKAGE) for p in PACKAGE.rglob("*.py"))
 
 
@@ -64,6 +64,10 @@ ALLOWED = {
     "smoothing": {"gmsh_session"},
     "io": {"gmsh_session"},
     "report": {"view"},
+    # What the pipeline assembles: values made of a stage's results, and their files.
+    "streaming": {"assembly", "io"},
+    "factors": {"assembly", "projection"},
+    "curving": {"assembly"},
 }
 
 

@@ -1,0 +1,38 @@
+"""The composition root: the only package that joins the stages.
+
+``load`` -> ``find_sweeps`` -> intervals -> surface -> projection -> smoothing -> quality. A candidate
+sweep that turns out not to mesh makes room for the next best one, and the mesh says so in its notes;
+the user's own choice of caps is never replaced.
+
+========== =========================================================================
+module     what it joins
+========== =========================================================================
+parts      cad and recognition: a part and its candidate sweeps
+factoring  intervals, surface and projection: the factors of one sweep
+making     smoothing, order 2 and checks: the first candidate that does well
+meshing    what users call
+run        seconds by stage, progress
+========== =========================================================================
+"""
+
+from .making import SMOOTH_BELOW, Plan, figures, plan_mesh, refusal, smoothed
+from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
+from .parts import find_sweeps, load
+from .run import Progress
+
+__all__ = [
+    "SMOOTH_BELOW",
+    "Plan",
+    "Progress",
+    "expand",
+    "figures",
+    "find_sweeps",
+    "load",
+    "make_options",
+    "plan_mesh",
+    "refusal",
+    "smoothed",
+    "stream_mesh",
+    "sweep_mesh",
+    "write_factors",
+]

@@ -1,0 +1,90 @@
+"""From a sweep to its factors: intervals, surfaces, target cap, layers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import cad, estimate, intervals, surface
+from ..assembly import FactoredMesh, factor_mesh, is_ring
+from ..mesh import SurfaceMesh
+from ..options import SweepOptions
+from ..projection import project_layers
+from ..projection.caps import place_target
+from ..topology import Part, Sweep
+from .run import Run
+
+
+def factor_sweep(
+    part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False
+) -> tuple[FactoredMesh, SurfaceMesh]:
+    """Everything up to the factors: the whole mesh, before it is multiplied out."""
+    size = None if options.size is None else options.size / part.scale
+    layers = options.layers if options.fractions is None else len(options.fractions) - 1
+    edge_sizes = _edge_sizes(part, sweep, options)
+    with run.stage("intervals"):
+        smallest = min(edge_sizes.values(), default=None)
+        rough = estimate.estimate_size(
+            sweep, size=size, layers=layers, smallest=smallest, scale=part.scale, streamed=streamed
+        )
+        if rough is not None:
+            estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        counts = intervals.assign_intervals(sweep, size=size, layers=layers, edge_sizes=edge_sizes or None)
+        expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
+        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+    with run.stage("surface"):
+        surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+    with run.stage("projection"):
+        target = place_target(sweep, surfaces)
+        if is_ring(sweep):
+            surfaces.rings[-1] = surfaces.rings[0]
+        placed = project_layers(
+            surfaces.source.points,
+            surfaces.source.quads,
+            surfaces.rings,
+            loops=surfaces.source.loops,
+            functional=options.functional,
+            strategy=options.strategy,
+            target_points=target.points,
+            residual=options.residual,
+        )
+    factored = factor_mesh(
+        sweep,
+        surfaces,
+        placed,
+        target.faces,
+        periodic=is_ring(sweep),
+        part=sweep.solid.name or part.name,
+        scale=part.scale,
+        offset=part.offset,
+        info={
+            "part": part.name,
+            "cad_volume": sweep.solid.volume * part.scale**3,
+            "sweeps": [_describe(sweep, len(surfaces.rings) - 1)],
+            "names": dict(part.names),
+            "notes": [*part.notes, *sweep.notes, *surfaces.notes, *target.notes],
+            "seconds": run.seconds,
+        },
+    )
+    return factored, surfaces
+
+
+def _edge_sizes(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, float]:
+    """Wanted sizes on the edges of named faces, working units."""
+    wanted: dict[int, float] = {}
+    for name, size in (options.sizes or {}).items():
+        for face in cad.select_faces(part, name):
+            for edge in sweep.solid.faces[face].edges:
+                wanted[edge] = min(wanted.get(edge, np.inf), size / part.scale)
+    return wanted
+
+
+def _describe(sweep: Sweep, n_layers: int) -> dict[str, Any]:
+    """What a report says of a sweep: faces by name, or by id where they have none."""
+    faces = sweep.solid.faces
+    return {
+        "source": [faces[i].name or i for i in sweep.source],
+        "target": [faces[i].name or i for i in sweep.target],
+        "layers": n_layers,
+    }

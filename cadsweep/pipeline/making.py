@@ -1,0 +1,172 @@
+"""From a candidate sweep to a mesh that has passed its checks, and from several candidates to the best."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import smoothing
+from ..assembly import FactoredMesh, make_reference
+from ..curving import project_to_edges, project_to_faces
+from ..elevate import elevate
+from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..projection import corrected
+from ..quality import QualityReport, check_mesh
+from ..quality.check import SurfaceFindings
+from ..streaming import check_boundary
+from ..topology import Part, Sweep
+from .factoring import factor_sweep
+from .parts import find_candidates
+from .run import Progress, Run, silent
+
+log = logging.getLogger(__name__)
+
+GOOD_ENOUGH = 0.1
+"""Worst scaled Jacobian at which no other candidate sweep is tried."""
+
+SMOOTH_BELOW = 0.3
+"""Worst scaled Jacobian below which smoothing is tried."""
+
+MOST_CANDIDATES = 3
+"""Sweeps of one solid that are tried before the first one's error is raised."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Made:
+    """One candidate sweep, made and checked."""
+
+    factored: FactoredMesh
+    report: QualityReport
+    mesh: HexMesh | None = None
+
+
+Make = Callable[[Part, Sweep, SweepOptions, Run], Made]
+
+
+def first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: Run, make: Make) -> Made:
+    """Make the first candidate that does well, or the best of those tried."""
+    tried: list[Made] = []
+    failures: list[CadSweepError] = []
+    for sweep in sweeps[:MOST_CANDIDATES]:
+        try:
+            made = make(part, sweep, options, run)
+        except (InputError, NotSweepableError):
+            raise  # what the user asked for cannot be had by another sweep either
+        except CadSweepError as error:
+            log.info("sweep from faces %s given up: %s", sweep.source, error)
+            failures.append(error)
+            continue
+        tried.append(made)
+        if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
+            break
+    if not tried:
+        raise failures[0]
+    best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
+    best.factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
+    return best
+
+
+def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:
+    """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
+    factored, surfaces = factor_sweep(part, sweep, options, run)
+    with run.stage("assembly"):
+        mesh = factored.to_mesh()
+    reference = make_reference(part, sweep)
+    with run.stage("quality"):
+        report = check_mesh(mesh, cad=reference)
+    if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
+        with run.stage("smoothing"):
+            factored = smoothed(factored)
+        if factored.is_changed:
+            factored.points(out=mesh.points.reshape(-1, factored.structure.n_nodes, 3))
+            with run.stage("quality"):
+                report = check_mesh(mesh, cad=reference)
+    if options.order == 2 and (report.valid or options.allow_inverted):
+        with run.stage("order 2"):
+            mesh = elevate(
+                mesh,
+                nodes=options.nodes,
+                curves=project_to_edges(part, sweep, surfaces),
+                surfaces=project_to_faces(part, sweep, mesh),
+                allow_inverted=options.allow_inverted,
+            )
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=reference)
+    mesh.info["quality"] = report
+    if not report.valid and not options.allow_inverted:
+        raise refusal(report)
+    return Made(factored=factored, report=report, mesh=mesh)
+
+
+def smoothed(factored: FactoredMesh) -> FactoredMesh:
+    """Mend the worst places; what was moved is kept beside the factors."""
+    factored = replace(factored, sweep=corrected(factored.sweep))
+    points = factored.points().reshape(-1, 3)
+    structure = factored.structure
+    fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
+    fixed[:, np.concatenate(structure.loops)] = True
+    if not structure.periodic:
+        fixed[[0, -1]] = True
+    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
+    factored.info["notes"] += better.steps
+    return replace(
+        factored, moved_nodes=better.nodes, moved_points=(better.positions - factored.offset) / factored.scale
+    )
+
+
+def refusal(report: QualityReport) -> InvertedHexError:
+    """Say what is wrong with a mesh that is not handed over."""
+    return InvertedHexError(
+        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
+        hexes=[hexahedron.id for hexahedron in report.worst],
+        min_scaled_jacobian=report.min_scaled_jacobian,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """A mesh before any of its inner layers is made, and what its boundary is found to be."""
+
+    factored: FactoredMesh
+    surface: SurfaceFindings
+
+
+def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | None = None) -> Plan:
+    """Do all that needs CAD or gmsh, for a mesh that others will multiply out."""
+    run = Run(on_progress=on_progress or silent)
+    part, sweeps = find_candidates(source, options, run)
+    failures: list[CadSweepError] = []
+    for sweep in sweeps[:MOST_CANDIDATES]:
+        try:
+            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+        except (InputError, NotSweepableError):
+            raise
+        except CadSweepError as error:
+            failures.append(error)
+            continue
+        factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
+        return Plan(factored=factored, surface=check_boundary(factored, make_reference(part, sweep)))
+    raise failures[0]
+
+
+def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
+    """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
+    info = factored.info
+    return {
+        "n_nodes": report.n_nodes,
+        "n_hexes": report.n_hexes,
+        "min_scaled_jacobian": report.min_scaled_jacobian,
+        "mean_scaled_jacobian": report.mean_scaled_jacobian,
+        "n_inverted": report.n_inverted,
+        "volume": report.volume,
+        "cad_volume": info["cad_volume"],
+        "seconds": info["seconds"],
+        "sweeps": info["sweeps"],
+        "notes": info["notes"],
+    }

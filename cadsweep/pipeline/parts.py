@@ -1,0 +1,92 @@
+"""From what the user gives to a part and its candidate sweeps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import cad, recognition
+from ..assembly import is_ring
+from ..errors import CadError, InputError, NotSweepableError
+from ..options import SweepOptions
+from ..topology import Part, Solid, Sweep
+from .run import Run
+
+
+def load(source: Any, *, params: dict[str, Any] | None = None) -> Part:
+    """Read a part and make it clean for meshing.
+
+    Parameters
+    ----------
+    source : path, CadQuery object, or anything with ``.wrapped``
+        A ``.step``, ``.stp``, ``.brep``, ``.iges``, ``.igs`` or ``.py`` file; a ``cq.Workplane``,
+        ``cq.Shape`` or ``cq.Assembly``. A CadQuery script is executed.
+    params : dict or None
+        Parameters of a script.
+
+    Raises
+    ------
+    InputError
+        No such file, an unknown format, or parameters that the script does not have.
+    CadError
+        The model cannot be read, or holds no usable solid.
+    """
+    if isinstance(source, Part):
+        if params:
+            raise InputError("params go with a script; this part is loaded already")
+        return source
+    return cad.load(source, params=params)
+
+
+def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep]:
+    """List the ways in which a part can be swept, best first.
+
+    Parameters
+    ----------
+    part : Part, or whatever :func:`load` takes
+    source, target : name, id, CadQuery selector string, sequence of them, or None
+        Keep only sweeps with this cap.
+
+    Raises
+    ------
+    NotSweepableError
+        There is none; ``.reasons`` says why, a line for each candidate.
+    """
+    return open_and_find(load(part), source, target)[1]
+
+
+def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
+    """Find the sweeps of a part; a full ring of revolution, which has none, is cut open first."""
+    solid = _only_solid(part)
+    try:
+        return part, recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
+    except NotSweepableError:
+        ring = cad.cut_ring(part)
+        if ring is None:
+            raise
+    sweeps = recognition.find_sweeps(_only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target))
+    around = [sweep for sweep in sweeps if is_ring(sweep)]
+    return ring, around or sweeps
+
+
+def _only_solid(part: Part) -> Solid:
+    if len(part.solids) != 1:
+        raise CadError(
+            f"'{part.name}' has {len(part.solids)} solids, and a sweep belongs to one: "
+            "mesh them one by one, or fuse them first"
+        )
+    return part.solids[0]
+
+
+def _resolve(part: Part, choice: Any) -> tuple[int, ...] | None:
+    """Resolve the user's word for a cap to face ids."""
+    if choice is None:
+        return None
+    choices = choice if isinstance(choice, list | tuple) else [choice]
+    return tuple(dict.fromkeys(face for one in choices for face in cad.select_faces(part, one)))
+
+
+def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part, list[Sweep]]:
+    with run.stage("cad"):
+        part = load(source, params=None if options.params is None else dict(options.params))
+    with run.stage("recognition"):
+        return open_and_find(part, options.source, options.target)
