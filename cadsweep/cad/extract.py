@@ -188,15 +188,30 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
         if period is not None:
             limits[:, j] = (-np.inf, np.inf)
     in_parameters = {}
+    box = np.array([[u0, v0], [u1, v1]])
     for edge in explore(face, EDGE):
         number = edge_map.FindIndex(edge) - 1
         if number < 0:
             continue
         curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-        in_parameters[number] = (curves[number], None if curve is None else read_curve_2d(curve), np.zeros(2))
+        known = None if curve is None else read_curve_2d(curve)
+        in_parameters[number] = (curves[number], known, _into_branch(known, curves[number], geometry.periods, box))
     outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
-    box = np.array([[u0, v0], [u1, v1]])
     return FaceSurface(geometry=geometry, outward=outward, box=box, limits=limits, curves=in_parameters)
+
+
+def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray) -> FloatArray:
+    """Shift (2,) that brings an edge's parameter curve into the box of its face.
+
+    OpenCASCADE leaves the curve of a divided face a period off where the edge crossed the seam.
+    """
+    shift = np.zeros(2)
+    if known is not None:
+        middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
+        for j, period in enumerate(periods):
+            if period is not None:
+                shift[j] = -period * np.round((middle[j] - box[:, j].mean()) / period)
+    return shift
 
 
 def _edge_frames(surface: FaceSurface, number: int, largest_gap: float) -> dict[int, FloatArray]:
