@@ -37,6 +37,7 @@ import argparse
 import json
 import time
 from dataclasses import asdict, dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseud
 from cadsweep.quality import scaled_jacobians
 from cadsweep.surface import mesh_surfaces
 from cadsweep.topology import FloatArray, Solid
-from cadsweep.view import add_mesh, quiet_vtk, to_pyvista
+from cadsweep.view import add_mesh, check_drawing, quiet_vtk, to_pyvista
 
 EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square_to_arcs": 11}
 """Name of the model, and the figure of the paper that shows it."""
@@ -269,6 +270,9 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print every figure of every layer as JSON")
     options = parser.parse_args()
     if options.figures:
+        if not (find_spec("pyvista") and find_spec("matplotlib")):
+            parser.error('--figures needs the extra "view": pip install "cadsweep[view]"')
+        check_drawing()
         options.figures.mkdir(parents=True, exist_ok=True)
 
     start = time.perf_counter()

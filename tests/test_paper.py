@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cadsweep.projection import fit_affine, pseudo_normal
+from cadsweep.projection import fit_affine, project_layers, pseudo_normal
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
@@ -44,6 +44,12 @@ def layers(sides):
 
 def column(figures, name):
     return np.array([getattr(layer, name) for layer in figures], dtype=float)
+
+
+def place(sides, **options):
+    """Place the layers of an example with H; without residual unless it is asked for."""
+    options = {"residual": False} | options
+    return project_layers(sides.source.points, sides.source.quads, sides.rings, loops=sides.source.loops, **options)
 
 
 def turned(points, angle):
@@ -106,6 +112,15 @@ class TestCShape:
             expected = turned(sides["c_shape"].source.points, angle)
             np.testing.assert_allclose(placed.layer(k), expected, atol=EXACT)  # the radius is 1
 
+    @pytest.mark.parametrize("strategy", ["advancing", "both"])
+    def test_every_strategy_turns_the_source(self, sides, strategy):
+        source = sides["c_shape"].source
+        target = turned(source.points, np.pi)
+        target[np.concatenate(source.loops)] = sides["c_shape"].rings[-1]
+        placed = place(sides["c_shape"], strategy=strategy, target_points=target)
+        for k, angle in enumerate(angles()):
+            np.testing.assert_allclose(placed.layer(k), turned(source.points, angle), atol=EXACT)
+
     def test_h_turns_a_section_with_a_bore_as_well(self):
         # The same C with an eccentric bore: loops of unequal length, and of a centre of their own.
         outer, inner = (2 * np.pi * np.arange(m) / m for m in (24, 9))
@@ -157,6 +172,18 @@ class TestNotAffine:
         residuals = column(layers[name, "H"], "residual")
         assert residuals[0] > 0
         assert (np.diff(residuals) > 0).all()
+
+    @pytest.mark.parametrize("strategy", ["source", "both"])
+    def test_the_residual_brings_the_layers_to_their_rings(self, sides, name, strategy):
+        target = paper.place_layers(sides[name], "H").layer(-1)
+        placed = place(sides[name], strategy=strategy, target_points=target, residual=True)
+        product = placed.basis[placed.ring_nodes] @ placed.coefficients
+        shortest = np.linalg.norm(np.diff(placed.rings, axis=1), axis=-1).min()
+        np.testing.assert_allclose(product, placed.rings, atol=0.01 * shortest)
+        # What is carried inwards fades: nowhere does a mode exceed what it is on the rings.
+        modes = np.abs(placed.basis[:, -placed.n_modes :])
+        assert placed.n_modes > 0
+        assert (modes.max(axis=0) <= 1.01 * modes[placed.ring_nodes].max(axis=0)).all()
 
     def test_residual_and_smoothing_mend_the_slope(self, name):
         figures = paper.summarise(paper.mesh_with_defaults(*paper.find_sweep(name), size=0.3))
