@@ -93,6 +93,10 @@ def extract_solid(
                 "Export it again from its CAD program."
             )
 
+    # Of several points that sewing took for one vertex it keeps any: the first edge's end is always the same.
+    for j in reversed(range(len(curves))):
+        vertices[list(ends[j])] = curves[j][0].evaluate(np.array([0.0, 1.0]))
+
     surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
     frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
