@@ -19,6 +19,8 @@ from struct import error as struct_error
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+import numpy as np
+
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .atomic import check_place, replaced_file, replaced_folder
@@ -158,18 +160,32 @@ def read(path: str | PathLike[str]) -> HexMesh:
     module = _module(path)
     try:
         if _suffix(path) == _FOLDER:
-            return module.read_folder(path)
-        with open(path, "rb") as stream:
-            return module.read(stream)
+            mesh: HexMesh = module.read_folder(path)
+        else:
+            with open(path, "rb") as stream:
+                mesh = module.read(stream)
+        _check_groups(mesh)
+        return mesh
     except InputError as error:
         raise InputError(f"cannot read {path}: {error}") from error
     except FileNotFoundError:
         raise InputError(f"there is no file {path}") from None
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+    except MemoryError:
+        raise InputError(f"cannot read {path}: it asks for more memory than there is; it may be damaged") from None
     except (ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, RuntimeError, struct_error) as error:
         # What numpy and the parsers say of damaged bytes: no defect of ours, and of no use to the user as it stands.
         raise InputError(f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error})") from error
+
+
+def _check_groups(mesh: HexMesh) -> None:
+    for name, quads in mesh.boundaries.items():
+        if quads.size and not 0 <= int(np.min(quads)) <= int(np.max(quads)) < len(mesh.points):
+            raise InputError(f"boundary {name!r} names a node that is not there")
+    for name, ids in mesh.parts.items():
+        if ids.size and not 0 <= int(np.min(ids)) <= int(np.max(ids)) < len(mesh.hexes):
+            raise InputError(f"part {name!r} names a hex that is not there")
 
 
 def _verify(module: ModuleType, mesh: LabelledMesh, stream: BinaryIO, options: dict[str, Any]) -> None:

@@ -86,7 +86,7 @@ def collect(points: FloatArray, node_tags: IntArray, groups: Groups) -> HexMesh:
         if dimension == 2:  # a name without quads is still a name
             boundaries.setdefault(name, np.empty((0, width), dtype=np.int64))
     return HexMesh(
-        points=points,
+        points=np.array(points),  # not a view of the file, which others may cut short
         hexes=hexes,
         boundaries=boundaries,
         parts={name: np.sort(ids) for name, ids in parts.items()},

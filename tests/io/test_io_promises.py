@@ -260,6 +260,8 @@ def test_flipped_bytes_end_as_a_mesh_or_a_named_error(tmp_path, suffix):
             continue
         assert back.hexes.min() >= 0
         assert back.hexes.max() < len(back.points)
+        assert all(quads.max() < len(back.points) for quads in back.boundaries.values() if len(quads))
+        assert all(ids.max() < back.n_hexes for ids in back.parts.values() if len(ids))
 
 
 def test_meshes_without_hexes_or_with_mixed_cells_are_refused(tmp_path):

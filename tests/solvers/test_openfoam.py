@@ -1,0 +1,50 @@
+"""OpenFOAM's checkMesh on small meshes; ``scripts/check_openfoam.py`` does the same for every model."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "io"))
+
+from io_meshes import bent_box, box, twisted_box  # noqa: E402
+
+pytestmark = pytest.mark.solver
+
+
+@pytest.fixture(scope="module")
+def openfoam():
+    spec = importlib.util.spec_from_file_location("check_openfoam", ROOT / "scripts" / "check_openfoam.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    if not module.find_openfoam():
+        pytest.skip("OpenFOAM (gmshToFoam, checkMesh) is missing: apt-get install openfoam")
+    return module
+
+
+@pytest.mark.parametrize("make", [box, twisted_box, lambda: bent_box(8)], ids=["box", "twisted", "bent"])
+def test_mesh_ok(openfoam, tmp_path, make):
+    mesh = make()
+    del mesh.boundaries["walls"]  # one patch a face; the next test has them
+    assert openfoam.check(mesh, tmp_path) == []
+
+
+def test_overlapping_names_become_groups_of_patches(openfoam, tmp_path):
+    from cadsweep import io
+
+    case = openfoam.make_case(tmp_path / "case")
+    io.write(box(), case / "constant" / "polyMesh")
+    assert "Mesh OK." in openfoam.run(case, "checkMesh")
+    patches = (case / "constant" / "polyMesh" / "boundary").read_text()
+    assert patches.count("1(walls)") == 4
+
+
+def test_checkmesh_is_not_content_with_everything(openfoam, tmp_path):
+    """The check can fail: a hex turned inside out is seen."""
+    mesh = box()
+    mesh.points[mesh.hexes[7, 6]] += [0.0, 0.0, -2.0]
+    assert openfoam.check(mesh, tmp_path) != []
