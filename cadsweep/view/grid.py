@@ -162,5 +162,5 @@ def boundary_colors(n: int) -> list[str]:
     from colorsys import hls_to_rgb
 
     golden = 0.618033988749895  # neighbours in the list lie far apart on the circle of hues
-    tones = [hls_to_rgb((0.02 + i * golden) % 1, (0.45, 0.6, 0.32)[i // 8 % 3], 0.75) for i in range(n)]
+    tones = [hls_to_rgb((0.58 + i * golden) % 1, (0.45, 0.6, 0.32)[i // 8 % 3], 0.75) for i in range(n)]
     return ["#" + "".join(f"{round(255 * c):02x}" for c in tone) for tone in tones]
