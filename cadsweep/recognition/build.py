@@ -17,6 +17,8 @@ from .bands import Band
 from .layout import Layout
 from .match import match_caps
 
+MAX_RIM = 10 * pi / 9
+"""Interior angle between a cap and its linking sides beyond which no hex fits."""
 MAX_FOLD = pi / 3
 """Radians from pi beyond which an inner edge of a cap is a fold that the other cap must answer."""
 
@@ -77,7 +79,17 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         span_lengths=tuple(lengths),
     )
     sweep = match_caps(sweep)
-    return _unmatched_fold(sweep) or sweep
+    return _reentrant_rim(sweep) or _unmatched_fold(sweep) or sweep
+
+
+def _reentrant_rim(sweep: Sweep) -> str:
+    """Say where a cap and a linking side meet at an angle that no hex fits into."""
+    for e in [e for loop in sweep.source_loops + sweep.target_loops for e, _ in loop]:
+        edge = sweep.solid.edges[e]
+        if edge.dihedral > MAX_RIM:
+            one, other = (sweep.solid.faces[f].label() for f in edge.faces)
+            return f"cap and linking side meet at a re-entrant edge, between {one} and {other}"
+    return ""
 
 
 def _unmatched_fold(sweep: Sweep) -> str:

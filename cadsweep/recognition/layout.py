@@ -264,8 +264,6 @@ class _Graph:
     def _wrong_groups(self) -> str:
         if len(self.groups) == 1:
             return f"beyond its linking sides all faces hang together, from {self._name(self.groups[0])}"
-        areas = [sum(self.solid.faces[f].area for f in g) for g in self.groups]
-        third = sorted(range(len(areas)), key=lambda i: -areas[i])[2]
-        return (
-            f"its linking sides leave {len(areas)} caps instead of 2: {self._name(self.groups[third])} is one too many"
-        )
+        names = [self._name(group) for group in self.groups]
+        more = f" and {len(names) - 3} others" if len(names) > 3 else ""
+        return f"its linking sides leave {len(names)} caps instead of 2: {'; '.join(names[:3])}{more}"

@@ -1,5 +1,6 @@
 """Every part of this folder, without a hint: recognised, counted and meshed, or refused with a reason."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,12 @@ SWEEPABLE = sorted((HERE / "sweepable").glob("*.py"))
 UNSWEEPABLE = sorted((HERE / "unsweepable").glob("*.py"))
 
 
+@cache
+def part_of(path):
+    """Load a script once for all tests."""
+    return load(path)
+
+
 def name_of(path):
     """Test id."""
     return path.stem
@@ -32,7 +39,7 @@ def test_there_are_enough_parts():
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
 def test_sweepable_part_is_recognised(path):
-    (solid,) = load(path).solids
+    (solid,) = part_of(path).solids
     sweeps = find_sweeps(solid)
     for sweep in sweeps:
         roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
@@ -45,7 +52,7 @@ def test_sweepable_part_is_recognised(path):
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
 def test_sweepable_part_is_meshed(path):
-    mesh = sweep_mesh(path)
+    mesh = sweep_mesh(part_of(path))
     report = mesh.info["quality"]
     assert report.n_inverted == 0
     assert report.min_scaled_jacobian > 0
@@ -54,8 +61,7 @@ def test_sweepable_part_is_meshed(path):
 
 @pytest.mark.parametrize("path", UNSWEEPABLE, ids=name_of)
 def test_unsweepable_part_is_refused_with_reasons(path):
-    part = load(path)
-    (solid,) = part.solids
+    (solid,) = part_of(path).solids
     with pytest.raises(NotSweepableError) as caught:
         find_sweeps(solid)
     assert "\n" not in str(caught.value)
