@@ -81,6 +81,10 @@ def project_layers(
     """
     checked_choice(functional, "functional", FUNCTIONALS)
     checked_choice(strategy, "strategy", STRATEGIES)
+    if not 0.0 < residual_tolerance < np.inf:
+        raise InputError(
+            f"`residual_tolerance` is {residual_tolerance}; wanted a positive fraction, such as {TOLERANCE}"
+        )
     source = checked_points(source_points, "source_points")
     ring_array = checked_points(rings, "rings", n_axes=3)
     node_loops = checked_loops(loops, len(source))

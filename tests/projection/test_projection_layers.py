@@ -345,6 +345,8 @@ class TestHardRings:
         ("change", "message"),
         [
             ({"functional": "K"}, "'F', 'G', 'H'"),
+            ({"residual_tolerance": 0.0}, "residual_tolerance"),
+            ({"residual_tolerance": float("nan")}, "residual_tolerance"),
             ({"strategy": "average"}, "'source', 'advancing', 'both'"),
             ({"target_points": np.zeros((3, 3))}, "target_points"),
         ],

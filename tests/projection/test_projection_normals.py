@@ -119,15 +119,15 @@ class TestPlanarity:
         assert np.abs(f(self.section.points) - h(self.section.points)).max() < 1e-9
 
     def test_no_jump_anywhere_on_the_scale(self):
-        """From one delta to the next, 1 % apart, no step is much greater than its neighbours."""
-        deltas = np.exp(np.linspace(np.log(1e-7), np.log(1e-1), 1400))
+        """From one delta to the next, 2 % apart, no step is much greater than its neighbours."""
+        deltas = np.exp(np.linspace(np.log(1e-7), np.log(1e-1), 700))
         Y = self.image(np.random.default_rng(0), self.ring)
         images = np.array([fit_affine(self.wavy(d), Y, "H").matrix[:, 2] for d in deltas])
         steps = np.linalg.norm(np.diff(images, axis=0), axis=1)
         span = np.linalg.norm(images - images[0], axis=1).max()
-        assert steps.max() < 0.03 * span
+        assert steps.max() < 0.06 * span
         changes = np.abs(np.diff(steps))
-        assert changes.max() < 0.1 * steps.max()
+        assert changes.max() < 0.2 * steps.max()
 
     def test_share_falls_from_one_to_nothing(self):
         assert normal_share([0.0, PLANAR]).tolist() == [1.0, 1.0]
