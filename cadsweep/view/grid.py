@@ -101,6 +101,8 @@ def skin(mesh: HexMesh, kept: np.ndarray | None = None) -> tuple[Any, IntArray]:
         Boundary that each quad belongs to, as an index into ``mesh.boundaries``; -1 inside the mesh.
     """
     pv = import_pyvista()
+    from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+
     ids = np.arange(mesh.n_hexes) if kept is None else np.flatnonzero(kept)
     corners = mesh.hexes[ids, :8]
     cells = np.column_stack([np.full(len(ids), 8), corners]).ravel()
@@ -108,13 +110,17 @@ def skin(mesh: HexMesh, kept: np.ndarray | None = None) -> tuple[Any, IntArray]:
     grid.cell_data["hex"] = ids
     grid.cell_data["scaled_jacobian"] = scaled_jacobians(mesh.points, corners)
     grid.point_data["node"] = np.arange(mesh.n_nodes)
-    surface = grid.extract_surface(algorithm=None)
+    geometry = vtkGeometryFilter()  # pyvista's own name for it changes from version to version
+    geometry.SetInputData(grid)
+    geometry.Update()
+    surface = pv.wrap(geometry.GetOutput())
     seen = np.sort(surface.point_data["node"][surface.regular_faces], axis=1)
     owners = np.full(len(seen), -1, dtype=np.int64)
     if mesh.boundaries:
         named = np.concatenate([quads[:, :4] for quads in mesh.boundaries.values()])
         names = np.repeat(np.arange(len(mesh.boundaries)), [len(quads) for quads in mesh.boundaries.values()])
         _, inverse = np.unique(np.concatenate([np.sort(named, axis=1), seen]), axis=0, return_inverse=True)
+        inverse = inverse.reshape(-1)  # numpy 2.0 alone gives it a second axis
         table = np.full(len(inverse), -1, dtype=np.int64)
         table[inverse[: len(named)]] = names
         owners = table[inverse[len(named) :]]
