@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cadsweep.projection import FactoredSweep, project_layers
-from cadsweep.projection.affine import fit_from_caps, fit_steps
+from cadsweep.projection.fitting import fit_from_caps, fit_steps
 
 
 def best(work: Callable[[], object], repeats: int) -> float:

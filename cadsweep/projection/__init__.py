@@ -4,7 +4,7 @@ Place in the flow: between ``surface`` and ``smoothing``; numpy and scipy alone,
 
 ::
 
-    fit_affine, pseudo_normal      the paper's maps, eqs. (6), (9), (10)         affine, normals
+    fit_affine, pseudo_normal      the paper's maps, eqs. (6), (9), (10)         functionals, affine, fitting, normals
     project_target                 the target cap on its surface                 target, relax
     project_layers                 all layers of a sweep as one small product    layers, residual, factored, kernels
     corrected                      sparse corrections where hexahedra fold       corrections, hexenergy

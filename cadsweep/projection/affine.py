@@ -1,23 +1,7 @@
-"""Least-squares affine maps between rings: the functionals F, G and H of the paper.
+"""The affine map between two rings.
 
-Place in the flow: the heart of projection; :mod:`.layers` fits every layer of a sweep with it.
-
-Method. With ``xbar = x - c^X``, ``ybar = y - c^Y`` (rows below, matrices as in the paper):
-
-- eq. (6)   ``F(A) = sum |ybar - A xbar|^2``
-- eq. (9)   ``G(A) = sum |ybar + d - A (xbar + d)|^2``, ``d = c^Y - c^X``
-- eq. (10)  ``H(A) = sum |ybar - A xbar|^2 + |u^Y - A u^X|^2``
-
-Because the ``xbar`` and the ``ybar`` each sum to nothing, the mixed terms of (9) vanish, and
-``G(A) = F(A) + m |d - A d|^2``: G is H with ``u^X = u^Y = sqrt(m) d``. So all three are the system
-of F with at most one more row, the ring is factorised once, ``xbar = Q B`` with an orthonormal Q, and every
-layer is left with an (n + 1) x n system, solved by singular value decomposition (solution of smallest norm).
-
-Not handled: rings that span less than n - 1 dimensions (Remark 7), which are refused.
-
-References
-----------
-Roca, Sarrate, Huerta, "A new least-squares approximation of affine mappings for sweep algorithms".
+Place in the flow: the public face of the fit, for one pair of rings; the equations (6), (9) and (10) are in
+:mod:`.functionals`, whole sweeps in :mod:`.fitting`.
 """
 
 from __future__ import annotations
@@ -29,13 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from ..topology import FloatArray, IntArray
+from ..topology import FloatArray
+from .fitting import fit_from_cap
 from .inputs import FUNCTIONALS, checked_choice, checked_points
-from .kernels import gram_matrices, turned_products
-from .normals import PLANAR, RingMoments, normal_share, ring_moments, row_loops
-
-RANK_TOLERANCE = 1e-9
-"""Singular values below this fraction of the greatest count as zero."""
+from .normals import row_loops
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,47 +48,6 @@ class AffineMap:
     def __call__(self, points: npt.ArrayLike) -> FloatArray:
         """Return the images (..., n) of `points` (..., n)."""
         return (np.asarray(points, dtype=np.float64) - self.source_center) @ self.matrix.T + self.center
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class AffineMaps:
-    """The maps of K layers.
-
-    Attributes
-    ----------
-    matrices : (K, n, n) float64
-    source_centers : (K, n) float64
-    centers : (K, n) float64
-    ranks : (K,) int64
-    conditions : (K,) float64
-    """
-
-    matrices: FloatArray
-    source_centers: FloatArray
-    centers: FloatArray
-    ranks: IntArray
-    conditions: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RingFactors:
-    """``ring - center = Q diag(values) Vt``, Q never formed where many rings are factorised.
-
-    Leading axes: none for one ring, (K,) for many.
-    """
-
-    values: FloatArray
-    Vt: FloatArray
-
-    @property
-    def radius(self) -> FloatArray:
-        """Frobenius norm of the centred ring, sqrt(m) times the r.m.s. radius."""
-        return np.asarray(np.linalg.norm(self.values, axis=-1))
-
-    @property
-    def deltas(self) -> FloatArray:
-        """Relative non-planarity."""
-        return np.asarray(self.values[..., -1] / self.radius)
 
 
 def fit_affine(
@@ -180,184 +120,3 @@ def fit_affine(
         condition=float(maps.conditions[0]),
         functional=functional,
     )
-
-
-def fit_from_cap(
-    cap_ring: FloatArray,
-    rings: FloatArray,
-    loops: Sequence[IntArray],
-    functional: str,
-    *,
-    vectors: FloatArray | None = None,
-) -> AffineMaps:
-    """Fit the maps from one ring (b, n) to many (K, b, n), all in the order of ``np.concatenate(loops)``."""
-    sources = ring_moments(cap_ring[None], loops, projector=np.empty((0, len(cap_ring))))
-    Q, factors = _factorise(cap_ring)
-    moments = ring_moments(rings, loops, projector=Q.T)
-    return _maps_of(
-        sources, 0, moments, factors=factors, n_ring_nodes=len(cap_ring), functional=functional, vectors=vectors
-    )
-
-
-def fit_from_caps(
-    rings: FloatArray, loops: Sequence[IntArray], functional: str, *, caps: Sequence[int]
-) -> tuple[AffineMaps, ...]:
-    """Fit the maps from some of the `rings` (K, b, n) to all of them, in one pass over the rings."""
-    factorised = [_factorise(rings[cap]) for cap in caps]
-    moments = ring_moments(rings, loops, projector=np.concatenate([Q.T for Q, _ in factorised]))
-    m, n = rings.shape[1:]
-    return tuple(
-        _maps_of(
-            moments,
-            cap % len(rings),
-            moments,
-            factors=factors,
-            columns=slice(j * n, (j + 1) * n),
-            n_ring_nodes=m,
-            functional=functional,
-        )
-        for j, (cap, (_, factors)) in enumerate(zip(caps, factorised, strict=True))
-    )
-
-
-def _factorise(ring: FloatArray) -> tuple[FloatArray, RingFactors]:
-    """``ring - center = Q diag(values) Vt``; Q (m, n)."""
-    n = ring.shape[1]
-    Q, values, Vt = np.linalg.svd(ring - ring.mean(axis=0), full_matrices=False)
-    missing = n - len(values)
-    if missing:  # fewer than n nodes span too little, and the moments say so with the layer's name
-        Q, values, Vt = (
-            np.pad(Q, ((0, 0), (0, missing))),
-            np.pad(values, (0, missing)),
-            np.pad(Vt, ((0, missing), (0, 0))),
-        )
-    return Q, RingFactors(values=values[None], Vt=Vt[None])
-
-
-def _maps_of(
-    sources: RingMoments,
-    source: int,
-    moments: RingMoments,
-    *,
-    factors: RingFactors,
-    columns: slice = slice(None),
-    n_ring_nodes: int,
-    functional: str,
-    vectors: FloatArray | None = None,
-) -> AffineMaps:
-    """Solve for all rings of `moments` from ring `source` of `sources`; `columns` of its products are of `factors`."""
-    ones = np.ones((len(moments.centers), 1))
-    return solve_systems(
-        factors=RingFactors(values=ones * factors.values, Vt=ones[..., None] * factors.Vt),
-        products=moments.products[:, columns],
-        n_ring_nodes=n_ring_nodes,
-        source_centers=ones * sources.centers[source],
-        centers=moments.centers,
-        source_normals=ones * sources.normals[source],
-        normals=moments.normals,
-        functional=functional,
-        vectors=vectors,
-    )
-
-
-def fit_steps(rings: FloatArray, loops: Sequence[IntArray], functional: str) -> AffineMaps:
-    """Fit the maps from each ring to the next one; the first map is from ring 0 to itself."""
-    moments = ring_moments(rings, loops, projector=np.empty((0, rings.shape[1])))
-    factors, products = factorise_pairs(rings, moments.centers)
-    before = np.concatenate([[0], np.arange(len(rings) - 1)])
-    return solve_systems(
-        factors=factors,
-        products=products,
-        n_ring_nodes=rings.shape[1],
-        source_centers=moments.centers[before],
-        centers=moments.centers,
-        source_normals=moments.normals[before],
-        normals=moments.normals,
-        functional=functional,
-    )
-
-
-def solve_systems(
-    *,
-    factors: RingFactors,
-    products: FloatArray,
-    n_ring_nodes: int,
-    source_centers: FloatArray,
-    centers: FloatArray,
-    source_normals: FloatArray,
-    normals: FloatArray,
-    functional: str,
-    vectors: FloatArray | None = None,
-) -> AffineMaps:
-    """Solve the (n + 1) x n systems that are left of (6), (9), (10).
-
-    ``[diag(values) Vt; u^X] A^T = [Q^T ybar; u^Y]``, by singular value decomposition.
-    """
-    values, d = factors.values, centers - source_centers
-    if functional == "H":
-        uX, uY = (source_normals, normals) if vectors is None else (vectors[:1], vectors[1:])
-        weight = _normal_weight(factors)[:, None] if vectors is None else 1.0
-        uX, uY = weight * uX, weight * uY
-    else:
-        uX = uY = np.sqrt(n_ring_nodes) * d if functional == "G" else np.zeros_like(d)
-        planar = factors.deltas < PLANAR
-        values = np.where(planar[:, None] & (np.arange(values.shape[-1]) == values.shape[-1] - 1), 0.0, values)
-    system = np.concatenate([values[..., None] * factors.Vt, np.broadcast_to(uX, d.shape)[:, None]], axis=1)
-    rhs = np.concatenate([products, np.broadcast_to(uY, d.shape)[:, None]], axis=1)
-    U, s, Wt = np.linalg.svd(system, full_matrices=False)
-    kept = s > RANK_TOLERANCE * s[:, :1]
-    inverse = np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)
-    matrices_T = Wt.transpose(0, 2, 1) @ (inverse[..., None] * (U.transpose(0, 2, 1) @ rhs))
-    matrices = matrices_T.transpose(0, 2, 1)
-    images = centers
-    if functional == "G":
-        # (9) sends c^X to c^X + A d, which is c^Y where d is a fixed vector of A (X planar, d off its plane).
-        images = source_centers + np.einsum("kij,kj->ki", matrices, d)
-    full = kept.all(axis=1)
-    return AffineMaps(
-        matrices=np.ascontiguousarray(matrices),
-        source_centers=source_centers,
-        centers=images,
-        ranks=kept.sum(axis=1),
-        conditions=np.where(full, s[:, 0] / np.where(full, s[:, -1], 1.0), np.inf),
-    )
-
-
-def _normal_weight(factors: RingFactors) -> FloatArray:
-    """Length of u^X that gives the normal :func:`normal_share` of the action across the plane.
-
-    With ``omega^2 = radius^2 delta^2 s / (1 - s + delta^2)`` the n-th equation of (10) weighs the normal by s
-    (to a relative ``delta^2``) and the ring's own offsets by 1 - s. Up to PLANAR it is the radius, from CURVED on zero.
-    """
-    share, delta2 = normal_share(factors.deltas), factors.deltas**2
-    below = 1.0 - share + delta2
-    squares = np.where(share < 1.0, delta2 * share / np.where(below > 0.0, below, 1.0), 1.0)
-    return np.asarray(factors.radius * np.sqrt(squares))
-
-
-def factorise_pairs(rings: FloatArray, centers: FloatArray) -> tuple[RingFactors, FloatArray]:
-    """Factorise the ring before each ring (K, m, n), and return ``Q^T (ring - center)`` beside the factors.
-
-    Before ring 0 comes ring 0 itself.
-
-    The eigenvectors of the Gram matrix turn a ring's columns nearly orthogonal; the Gram matrix of the turned
-    and normalised columns is then close to the unit matrix, and its Cholesky factor removes what is left.
-    Unlike the normal equations this keeps the accuracy of an orthogonal factorisation, with two passes over the rings.
-    """
-    n_rings, _, n = rings.shape
-    grams = np.empty((n_rings, n, n))
-    gram_matrices(rings, centers, grams)
-    V = np.ascontiguousarray(np.linalg.eigh(grams)[1][np.r_[0, : n_rings - 1]])
-    turned, crossed = np.empty((n_rings, n, n)), np.empty((n_rings, n, n))
-    turned_products(rings, centers, V, turned, crossed)
-    D = np.sqrt(np.maximum(np.einsum("kii->ki", turned), 0.0))
-    rounding = 1e-13 * D.max(axis=1, keepdims=True)
-    kept = rounding < D
-    inverse = np.where(kept, 1.0 / np.where(kept, D, 1.0), 0.0)
-    C = turned * inverse[:, :, None] * inverse[:, None, :]
-    C[:, np.arange(n), np.arange(n)] = 1.0
-    L = np.linalg.cholesky(C)
-    B = L.transpose(0, 2, 1) @ (D[..., None] * V.transpose(0, 2, 1))
-    W, values, Vt = np.linalg.svd(B)
-    products = np.linalg.solve(L, inverse[..., None] * crossed)
-    return RingFactors(values=values, Vt=Vt), W.transpose(0, 2, 1) @ products

@@ -1,7 +1,7 @@
 """Compiled loops: the product ``basis @ coefficients[k]`` at the speed of memory, and sums over rings.
 
 Place in the flow: :func:`pack` and :func:`place` serve :meth:`FactoredSweep.points`, the sums over rings
-:mod:`.affine`.
+:mod:`.fitting`.
 
 Method. :func:`place` does ``out[k] = basis @ coefficients[k]; out[k, ring_nodes] = rings[k]``. A general matrix product
 wastes most of its time on three columns, so the loop is written out: nodes in blocks whose columns lie one after the

@@ -3,7 +3,7 @@
 Place in the flow: the rings come from ``surface``, the target cap from :mod:`.target`; the result goes to ``smoothing``
 and ``mesh``.
 
-Method: affine maps of all layers (:mod:`.affine`) from the source cap, from layer to layer, or from both caps; what
+Method: affine maps of all layers (:mod:`.fitting`) from the source cap, from layer to layer, or from both caps; what
 they miss at the rings is carried inwards (:mod:`.residual`); all of it becomes one pair of factors (:mod:`.factored`).
 """
 
@@ -16,8 +16,9 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..topology import FloatArray, IntArray
-from .affine import AffineMaps, fit_from_caps, fit_steps
 from .factored import FactoredSweep, make_basis
+from .fitting import fit_from_caps, fit_steps
+from .functionals import AffineMaps
 from .inputs import FUNCTIONALS, STRATEGIES, checked_choice, checked_ids, checked_loops, checked_points, extent
 from .residual import TOLERANCE, carry_tolerance, compress, cotangent_weights, extend
 

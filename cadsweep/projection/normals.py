@@ -1,6 +1,6 @@
 """Rings as planes: their moments, their pseudo-normal, and how far from planar they are.
 
-Place in the flow: :mod:`.affine` takes from here what the functional H needs beside the ring itself.
+Place in the flow: :mod:`.fitting` takes from here what the functional H needs beside the ring itself.
 
 Method: one pass over the rings, a few layers at a time so that they stay in the processor's cache.
 

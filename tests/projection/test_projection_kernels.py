@@ -9,7 +9,8 @@ import pytest
 from projection_sections import bent, dome, square
 
 from cadsweep.projection import kernels, project_layers
-from cadsweep.projection.affine import RingFactors, factorise_pairs
+from cadsweep.projection.fitting import factorise_pairs
+from cadsweep.projection.functionals import RingFactors
 
 
 @pytest.mark.parametrize("n_nodes", [1, 127, 128, 129, 500])
