@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..topology import DirectedEdge, Face, FloatArray, IntArray
 from .transfinite import join_chains
@@ -160,19 +162,19 @@ def _is_simple(loops: Sequence[FloatArray]) -> bool:
 
 
 def _any_crossing(start: FloatArray, end: FloatArray) -> bool:
-    """Whether any two of the segments cross in their insides (blocks of rows keep the memory small)."""
-    n = len(start)
-    step = end - start
-    for first in range(0, n, 256):
-        rows = slice(first, min(first + 256, n))
+    """Whether any two of the segments cross in their insides."""
+    longest = float(np.max(np.linalg.norm(end - start, axis=1)))
+    pairs = cKDTree((start + end) / 2).query_pairs(longest * (1 + 1e-9), output_type="ndarray")
+    a, b = pairs.T
 
-        def side(a: FloatArray, d: FloatArray, p: FloatArray) -> FloatArray:
-            return np.asarray(d[..., 0] * (p[..., 1] - a[..., 1]) - d[..., 1] * (p[..., 0] - a[..., 0]))
+    def sides(i: IntArray, j: IntArray) -> npt.NDArray[np.bool_]:
+        """Whether both ends of segments j lie on different sides of segments i."""
+        along = end[i] - start[i]
 
-        a, d = start[rows, None], step[rows, None]
-        b, e = start[None], step[None]
-        apart = side(a, d, b) * side(a, d, end[None]) < 0
-        across = side(b, e, a) * side(b, e, end[rows, None]) < 0
-        if (apart & across).any():
-            return True
-    return False
+        def side(p: FloatArray) -> FloatArray:
+            off = p - start[i]
+            return np.asarray(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0])
+
+        return np.asarray(side(start[j]) * side(end[j]) < 0)
+
+    return bool((sides(a, b) & sides(b, a)).any())

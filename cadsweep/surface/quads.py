@@ -175,7 +175,8 @@ class CapBuilder:
         if best is None and other is not None:
             return other
         if best is None:
-            raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {'; '.join(reasons[:3])}")
+            why = "; ".join(reasons[:3]) or "its outline overlaps itself in every plane view; split the face"
+            raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}")
         return best
 
     def _lift(self, face: Face, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray) -> FacePatch:
