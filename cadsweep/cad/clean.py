@@ -6,7 +6,7 @@ Place in the flow: the second half of ``load``.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,6 +19,7 @@ from .model import Model, Named
 from .names import plain
 from .naming import declare_names
 from .shapes import EDGE, FACE, SOLID, index_map, subshapes
+from .slivers import merge_slivers
 from .tracing import Traced
 from .units import normalise
 from .validate import check_closed, check_finite
@@ -50,13 +51,17 @@ def make_part(model: Model) -> Part:
     with _stage(model, "healing"):
         notes += mend(traced)
     with _stage(model, "normalising units"):
-        scale, offset = normalise(traced)
+        scale, offset, size = normalise(traced)
+    with _stage(model, "merging slivers"):
+        notes += merge_slivers(traced, size)
     with _stage(model, "dividing closed faces"):
         notes += divide_closed(traced)
         solid = subshapes(traced.shape, SOLID)[0]
         check_closed(solid)
     face_origins = traced.face_origins(index_map(solid, FACE))
     edge_origins = traced.edge_origins(index_map(solid, EDGE))
+    for name_lost in _lost(faces.by_entity, face_origins):
+        notes.append(f"name '{name_lost}' is lost: its face was a sliver, or no part of the solid")
     labels = Labels(
         [f"face {j}" if j is not None else "" for j in face_origins],
         [faces.by_entity.get(j) if j is not None else None for j in face_origins],
@@ -94,6 +99,12 @@ def _stage(model: Model, doing: str) -> Iterator[None]:
             f"{model.source}: OpenCASCADE failed while {doing} ({type(error).__name__}"
             f"{': ' + detail[0] if detail else ''}). The model may be damaged; repair it in its CAD program."
         ) from error
+
+
+def _lost(names: Mapping[int, str], origins: Sequence[int | None]) -> list[str]:
+    """Names that no face of the result carries."""
+    carried = {names.get(j) for j in origins if j is not None}
+    return [name for name in dict.fromkeys(names.values()) if name not in carried]
 
 
 def _first_name(named: list[Named], solid: Any) -> str | None:

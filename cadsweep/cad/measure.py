@@ -18,11 +18,12 @@ import numpy as np
 
 from ..topology import FloatArray, Loop
 from .face_surface import FaceSurface
-from .surfaces import Extruded, Geometry, Offset, Spline
+from .surfaces import Cone, Extruded, Geometry, Offset, Plane, Spline, Torus
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
-_EDGE_PANELS = 4
+_PANELS = 4
+_ELEMENTARY_PANELS = 2
 _MOST_PANELS = 48
 
 
@@ -75,7 +76,7 @@ def _edge_samples(surface: FaceSurface, edge: int, forward: bool) -> _Piece | No
         return None
     inner = curve.breaks[(curve.breaks > curve.first) & (curve.breaks < curve.last)]
     stops = np.concatenate([[curve.first], inner, [curve.last]])
-    parts = max(1, -(-_EDGE_PANELS // (len(stops) - 1)))
+    parts = max(1, -(-_n_panels(surface.geometry) // (len(stops) - 1)))
     stops = np.interp(np.linspace(0, len(stops) - 1, parts * (len(stops) - 1) + 1), np.arange(len(stops)), stops)
     width = np.diff(stops)
     t = (stops[:-1, None] + width[:, None] * _NODES).ravel()
@@ -120,8 +121,12 @@ def _panels(geometry: Geometry, left: float, right: float) -> FloatArray:
     inner = knots[(knots > left) & (knots < right)]
     if 3 <= len(inner) <= _MOST_PANELS:
         return np.concatenate([[left], inner, [right]])
-    n = 4 if len(inner) < 3 else _MOST_PANELS
+    n = _n_panels(geometry) if len(inner) < 3 else _MOST_PANELS
     return np.unique(np.concatenate([np.linspace(left, right, n + 1), inner if len(inner) < 3 else np.empty(0)]))
+
+
+def _n_panels(geometry: Geometry) -> int:
+    return _ELEMENTARY_PANELS if isinstance(geometry, (Plane, Cone, Torus)) else _PANELS
 
 
 def _u_knots(geometry: Geometry) -> FloatArray:

@@ -25,7 +25,7 @@ FARTHEST = 1e3
 """Distance from the origin, in sizes, up to which a part is left where it is."""
 
 
-def normalise(traced: Traced) -> tuple[float, FloatArray]:
+def normalise(traced: Traced) -> tuple[float, FloatArray, float]:
     """Scale and shift the shape in place where that is needed.
 
     Returns
@@ -34,6 +34,8 @@ def normalise(traced: Traced) -> tuple[float, FloatArray]:
         Old units per new unit, a power of two.
     offset : (3,) float64
         Old coordinates of the new origin.
+    size : float
+        Size of the part, new units.
     """
     box = bounds(traced.shape)
     size = float(np.linalg.norm(box[1] - box[0]))
@@ -47,7 +49,7 @@ def normalise(traced: Traced) -> tuple[float, FloatArray]:
         step = 2.0 ** math.floor(math.log2(size))
         offset = np.round(middle / step) * step
     if scale == 1.0 and not offset.any():
-        return scale, offset
+        return scale, offset, size
     shift, stretch = gp_Trsf(), gp_Trsf()
     shift.SetTranslation(gp_Vec(*(-offset)))
     stretch.SetScaleFactor(1.0 / scale)
@@ -56,4 +58,4 @@ def normalise(traced: Traced) -> tuple[float, FloatArray]:
     if scale > 1.0:
         # Tolerances shrink with the shape; OpenCASCADE expects none below its own 1e-7.
         ShapeFix_ShapeTolerance().LimitTolerance(traced.shape, 1e-7, 0.0)
-    return scale, offset
+    return scale, offset, size / scale

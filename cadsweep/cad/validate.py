@@ -21,7 +21,7 @@ from OCP.TopExp import TopExp
 from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ..errors import CadError
-from .shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, subshapes
+from .shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, bounds, subshapes
 
 MOST = 1e15
 """Greatest coordinate that is believed; OpenCASCADE takes 1e100 for infinite."""
@@ -168,14 +168,12 @@ def signed_volume(solid: Any) -> float:
     Raises
     ------
     CadError
-        The volume is nothing against area times size: the solid is flat.
+        The volume is nothing against the size: the solid is flat.
     """
-    volume, area = GProp_GProps(), GProp_GProps()
-    BRepGProp.VolumeProperties_s(solid, volume)
-    BRepGProp.SurfaceProperties_s(solid, area)
-    if not abs(volume.Mass()) > 1e-9 * area.Mass() ** 1.5:
-        raise CadError(
-            f"the solid has no volume (area {area.Mass():.4g}, volume {volume.Mass():.4g}): it is flat or folded. "
-            "Look for a height of zero."
-        )
-    return float(volume.Mass())
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(solid, properties)
+    volume = float(properties.Mass())
+    box = bounds(solid)
+    if not abs(volume) > 1e-12 * float(np.linalg.norm(box[1] - box[0])) ** 3:
+        raise CadError(f"the solid has no volume ({volume:.4g}): it is flat or folded. Look for a height of zero.")
+    return volume

@@ -170,3 +170,36 @@ def test_a_full_ring_is_cut_to_two_coincident_caps(name):
 )
 def test_what_is_no_ring_is_not_cut(shape):
     assert cut_ring(load(shape())) is None
+
+
+def slivers():
+    plate = cq.Workplane().box(4, 4, 1)
+    return {
+        "short side": cq.Workplane().polyline([(0, 0), (4, 0), (4.00005, 0.00003), (4, 3), (0, 3)]).close().extrude(2),
+        "ledge": plate.union(plate.translate((0, 0.00005, 1)), clean=False),
+        "tiny chamfer": cq.Workplane().box(4, 4, 2).edges("|Z and >X and >Y").chamfer(0.0001),
+    }
+
+
+@pytest.mark.parametrize("name", slivers())
+def test_slivers_are_merged_and_said_so(name):
+    part = load(slivers()[name])
+    solid = part.solids[0]
+    assert min(edge.length for edge in solid.edges) > 0.1
+    assert solid.volume == pytest.approx(slivers()[name].val().Volume(), rel=1e-4)
+    assert any("slivers merged" in note for note in part.notes)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda: cq.Workplane().box(1000, 1000, 0.01),
+        lambda: cq.Workplane().circle(1e-3).extrude(100),
+        lambda: cq.Workplane().box(100, 100, 20).edges("|Z").fillet(0.5),
+    ],
+    ids=["sheet", "wire", "small fillets"],
+)
+def test_thin_parts_and_small_features_are_no_slivers(shape):
+    part = load(shape())
+    assert part.solids[0].volume == pytest.approx(shape().val().Volume(), rel=1e-12)
+    assert not any("sliver" in note for note in part.notes)
