@@ -126,6 +126,8 @@ def mesh(
     options = checked_options(input_file, given)
     options["max_memory"] = max_memory
     check_suffix(output)
+    if stream and (Path(output).suffix.lower() != ".vtkhdf" or options["order"] != 1):
+        raise click.UsageError("--stream writes meshes of order 1 to .vtkhdf files")
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:

@@ -30,11 +30,13 @@ def mesh_file(
     if output is not None:
         output = os.path.abspath(output)  # a script may change the working folder
         if output.endswith(".sweep.npz"):
+            from ..io.atomic import check_place
             from ..pipeline import write_factors
 
+            check_place(Path(output))
             return summarise(write_factors(source, output, on_progress=on_progress, **options))
         check_destination(output)
-    if stream:
+    if stream and output is not None:
         from ..pipeline import stream_mesh
 
         return plain(stream_mesh(source, output, on_progress=on_progress, **options))
