@@ -10,11 +10,13 @@
          \\           /        every ring between the caps is the source ring, turned about the
           `--.___.--'         axis; nothing is approximated
 
-The two arcs are kept through the revolve (``clean=False``), so that no seam has to be cut later and
+The two arcs are kept through the revolve, so that no seam has to be cut later and
 the sides stay exact.
 """
 
 import cadquery as cq
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire
+from OCP.BRepTools import BRepTools_ReShape
 
 r = 1.0  # radius of the section
 R = 3.0  # radius of the sweep path
@@ -33,11 +35,19 @@ def domed(face, height):
     return cq.Face.constructOn(surface, face.outerWire())
 
 
-section = cq.Workplane("XY").moveTo(R - r, 0).threePointArc((R, r), (R + r, 0)).threePointArc((R, -r), (R - r, 0))
-body = section.close().revolve(angle, (0, 0), (0, 1), clean=False)
+# One arc after the other: a wire made of both at once keeps either of two ends that meet to rounding.
+upper = cq.Edge.makeThreePointArc(cq.Vector(R - r, 0), cq.Vector(R, r), cq.Vector(R + r, 0))
+lower = cq.Edge.makeThreePointArc(cq.Vector(R + r, 0), cq.Vector(R, -r), cq.Vector(R - r, 0))
+section = cq.Wire(BRepBuilderAPI_MakeWire(upper.wrapped, lower.wrapped).Wire())
+body = cq.Workplane(cq.Solid.revolve(section, [], angle, cq.Vector(0, 0), cq.Vector(0, 1)))
 
 source = body.faces(cq.NearestToPointSelector((R, 0, 0))).val()
-others = [face for face in body.faces().vals() if not face.isSame(source)]
-result = cq.Workplane(cq.Solid.makeSolid(cq.Shell.makeShell([*others, domed(source, dome)])))
+cap = domed(source, dome).wrapped
+if cq.Face(cap).normalAt().dot(source.normalAt()) < 0:
+    cap = cap.Reversed()
+# Exchanged in place: sewing the faces together anew would keep any one of two equal edges.
+exchange = BRepTools_ReShape()
+exchange.Replace(source.wrapped, cap)
+result = cq.Workplane(cq.Shape.cast(exchange.Apply(body.val().wrapped)))
 
 show_object(result, name="c_shape")  # noqa: F821
