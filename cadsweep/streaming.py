@@ -101,7 +101,7 @@ def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> Su
 
 
 def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
-    """Volume inside a closed surface of bilinear quads, exact by the divergence theorem and two Gauss points each way."""
+    """Volume inside a closed surface of bilinear quads: the divergence theorem, which two Gauss points make exact."""
     a, b, c, d = (points[quads[:, i]] - points[quads[0, 0]] for i in range(4))
     volume = 0.0
     for u in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):

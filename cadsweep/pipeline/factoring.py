@@ -36,9 +36,9 @@ def factor_sweep(
     with run.stage("surface"):
         surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
     with run.stage("projection"):
-        target = place_target(sweep, surfaces)
         if is_ring(sweep):
             surfaces.rings[-1] = surfaces.rings[0]
+        target = place_target(sweep, surfaces)
         placed = project_layers(
             surfaces.source.points,
             surfaces.source.quads,
