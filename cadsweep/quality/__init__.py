@@ -2,10 +2,11 @@
 
 from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
-from .check import check_mesh, check_surface, make_report
+from .check import SurfaceFindings, check_mesh, check_surface, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
 from .metrics import HexMetrics, measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
+from .structure import structure_problems
 
 __all__ = [
     "HEX_CORNERS",
@@ -15,6 +16,7 @@ __all__ = [
     "MetricSummary",
     "QualityAccumulator",
     "QualityReport",
+    "SurfaceFindings",
     "WorstHex",
     "boundary_limit",
     "check_mesh",
@@ -26,4 +28,5 @@ __all__ = [
     "quad_areas",
     "quad_scaled_jacobians",
     "scaled_jacobians",
+    "structure_problems",
 ]

@@ -20,6 +20,7 @@ into itself; a mesh without any named boundary is not asked for one.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,9 +28,11 @@ from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
 from . import conformity
 from .accumulate import QualityAccumulator
+from .boundary import boundary_problems, place
 from .cadcheck import cad_problems
 from .metrics import quad_areas
 from .report import CadReference, QualityReport
+from .structure import follows_structure, structure_boundary, structure_problems
 
 COINCIDENT = 1e-10
 """Nodes nearer than this times the mesh's diagonal are the same point."""
@@ -60,18 +63,18 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         return make_report(seen, n_nodes=len(points), problems=["there are no hexahedra"])
     problems = _coordinate_problems(points)
     structure = mesh.structure
-    swept = structure is not None and conformity.follows_structure(hexes, structure)
+    swept = structure is not None and follows_structure(hexes, structure)
     if structure is not None and not swept:
         problems.append("the structure (quads times layers) does not describe these hexahedra")
     if swept:
         assert structure is not None
-        found = conformity.structure_problems(structure, len(points))
+        found = structure_problems(structure, len(points))
         problems += found
         swept = not found
     if swept:
         assert structure is not None
         seen.add_hexes(points, hexes, per_layer=len(structure.quads))
-        expected = conformity.structure_boundary(structure)
+        expected = structure_boundary(structure)
     else:
         trouble, once = _general_problems(points, hexes)
         problems += trouble
@@ -80,7 +83,7 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         expected = once
         seen.add_hexes(points, hexes)
     surface = check_surface(points, expected, mesh.boundaries, cad=cad or _cad_of(mesh), volume=seen.volume)
-    problems += _match_boundaries(mesh, expected)
+    problems += boundary_problems(mesh, expected)
     return make_report(
         seen,
         n_nodes=len(points),
@@ -123,13 +126,20 @@ def make_report(
     )
 
 
+@dataclass(kw_only=True, eq=False)
 class SurfaceFindings:
-    """Areas, Euler characteristic and problems of a boundary."""
+    """What the checks of a boundary found.
 
-    def __init__(self) -> None:
-        self.areas: dict[str, float] = {}
-        self.euler: int | None = None
-        self.problems: list[str] = []
+    Attributes
+    ----------
+    areas : dict of str to float
+    euler : int or None
+    problems : list of str
+    """
+
+    areas: dict[str, float] = field(default_factory=dict)
+    euler: int | None = None
+    problems: list[str] = field(default_factory=list)
 
 
 def check_surface(
@@ -160,13 +170,13 @@ def check_surface(
         a, b = shape.open_edges[0].tolist()
         found.problems.append(
             f"the boundary is not a closed 2-manifold: {len(shape.open_edges)} edges do not have two quads, "
-            f"the first is between nodes {a} and {b} at {_place(points[a])}"
+            f"the first is between nodes {a} and {b} at {place(points[a])}"
         )
     if len(shape.pinched_nodes):
         a = int(shape.pinched_nodes[0])
         found.problems.append(
             f"the boundary is not a 2-manifold: its sheets touch at {len(shape.pinched_nodes)} nodes, "
-            f"the first is node {a} at {_place(points[a])}"
+            f"the first is node {a} at {place(points[a])}"
         )
     used = np.zeros(len(points), dtype=np.bool_)
     used[quads] = True
@@ -177,7 +187,7 @@ def check_surface(
     if pairs:
         a, b = (int(nodes[i]) for i in pairs[0])
         found.problems.append(
-            f"{len(pairs)} pairs of boundary nodes coincide, the first are {a} and {b} at {_place(points[a])}"
+            f"{len(pairs)} pairs of boundary nodes coincide, the first are {a} and {b} at {place(points[a])}"
         )
     usable = {
         name: q[:, :4]
@@ -253,103 +263,6 @@ def _order_2_problems(hexes: IntArray) -> list[str]:
     return [f"edges have different middle nodes in different hexahedra, the first is between nodes {a} and {b}"]
 
 
-def _keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Two integers that name an oriented quad: (least node, the node across), (next, previous)."""
-    at = np.argmin(quads, axis=1)
-    rows = np.arange(len(quads))
-    turned = [quads[rows, (at + i) % 4] for i in range(4)]
-    return turned[0] * n + turned[2], turned[1] * n + turned[3]
-
-
-def _match_boundaries(mesh: HexMesh, expected: IntArray) -> list[str]:
-    """Hold the named boundary quads against the faces that have one user."""
-    if not mesh.boundaries:
-        return []
-    n = max(mesh.n_nodes, 1)
-    problems = []
-    pieces, owners = [], []
-    for name, given in mesh.boundaries.items():
-        quads = np.asarray(given)
-        if quads.ndim != 2 or quads.shape[1] < 4:
-            problems.append(f"boundary '{name}' has shape {quads.shape}, not (q, 4)")
-        elif len(quads) and (np.min(quads) < 0 or np.max(quads) >= n):
-            problems.append(f"boundary '{name}' refers to nodes outside 0 .. {n - 1}")
-        else:
-            pieces.append(quads[:, :4].astype(np.int64))
-            owners += [(name, len(quads))]
-    named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
-    named_keys, expected_keys = _keys(named, n), _keys(expected, n)
-    if _same_quads(named_keys, expected_keys):
-        return problems
-    have, want = _pairs(named_keys), _pairs(expected_keys)
-    turned = _pairs(_keys(named[:, ::-1], n))
-    names = np.repeat([o[0] for o in owners], [o[1] for o in owners]) if owners else np.zeros(0, dtype=str)
-    inward = np.isin(turned, want)
-    foreign = ~np.isin(have, want) & ~inward
-    if len(mesh.parts) > 1 and np.any(foreign):
-        foreign &= ~_interfaces(mesh, named, n)
-    _, first = np.unique(have, return_index=True)
-    twice = np.ones(len(have), dtype=bool)
-    twice[first] = False
-    missing = ~np.isin(want, have) & ~np.isin(want, turned)
-    for rows, text in (
-        (inward, "boundary quads turn inward"),
-        (foreign, "boundary quads are not on the boundary of the hexahedra"),
-        (twice, "boundary quads are named twice"),
-    ):
-        if np.any(rows):
-            i = int(np.flatnonzero(rows)[0])
-            problems.append(
-                f"{np.count_nonzero(rows)} {text}, the first is {named[i].tolist()} of '{names[i]}' "
-                f"at {_place(mesh.points[named[i]].mean(axis=0))}"
-            )
-    if np.any(missing):
-        i = int(np.flatnonzero(missing)[0])
-        problems.append(
-            f"{np.count_nonzero(missing)} quads on the boundary have no name, the first is {expected[i].tolist()} "
-            f"at {_place(mesh.points[expected[i]].mean(axis=0))}"
-        )
-    return problems
-
-
-def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
-    """Two integers a quad as one value that can be sorted and looked up."""
-    result = np.empty(len(keys[0]), dtype=[("a", np.int64), ("b", np.int64)])
-    result["a"], result["b"] = keys
-    return result
-
-
-def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]) -> bool:
-    if len(one[0]) != len(other[0]):
-        return False
-    i, j = np.lexsort(one[::-1]), np.lexsort(other[::-1])
-    return all(np.array_equal(a[i], b[j]) for a, b in zip(one, other, strict=True))
-
-
-def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:
-    """Which quads lie between hexahedra of two different parts."""
-    part = np.full(mesh.n_hexes, -1)
-    for i, ids in enumerate(mesh.parts.values()):
-        part[ids] = i
-    faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
-    keys = _pairs(_keys(faces, n))
-    order = np.argsort(keys)
-    owner = np.repeat(part, 6)[order]
-    keys = keys[order]
-
-    def part_of(q: IntArray) -> np.ndarray:
-        wanted = _pairs(_keys(q, n))
-        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-        return np.where(keys[at] == wanted, owner[at], -2)
-
-    one, other = part_of(quads), part_of(quads[:, ::-1])
-    return (one >= 0) & (other >= 0) & (one != other)
-
-
 def _cad_of(mesh: HexMesh) -> CadReference | None:
     volume = mesh.info.get("cad_volume")
     return None if volume is None else CadReference(volume=float(volume))
-
-
-def _place(point: FloatArray) -> str:
-    return "(" + ", ".join(f"{c:.5g}" for c in point) + ")"

@@ -7,7 +7,7 @@ move, all others stay where they are. Each step is kept only where it raises the
 Jacobian (where a corner of fixed nodes bounds a hexahedron, its share of what that corner allows):
 
 relax
-    Each layer's nodes take the place that its neighbours' weighted mean gives (one sparse solve).
+    Every node at the weighted mean of its neighbours along edges (one sparse solve).
 untangle
     A regularised shape energy that is finite for inverted hexahedra (:mod:`.energy`).
 polish
@@ -15,6 +15,21 @@ polish
 
 Patches are cut anew in every round, so what is polished is small. Where a round gains nothing the
 patches grow, twice, before the mesh is given back as it is.
+
+Why not gmsh's or MFEM's smoothers: measured on 10,648 hexahedra with their inside disturbed (two busy
+cores, seconds for comparison only), inverted hexahedra left of
+
+====================  ============  ==================  ============================
+mesh                  these steps   gmsh `Relocate3D`   gmsh `UntangleMeshGeometry`
+====================  ============  ==================  ============================
+cube, 4,951 inverted  0 in 5 s      16 in 22 s          0 in 83 s
+cube, 9,473 inverted  0 in 2 s      272 in 7 s          0 in 127 s
+bend, 3,317 inverted  0 in 7 s      1 in 17 s           more than 100 s
+====================  ============  ==================  ============================
+
+`UntangleMeshGeometry` also ends after 100 s, says success regardless, and pulls graded layers towards
+even ones; MFEM's TMOP gives no numbers on an inverted mesh. Both would need copies of the patch in a
+foreign library.
 
 Not handled: a boundary quad that is itself inverted: no inner node can mend the hexahedron on it
 (:func:`cadsweep.quality.boundary_limit` says how good a mesh can become at all).
@@ -26,12 +41,11 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from ..mesh import SweptStructure
 from ..quality import corner_limits
 from ..topology import FloatArray, IntArray
+from .cutting import grown, hex_nodes, patches, touches_others
 from .patch import BoolArray, Patch, edge_lengths, polished, proven_values, untangled
 from .relax import relaxed
 
@@ -175,7 +189,7 @@ def _mend(  # noqa: PLR0917
     """Relax and untangle a patch, or polish it where nothing is inverted."""
     nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
     local = local.reshape(-1, 8)
-    free = ~fixed[nodes] & ~_touches_others(structure, hexes, nodes)
+    free = ~fixed[nodes] & ~touches_others(structure, hexes, nodes)
     start = points[nodes]
     if not np.any(free):
         return _Mended(nodes=nodes[:0], positions=start[:0], gain=0.0)
@@ -243,61 +257,3 @@ def hex_values(points: FloatArray, structure: SweptStructure) -> FloatArray:
         else:
             values[k] = proven_values(points[k * n : (k + 2) * n], local)
     return values
-
-
-def hex_nodes(structure: SweptStructure, hexes: IntArray) -> IntArray:
-    """Nodes (m, 8) of hexahedra given by id."""
-    layer, quad = np.divmod(hexes, len(structure.quads))
-    lower = structure.quads[quad] + (layer * structure.n_nodes)[:, None]
-    upper_layer = (layer + 1) % structure.n_layers if structure.periodic else layer + 1
-    return np.hstack([lower, structure.quads[quad] + (upper_layer * structure.n_nodes)[:, None]])
-
-
-def _incidence(structure: SweptStructure) -> sparse.csr_matrix:
-    """Which node (row) is a corner of which quad (column) of one layer."""
-    q = structure.quads
-    rows, cols = q.ravel(), np.repeat(np.arange(len(q)), 4)
-    return sparse.csr_matrix((np.ones(len(rows)), (rows, cols)), shape=(structure.n_nodes, len(q)))
-
-
-def grown(marked: BoolArray, structure: SweptStructure, rings: int) -> BoolArray:
-    """Add to marked hexahedra (n_layers, q) those within some rings of neighbours across nodes."""
-    incidence = _incidence(structure)
-    for _ in range(rings):
-        touched = (incidence @ marked.T.astype(np.float64)) > 0
-        marked = (incidence.T @ touched.astype(np.float64)).T > 0
-        wider = marked.copy()
-        wider[1:] |= marked[:-1]
-        wider[:-1] |= marked[1:]
-        if structure.periodic:
-            wider[0] |= marked[-1]
-            wider[-1] |= marked[0]
-        marked = wider
-    return marked
-
-
-def patches(region: BoolArray, structure: SweptStructure) -> list[IntArray]:
-    """Split marked hexahedra (n_layers, q) into connected pieces of ascending ids."""
-    ids = np.flatnonzero(region.ravel())
-    if not len(ids):
-        return []
-    nodes, local = np.unique(hex_nodes(structure, ids), return_inverse=True)
-    rows, cols = np.repeat(np.arange(len(ids)), 8), local.ravel() + len(ids)
-    size = len(ids) + len(nodes)
-    graph = sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
-    label = label[: len(ids)]
-    order = np.argsort(label, kind="stable")
-    cuts = np.flatnonzero(np.diff(label[order])) + 1
-    return [np.sort(piece) for piece in np.split(ids[order], cuts)]
-
-
-def _touches_others(structure: SweptStructure, hexes: IntArray, nodes: IntArray) -> BoolArray:
-    """Which nodes of a patch belong to a hexahedron outside it."""
-    counts = np.bincount(np.searchsorted(nodes, hex_nodes(structure, hexes).ravel()), minlength=len(nodes))
-    per_node = np.bincount(structure.quads.ravel(), minlength=structure.n_nodes)
-    layer, node = np.divmod(nodes, structure.n_nodes)
-    sides = np.full(len(nodes), 2)
-    if not structure.periodic:
-        sides[(layer == 0) | (layer == structure.n_layers)] = 1
-    return counts < per_node[node] * sides

@@ -9,9 +9,9 @@ from smoothing_meshes import block, disturbed, domed_bend, swept_grid
 from cadsweep.mesh import sweep_hexes
 from cadsweep.quality import boundary_limit, positive_inside, scaled_jacobians
 from cadsweep.smoothing import improve
+from cadsweep.smoothing.cutting import grown, hex_nodes, patches
 from cadsweep.smoothing.descent import descended
 from cadsweep.smoothing.energy import hex_energy
-from cadsweep.smoothing.ladder import grown, hex_nodes, patches
 
 
 def after(points, smoothed):

@@ -1,0 +1,111 @@
+"""Named boundary quads against the faces that have one user.
+
+Place in the flow: called by :func:`cadsweep.quality.check_mesh`. A quad is known again, wherever it
+begins, by its least node, the node across, and the two others in order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh import HexMesh
+from ..topology import FloatArray, IntArray
+from . import conformity
+
+
+def place(point: FloatArray) -> str:
+    """A point for a message."""
+    return "(" + ", ".join(f"{c:.5g}" for c in point) + ")"
+
+
+def _keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Two integers that name an oriented quad: (least node, the node across), (next, previous)."""
+    at = np.argmin(quads, axis=1)
+    rows = np.arange(len(quads))
+    turned = [quads[rows, (at + i) % 4] for i in range(4)]
+    return turned[0] * n + turned[2], turned[1] * n + turned[3]
+
+
+def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
+    """Hold the named boundary quads against the faces that have one user."""
+    if not mesh.boundaries:
+        return []
+    n = max(mesh.n_nodes, 1)
+    problems = []
+    pieces, owners = [], []
+    for name, given in mesh.boundaries.items():
+        quads = np.asarray(given)
+        if quads.ndim != 2 or quads.shape[1] < 4:
+            problems.append(f"boundary '{name}' has shape {quads.shape}, not (q, 4)")
+        elif len(quads) and (np.min(quads) < 0 or np.max(quads) >= n):
+            problems.append(f"boundary '{name}' refers to nodes outside 0 .. {n - 1}")
+        else:
+            pieces.append(quads[:, :4].astype(np.int64))
+            owners += [(name, len(quads))]
+    named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
+    named_keys, expected_keys = _keys(named, n), _keys(expected, n)
+    if _same_quads(named_keys, expected_keys):
+        return problems
+    have, want = _pairs(named_keys), _pairs(expected_keys)
+    turned = _pairs(_keys(named[:, ::-1], n))
+    names = np.repeat([o[0] for o in owners], [o[1] for o in owners]) if owners else np.zeros(0, dtype=str)
+    inward = np.isin(turned, want)
+    foreign = ~np.isin(have, want) & ~inward
+    if len(mesh.parts) > 1 and np.any(foreign):
+        foreign &= ~_interfaces(mesh, named, n)
+    _, first = np.unique(have, return_index=True)
+    twice = np.ones(len(have), dtype=bool)
+    twice[first] = False
+    missing = ~np.isin(want, have) & ~np.isin(want, turned)
+    for rows, text in (
+        (inward, "boundary quads turn inward"),
+        (foreign, "boundary quads are not on the boundary of the hexahedra"),
+        (twice, "boundary quads are named twice"),
+    ):
+        if np.any(rows):
+            i = int(np.flatnonzero(rows)[0])
+            problems.append(
+                f"{np.count_nonzero(rows)} {text}, the first is {named[i].tolist()} of '{names[i]}' "
+                f"at {place(mesh.points[named[i]].mean(axis=0))}"
+            )
+    if np.any(missing):
+        i = int(np.flatnonzero(missing)[0])
+        problems.append(
+            f"{np.count_nonzero(missing)} quads on the boundary have no name, the first is {expected[i].tolist()} "
+            f"at {place(mesh.points[expected[i]].mean(axis=0))}"
+        )
+    return problems
+
+
+def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
+    """Two integers a quad as one value that can be sorted and looked up."""
+    result = np.empty(len(keys[0]), dtype=[("a", np.int64), ("b", np.int64)])
+    result["a"], result["b"] = keys
+    return result
+
+
+def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]) -> bool:
+    if len(one[0]) != len(other[0]):
+        return False
+    i, j = np.lexsort(one[::-1]), np.lexsort(other[::-1])
+    return all(np.array_equal(a[i], b[j]) for a, b in zip(one, other, strict=True))
+
+
+def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:
+    """Which quads lie between hexahedra of two different parts."""
+    part = np.full(mesh.n_hexes, -1)
+    for i, ids in enumerate(mesh.parts.values()):
+        part[ids] = i
+    faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
+    keys = _pairs(_keys(faces, n))
+    order = np.argsort(keys)
+    owner = np.repeat(part, 6)[order]
+    keys = keys[order]
+
+    def part_of(q: IntArray) -> np.ndarray:
+        wanted = _pairs(_keys(q, n))
+        at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+        return np.where(keys[at] == wanted, owner[at], -2)
+
+    one, other = part_of(quads), part_of(quads[:, ::-1])
+    return (one >= 0) & (other >= 0) & (one != other)
