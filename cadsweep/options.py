@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
@@ -119,7 +120,7 @@ class SweepOptions:
         values = list(fractions)
         if len(values) < 2 or not all(isinstance(v, Real) and math.isfinite(v) for v in values):
             raise InputError("fractions must be at least two finite numbers")
-        if values[0] != 0 or values[-1] != 1 or any(b <= a for a, b in zip(values, values[1:], strict=False)):
+        if values[0] != 0 or values[-1] != 1 or any(b <= a for a, b in pairwise(values)):
             raise InputError("fractions must rise from 0 to 1")
         if self.bias is not None:
             raise InputError("give bias or fractions, not both")
