@@ -58,13 +58,18 @@ def choose_bands(bands: Sequence[Band]) -> Iterator[list[Band]]:
             conflicts[i].update(who)
     order = sorted(range(len(bands)), key=lambda i: (len(conflicts[i]), bands[i].cost, i))
     seen: set[frozenset[int]] = set()
+    settled: set[int] = set()
     for i in range(len(bands)):
+        if i in settled:
+            continue
         excluded = set(conflicts[i])
         chosen = [i]
         for j in order:
             if j not in excluded:
                 chosen.append(j)
                 excluded |= conflicts[j]
+        # a band that all bands outside the set conflict with can only give the same set again
+        settled |= {j for j in chosen if len(conflicts[j]) - 1 == len(bands) - len(chosen)}
         key = frozenset(chosen)
         if key not in seen:
             seen.add(key)

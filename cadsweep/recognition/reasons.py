@@ -42,7 +42,7 @@ def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[
     """Return, for every face, why it is no source."""
     failed: dict[int, str] = {}
     for bands, why in failures:
-        for f in bands[0].faces:
+        for f in [f for band in bands for f in band.faces]:
             failed.setdefault(f, why)
     reasons = []
     for face in solid.faces:

@@ -9,10 +9,9 @@ import pytest
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
-from cadsweep import load, sweep_mesh
+from cadsweep import find_sweeps, load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.intervals import assign_intervals
-from cadsweep.recognition import find_sweeps
 
 pytestmark = pytest.mark.cad
 
@@ -39,11 +38,9 @@ def test_there_are_enough_parts():
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
 def test_sweepable_part_is_recognised(path):
-    (solid,) = part_of(path).solids
-    sweeps = find_sweeps(solid)
-    for sweep in sweeps:
+    for sweep in find_sweeps(part_of(path)):
         roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
-        assert sorted(roles) == list(range(len(solid.faces)))
+        assert sorted(roles) == list(range(len(sweep.solid.faces)))
         found = assign_intervals(sweep)
         for side in sweep.linking_sides:
             assert sum(found.counts[e] for e, _ in side.bottom) == sum(found.counts[e] for e, _ in side.top)
@@ -63,7 +60,7 @@ def test_sweepable_part_is_meshed(path):
 def test_unsweepable_part_is_refused_with_reasons(path):
     (solid,) = part_of(path).solids
     with pytest.raises(NotSweepableError) as caught:
-        find_sweeps(solid)
+        find_sweeps(part_of(path))
     assert "\n" not in str(caught.value)
     assert len(caught.value.reasons) == len(solid.faces)
     for face, reason in zip(solid.faces, caught.value.reasons, strict=True):

@@ -1,7 +1,0 @@
-"""A full ring of oval section about its axis."""
-
-import cadquery as cq
-
-result = cq.Workplane("XZ").center(15, 0).ellipse(4, 2).revolve(360, (-15, 0, 0), (-15, 1, 0))
-
-show_object(result, name="torus_section")  # noqa: F821
