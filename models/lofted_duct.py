@@ -24,7 +24,7 @@ radius = 30.0  # of the circle, mm
 length = 100.0  # mm
 offset = 25.0  # of the circle's centre beside the rectangle's, mm
 
-MIN_SCALED_JACOBIAN = 0.3  # of the mesh that the defaults make
+MIN_SCALED_JACOBIAN = 0.4  # of the mesh that the defaults make
 
 
 x, y = width / 2, height / 2
