@@ -172,7 +172,7 @@ def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
     free = np.flatnonzero(~fixed)
     if len(free) == 0:
         return bow
-    pairs = np.unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1), axis=0)
+    pairs, _ = _unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
     links = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
     laplacian = (diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()

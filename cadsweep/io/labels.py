@@ -172,7 +172,10 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80) -> LabelledMesh:
         raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, 27), not {hexes.shape}")
     if len(hexes) == 0:
         raise InputError("the mesh has no hexes; there is nothing to write")
-    if not np.isfinite(points.sum()) and not np.isfinite(points).all():
+    # Zero times what is not finite is not a number: one fast product finds it.
+    with np.errstate(invalid="ignore"):
+        is_finite = np.isfinite(points @ np.zeros(3)).all()
+    if not is_finite:
         raise InputError("the mesh has coordinates that are not finite")
     _check_ids(hexes, len(points), "hexes", "nodes")
     boundaries = _renamed(mesh.boundaries, max_name)
@@ -218,9 +221,9 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     marked[quads[:, :4]] = True
     # Only hexes with four marked corners can own a quad: a thin shell of the mesh.
     candidates = np.flatnonzero(_count_marked(hexes, marked) >= 4)
-    corners = hexes[candidates][:, HEX_FACES]
-    sides = np.flatnonzero(marked[corners].all(axis=2).ravel())
-    corners = corners.reshape(-1, 4)[sides]
+    shell = hexes[candidates, :8]
+    sides = np.flatnonzero(marked[shell][:, HEX_FACES].all(axis=2).ravel())
+    corners = shell[sides[:, None] // 6, HEX_FACES[sides % 6]]
     _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
     wanted, offered = codes[: len(quads)], codes[len(quads) :]
     best = np.full(int(np.max(codes, initial=-1)) + 1, -1, dtype=np.int64)
@@ -229,16 +232,21 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     if (found < 0).any():
         raise InputError(f"boundary quad {tuple(quads[np.argmax(found < 0), :4])} is a side of no hex")
     # Where two hexes offer the quad, the one that sees it from inside is right.
-    rotated = cyclic(quads[:, :4])
-    wrong = np.flatnonzero((cyclic(corners[found]) != rotated).any(axis=1))
+    wrong = np.flatnonzero(~_turn_alike(corners[found], quads[:, :4]))
     if len(wrong):
         order = np.argsort(offered, kind="stable")
         first = np.searchsorted(offered[order], wanted[wrong])
         for rank in (0, 1):
             other = order[np.minimum(first + rank, len(order) - 1)]
-            fits = (offered[other] == wanted[wrong]) & (cyclic(corners[other]) == rotated[wrong]).all(axis=1)
+            fits = (offered[other] == wanted[wrong]) & _turn_alike(corners[other], quads[wrong, :4])
             found[wrong[fits]] = other[fits]
     return candidates[sides[found] // 6], sides[found] % 6
+
+
+def _turn_alike(some: IntArray, others: IntArray) -> np.ndarray:
+    """Whether quads of the same corners turn the same way: after the same corner comes the same corner."""
+    place = (some == others[:, :1]).argmax(axis=1)
+    return some[np.arange(len(some)), (place + 1) % 4] == others[:, 1]
 
 
 def _count_marked(hexes: IntArray, marked: np.ndarray) -> np.ndarray:

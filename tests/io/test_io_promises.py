@@ -284,6 +284,7 @@ def test_meshes_without_hexes_or_with_mixed_cells_are_refused(tmp_path):
     ("changes", "word"),
     [
         ({"points": np.full((60, 3), np.nan)}, "finite"),
+        ({"points": np.array([[0.0, 0.0, 0.0]] * 59 + [[0.0, -np.inf, 0.0]])}, "finite"),
         ({"points": np.zeros((60, 2))}, "shape"),
         ({"hexes": np.full((2, 8), 1000)}, "between 0 and"),
         ({"hexes": np.zeros((2, 6), dtype=int)}, "shape"),
