@@ -55,3 +55,18 @@ def disturbed(mesh, amount, seed=0):
     points = points.copy()
     points[~fixed] += np.random.default_rng(seed).normal(size=(np.count_nonzero(~fixed), 3)) * amount
     return points, structure, fixed
+
+
+def closed_ring(n=5, layers=16):
+    """A ring of square section, turned about the z axis, without caps."""
+    points, structure, _ = swept_grid(
+        n,
+        layers,
+        # The section's axes are z and the radius, so that it faces along the sweep.
+        lambda t, xy: np.c_[(4 + xy[:, 1]) * np.cos(2 * np.pi * t), (4 + xy[:, 1]) * np.sin(2 * np.pi * t), xy[:, 0]],
+    )
+    size = structure.n_nodes
+    closed = SweptStructure(quads=structure.quads, loops=structure.loops, n_nodes=size, n_layers=layers, periodic=True)
+    on_rim = np.zeros((layers, size), dtype=bool)
+    on_rim[:, structure.loops[0]] = True
+    return points[: layers * size], closed, on_rim.ravel()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from smoothing_meshes import block, disturbed, domed_bend, swept_grid
+from smoothing_meshes import block, closed_ring, disturbed, domed_bend, swept_grid
 
 from cadsweep.mesh import sweep_hexes
 from cadsweep.quality import boundary_limit, positive_inside, scaled_jacobians
@@ -20,8 +20,12 @@ def after(points, smoothed):
     return result
 
 
+def hexes_of(structure):
+    return sweep_hexes(structure.quads, structure.n_nodes, structure.n_layers, periodic=structure.periodic)
+
+
 def values_of(points, structure):
-    return scaled_jacobians(points, sweep_hexes(structure.quads, structure.n_nodes, structure.n_layers))
+    return scaled_jacobians(points, hexes_of(structure))
 
 
 def test_a_good_mesh_is_left_alone():
@@ -32,7 +36,7 @@ def test_a_good_mesh_is_left_alone():
     assert smoothed.before == smoothed.after == pytest.approx(1)
 
 
-MESHES = {"block": block, "domed bend": domed_bend}
+MESHES = {"block": block, "domed bend": domed_bend, "ring": closed_ring}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -48,7 +52,7 @@ def test_any_disturbance_of_the_inside_is_mended(make, amount, seed):
     assert values.min() == pytest.approx(smoothed.after)
     assert smoothed.after >= min(0.3, 0.9 * boundary_limit(points, structure).value)
     assert smoothed.n_inverted_after == 0
-    assert np.all(positive_inside(mended, sweep_hexes(structure.quads, structure.n_nodes, structure.n_layers))[0])
+    assert np.all(positive_inside(mended, hexes_of(structure))[0])
     assert np.array_equal(mended[fixed], points[fixed])  # bit for bit
 
 
