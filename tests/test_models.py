@@ -69,6 +69,14 @@ def test_a_model_shows_a_sketch_and_takes_parameters(path):
     assert len(constants(path)) >= 4
 
 
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_the_gallery_shows_a_model_and_what_it_promises(path):
+    docs = path.parents[1] / "docs"
+    text = (docs / "gallery.md").read_text(encoding="utf-8")
+    assert f"**`{path.stem}`** ({constants(path)['MIN_SCALED_JACOBIAN']})" in text
+    assert 1_000 < (docs / "images" / f"{path.stem}.png").stat().st_size < 200_000
+
+
 @pytest.mark.parametrize("path", DOMED, ids=lambda p: p.stem)
 def test_a_dome_adds_to_the_volume(path):
     low, high = (cs.load(path, params={"dome": height}).solids[0].volume for height in (0.2, 0.4))
