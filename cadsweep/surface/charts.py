@@ -15,10 +15,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from ..topology import DirectedEdge, Face, FloatArray, IntArray
+from .crossings import loops_cross
 from .transfinite import join_chains
 
 
@@ -60,17 +59,20 @@ def charts_of(
         Points of all nodes so far.
     """
     points = [known[ids] for ids in nodes]
-    uv = [_loop_uv(face, loop, fractions, p, q) for loop, p, q in zip(loops, points, points, strict=True)]
+    uv = [_loop_uv(face, loop, fractions, p) for loop, p in zip(loops, points, strict=True)]
     if face.kind == "plane":
-        candidates = [_seen_along(face, points, uv, exact=True)]
-    else:
-        candidates = [_unrolled(face, points, uv), _seen_along(face, points, uv, exact=False)]
+        # Where the nodes of a plane's outline cross, it is the size that is too coarse; gmsh_quads says so.
+        chart = _seen_along(face, points, uv, exact=True)
+        if chart is not None:
+            yield chart
+        return
+    candidates = [_unrolled(face, points, uv), _seen_along(face, points, uv, exact=False)]
     charts = [chart for chart in candidates if chart is not None and _is_simple(chart.boundary)]
     yield from sorted(charts, key=lambda chart: _distortion(chart, points))
 
 
 def _loop_uv(
-    face: Face, loop: Sequence[DirectedEdge], fractions: Mapping[int, FloatArray], points: FloatArray, _: FloatArray
+    face: Face, loop: Sequence[DirectedEdge], fractions: Mapping[int, FloatArray], points: FloatArray
 ) -> FloatArray:
     """Parameters of a loop's nodes, in the order of `points`."""
     parts = [face.surface.edge_uv(e, fractions[e])[:: 1 if forward else -1] for e, forward in loop]
@@ -156,25 +158,4 @@ def _is_simple(loops: Sequence[FloatArray]) -> bool:
     """Whether the outlines turn the right way, and no two of their segments cross."""
     if _signed_area(loops[0]) <= 0 or any(_signed_area(loop) >= 0 for loop in loops[1:]):
         return False
-    start = np.concatenate(loops)
-    end = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
-    return not _any_crossing(start, end)
-
-
-def _any_crossing(start: FloatArray, end: FloatArray) -> bool:
-    """Whether any two of the segments cross in their insides."""
-    longest = float(np.max(np.linalg.norm(end - start, axis=1)))
-    pairs = cKDTree((start + end) / 2).query_pairs(longest * (1 + 1e-9), output_type="ndarray")
-    a, b = pairs.T
-
-    def sides(i: IntArray, j: IntArray) -> npt.NDArray[np.bool_]:
-        """Whether both ends of segments j lie on different sides of segments i."""
-        along = end[i] - start[i]
-
-        def side(p: FloatArray) -> FloatArray:
-            off = p - start[i]
-            return np.asarray(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0])
-
-        return np.asarray(side(start[j]) * side(end[j]) < 0)
-
-    return bool((sides(a, b) & sides(b, a)).any())
+    return not loops_cross(loops)

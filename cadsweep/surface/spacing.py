@@ -23,6 +23,7 @@ from .layout import Layout
 Fit = Callable[[FloatArray, FloatArray], FloatArray]
 """``fit(source_ring (b, 3), rings (m, b, 3)) -> (m, 3, 3)``: linear parts A, ``ring ~ ring_0 @ A.T + c``."""
 
+_GREATEST_JUNCTION_STRETCH = 2.0
 _LEAST_STRETCH, _GREATEST_STRETCH = 0.25, 4.0
 
 
@@ -77,7 +78,8 @@ def place_layers(
         lengths = _span_lengths(sweep, layout, loop, knots)
         ends = np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
         for (a, b), (start, end) in zip(pairwise(knots), pairwise(ends), strict=True):
-            table[loop, a : b + 1] = start + (end - start) * graded_places(b - a, bias)
+            inside = _follow_junctions(sweep, layout, loop, (a, b), graded_places(b - a, bias))
+            table[loop, a : b + 1] = start + (end - start) * inside
     # A loop without stations follows those that have them, so that a layer is one place on all rails.
     with_stations = [loop for loop in range(n_loops) if stations[loop]]
     if with_stations:
@@ -86,6 +88,39 @@ def place_layers(
             if not stations[loop]:
                 table[loop] = common
     return table
+
+
+def _follow_junctions(sweep: Sweep, layout: Layout, loop: int, span: tuple[int, int], places: FloatArray) -> FloatArray:
+    """Places of the layers of one span, moved to where rails have vertices inside it.
+
+    A T-junction holds a layer at one height of its rail. Where that is not far from where the layer
+    would stand anyway, the layer goes there on all rails.
+    """
+    first, last = span
+    lengths: dict[int, dict[int, tuple[int, float]]] = {}  # column: layer: (segments, length)
+    for placed in layout.edges.values():
+        if not placed.along_loop and placed.loop == loop and first <= placed.layer < last:
+            length = sweep.solid.edges[placed.edge].length
+            lengths.setdefault(placed.column, {})[placed.layer] = (placed.n_segments, length)
+    heights: dict[int, list[float]] = {}
+    for rails in lengths.values():
+        total = sum(length for _, length in rails.values())
+        run = 0.0
+        for layer in sorted(rails):
+            run += rails[layer][1]
+            heights.setdefault(layer + rails[layer][0], []).append(run / total)
+    knots, values = [0], [0.0]
+    for layer in sorted(heights):
+        k, height = layer - first, float(np.mean(heights[layer]))
+        if 0 < k < last - first:
+            stretch = (height - values[-1]) / (places[k] - places[knots[-1]])
+            rest = (1.0 - height) / (1.0 - places[k])
+            if all(1 / _GREATEST_JUNCTION_STRETCH <= s <= _GREATEST_JUNCTION_STRETCH for s in (stretch, rest)):
+                knots.append(k)
+                values.append(height)
+    knots.append(last - first)
+    values.append(1.0)
+    return np.interp(places, places[knots], values)
 
 
 def _station_layers(sweep: Sweep, layout: Layout) -> list[list[int]]:

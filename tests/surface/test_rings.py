@@ -7,7 +7,7 @@ from surface_shapes import count_segments, l_shape, polygon_prism, raised, squar
 from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.surface.layout import build_layout
 from cadsweep.surface.sides import RingBuilder
-from cadsweep.surface.spacing import fit_linear_parts, place_layers
+from cadsweep.surface.spacing import fit_linear_parts, graded_places, place_layers
 from cadsweep.topology import Intervals
 
 
@@ -124,6 +124,21 @@ def test_t_junctions_put_the_rows_of_whole_faces_between_divided_ones():
     assert (node_edges[2, [1, 9, 13]] >= 0).all()
     assert (node_edges[2, 5:8] == -1).all()
     assert np.abs(builder.rings[2, :, 2] - 1).max() < 1e-14
+
+
+def test_a_layer_that_a_t_junction_holds_is_held_on_all_rails():
+    # The junction stands at a third of the height, with two of five layers below it.
+    sweep = polygon_prism([square()], [raised(0), raised(1), raised(3)], merged=[(0, 1), (0, 2)])
+    heights = build_rings(sweep, count_segments(sweep, 4, [2, 3])).rings[:, :, 2]
+    assert np.abs(heights - heights[:, :1]).max() < 1e-14
+    assert heights[2, 0] == 1.0
+
+
+def test_a_junction_far_from_its_layer_does_not_undo_the_bias():
+    sweep = polygon_prism([square()], [raised(0), raised(1), raised(2)], merged=[(0, 1)])
+    layout = build_layout(sweep, count_segments(sweep, 4, [4, 4]))
+    places = place_layers(sweep, layout, bias=100.0, fractions=None)
+    assert np.array_equal(places[0], graded_places(8, 100.0))
 
 
 def test_nodes_of_a_twisted_prism_keep_their_order_on_every_row():
