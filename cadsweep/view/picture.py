@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
-from .display import can_open_window, check_drawing, quiet_vtk, write_whole
+from .display import can_open_window, check_drawing, in_notebook, quiet_vtk, write_whole
 from .grid import Clip, boundary_colors, import_pyvista, kept_by_clip, outline, skin
 
 _COLORMAP = "viridis"
@@ -115,12 +115,12 @@ def plot(
     window_size: tuple[int, int] = (1200, 900),
     camera: Any = None,
 ) -> Any:
-    """Show a mesh in a window, or write a picture of it.
+    """Show a mesh in a window or a notebook, or write a picture of it.
 
     Parameters
     ----------
     screenshot : path, optional
-        Write a PNG instead of opening a window; needs no display.
+        Write a PNG instead of opening a window; needs no display. A notebook needs none either.
     scalars : "scaled_jacobian", "boundary" or None
         What the faces are coloured by.
     clip : str or (normal, origin), optional
@@ -136,8 +136,9 @@ def plot(
 
     Returns
     -------
-    Path or None
-        Where the picture was written; None after a window was closed.
+    Path, PIL.Image.Image or None
+        Where the picture was written; in a notebook the picture itself, which the cell shows; None after a
+        window was closed.
 
     Raises
     ------
@@ -147,31 +148,39 @@ def plot(
         pyvista is not installed, or the machine can draw nothing.
     """
     pv = import_pyvista()
-    if screenshot is None and not can_open_window():
+    inline = screenshot is None and in_notebook()
+    if screenshot is None and not inline and not can_open_window():
         raise CadSweepError("there is no display to open a window on; ask for a picture with screenshot='mesh.png'")
     if screenshot is not None and Path(screenshot).suffix.lower() != ".png":
         raise InputError(f"screenshot must end in .png, not '{screenshot}'")
     check_drawing()
     with quiet_vtk():
-        plotter = pv.Plotter(off_screen=screenshot is not None, window_size=window_size)
+        plotter = pv.Plotter(off_screen=inline or screenshot is not None, window_size=window_size)
         try:
             plotter.set_background("white")
             add_mesh(plotter, mesh, scalars=scalars, clip=clip, show_boundaries=show_boundaries, limits=limits)
             plotter.add_axes(color="black")
             if camera is not None:
                 plotter.camera_position = camera
-            if screenshot is None:
-                plotter.show()
-                return None
-            return save_screenshot(plotter, Path(screenshot))
+            if screenshot is not None:
+                return save_screenshot(plotter, Path(screenshot))
+            if inline:
+                return take_picture(plotter)
+            plotter.show()
+            return None
         finally:
             plotter.close()
 
 
-def save_screenshot(plotter: Any, path: Path) -> Path:
-    """Write what a plotter shows as a PNG, whole or not at all."""
+def take_picture(plotter: Any) -> Any:
+    """What a plotter shows, as a ``PIL.Image.Image``."""
     from PIL import Image
 
+    return Image.fromarray(plotter.screenshot(None))
+
+
+def save_screenshot(plotter: Any, path: Path) -> Path:
+    """Write what a plotter shows as a PNG, whole or not at all."""
     image = io.BytesIO()
-    Image.fromarray(plotter.screenshot(None)).save(image, format="png", optimize=True)
+    take_picture(plotter).save(image, format="png", optimize=True)
     return write_whole(path, image.getvalue())

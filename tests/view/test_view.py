@@ -1,6 +1,7 @@
 """Pictures: the grid is the mesh, a clip keeps whole hexahedra, and a PNG needs no display."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -115,6 +116,14 @@ class TestPicture:
         with pytest.raises(InputError, match="takes every hexahedron away"):
             plot(twisted_block(), screenshot=tmp_path / "a.png", clip=((0, 0, 1), (0, 0, -9)))
         assert not list(tmp_path.iterdir())
+
+    def test_in_a_notebook_the_picture_is_the_answer(self, monkeypatch):
+        monkeypatch.delenv("DISPLAY", raising=False)
+        kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
+        monkeypatch.setitem(sys.modules, "IPython", kernel)
+        picture = plot(twisted_block(), window_size=(200, 160))
+        assert picture.size == (200, 160)
+        assert picture._repr_png_().startswith(b"\x89PNG")
 
     def test_without_a_display_a_window_is_refused(self, monkeypatch):
         if sys.platform != "linux":
