@@ -60,7 +60,7 @@ def sweep_mesh(
     """
     chosen = make_options(options)
     if isolated:
-        from .isolation import run_isolated
+        from ..isolation import run_isolated
 
         result: HexMesh = run_isolated(
             "cadsweep.pipeline:sweep_mesh",
