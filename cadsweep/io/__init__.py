@@ -118,7 +118,7 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
         if name not in allowed:
             known = ", ".join(allowed) or "none"
             raise InputError(f"{_suffix(path)} files have no option {name!r}; they have: {known}")
-    labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80))
+    labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80), reserved=getattr(module, "RESERVED", ()))
     try:
         if _suffix(path) == _FOLDER:
             labelled = module.with_whole_boundary(labelled)

@@ -37,7 +37,8 @@ HEX_ORDER = {size: np.array(_ORDER[:size]) for size in (8, 20, 27)}
 """``cgns_nodes = vtk_nodes[:, HEX_ORDER[n]]``: bottom, upright, top edges; bottom, y-, x+, y+, x-, top; volume."""
 
 _FLAT_TYPES = {2, 3, 4, 5, 6, 7, 8, 9, 24, 25, 26, 27, 28}
-_RESERVED = ("GridCoordinates", "ZoneBC", "ZoneType", "UserData")
+RESERVED = ("Zone", "GridCoordinates", "ZoneBC", "ZoneType", "UserData")
+"""Names of nodes that stand beside those of parts and boundaries."""
 
 
 def kept_groups(mesh: LabelledMesh) -> Groups:
@@ -62,18 +63,21 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         for axis, name in enumerate("XYZ"):
             _node(grid, f"Coordinate{name}", "DataArray_t", np.ascontiguousarray(mesh.points[:, axis]))
         parts, faces = mesh.volumes.exclusive_names(), mesh.faces.exclusive_names()
-        taken = {*parts, *_RESERVED}
+        taken = {*parts, *RESERVED}
         first, orders = 1, []
         for block, name in enumerate(parts):
             ids = mesh.volumes.cells(block)
-            label = f"{name[:28]}_hex" if name in _RESERVED else name
-            _section(zone, label, HEX_TYPES[size], mesh.hexes[ids][:, HEX_ORDER[size]] + 1, first=first, whole=whole)
+            _section(zone, name, HEX_TYPES[size], mesh.hexes[ids][:, HEX_ORDER[size]] + 1, first=first, whole=whole)
             first += len(ids)
             orders.append(ids)
         place = np.empty(q, dtype=np.int64)
         for block, name in enumerate(faces):
             ids = mesh.faces.cells(block)
-            label = f"{name[:26]}_quads" if name in taken else name
+            label, count = name, 1
+            while label in taken:  # a part and a boundary may have one name, sections may not
+                count += 1
+                label = f"{name[:24]}_{count}"
+            taken.add(label)
             _section(zone, label, QUAD_TYPES[width], mesh.quads[ids] + 1, first=first, whole=whole)
             place[ids] = np.arange(first, first + len(ids))
             first += len(ids)
@@ -83,9 +87,8 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
             condition = _node(conditions, name, "BC_t", "FamilySpecified")
             _node(condition, "PointList", "IndexArray_t", place[mesh.faces.named(name)].astype(whole)[:, None])
             _node(condition, "GridLocation", "GridLocation_t", "FaceCenter")
-            family = name if name != "Zone" else "Zone_family"
-            _node(condition, "FamilyName", "FamilyName_t", family)
-            _node(base, family, "Family_t", None)
+            _node(condition, "FamilyName", "FamilyName_t", name)
+            _node(base, name, "Family_t", None)
         order = np.concatenate(orders)
         if (np.diff(order) < 0).any():
             user = _node(zone, "UserData", "UserDefinedData_t", None)

@@ -8,8 +8,8 @@ attributes). The disjoint blocks serve both: a block is the set of all cells tha
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -44,11 +44,14 @@ class Blocks:
         The names that the cells of each block carry; blocks with no name have ``()``.
     of_cell : (n,) int64
         Block of each cell.
+    max_name : int
+        Most characters of a name.
     """
 
     names: tuple[str, ...]
     members: tuple[tuple[str, ...], ...]
     of_cell: IntArray
+    max_name: int = 80
 
     def cells(self, block: int) -> IntArray:
         """Ids of the cells of a block, ascending."""
@@ -78,7 +81,7 @@ class Blocks:
                 chosen.append("unnamed")
             else:
                 chosen.append(f"{names[0]}_only" if len(names) == 1 else "_and_".join(names))
-        return tuple(portable_names(_distinct(chosen, reserved=self.names)).values())
+        return tuple(portable_names(_distinct(chosen, reserved=self.names), max_length=self.max_name).values())
 
 
 def _distinct(chosen: list[str], *, reserved: tuple[str, ...]) -> list[str]:
@@ -156,7 +159,7 @@ def bounds_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, np.vstack([rows.max(axis=0).reshape(-1, 3), rest]).max(axis=0)
 
 
-def label_mesh(mesh: HexMesh, *, max_name: int = 80) -> LabelledMesh:
+def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] = ()) -> LabelledMesh:
     """Check a mesh's arrays and make them ready for writing.
 
     Raises
@@ -178,22 +181,22 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80) -> LabelledMesh:
     if not is_finite:
         raise InputError("the mesh has coordinates that are not finite")
     _check_ids(hexes, len(points), "hexes", "nodes")
-    boundaries = _renamed(mesh.boundaries, max_name)
+    boundaries = _renamed(mesh.boundaries, max_name, reserved)
     n_corners = QUAD_SIZES[hexes.shape[1]]
     for name, quads in boundaries.items():
         if quads.ndim != 2 or quads.shape[1] not in n_corners:
             raise InputError(f"boundary {name!r} should have the shape (q, {n_corners[0]}), not {quads.shape}")
         _check_ids(quads, len(points), f"boundary {name!r}", "nodes")
-    parts = _renamed(mesh.parts, max_name)
+    parts = _renamed(mesh.parts, max_name, reserved)
     for name, ids in parts.items():
         if ids.ndim != 1:
             raise InputError(f"part {name!r} should hold hex ids in one dimension, not {ids.shape}")
         _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
     boundaries, parts = _without_empty(boundaries, "boundary"), _without_empty(parts, "part")
     quads, faces = _face_blocks(boundaries, n_corners[0])
-    return LabelledMesh(
-        points=points, hexes=hexes, quads=quads, faces=faces, volumes=_volume_blocks(parts, len(hexes)), info=mesh.info
-    )
+    faces = replace(faces, max_name=max_name)
+    volumes = replace(_volume_blocks(parts, len(hexes)), max_name=max_name)
+    return LabelledMesh(points=points, hexes=hexes, quads=quads, faces=faces, volumes=volumes, info=mesh.info)
 
 
 def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArray, IntArray]:
@@ -306,8 +309,8 @@ def _check_ids(ids: IntArray, n: int, what: str, of: str) -> None:
         raise InputError(f"{what}: ids should lie between 0 and {n - 1} ({of}), found {low} to {high}")
 
 
-def _renamed(groups: Mapping[str, Any], max_name: int) -> dict[str, IntArray]:
-    names = portable_names(groups, max_length=max_name)
+def _renamed(groups: Mapping[str, Any], max_name: int, reserved: Collection[str]) -> dict[str, IntArray]:
+    names = portable_names(groups, max_length=max_name, reserved=reserved)
     return {names[name]: np.asarray(ids, dtype=np.int64) for name, ids in groups.items()}
 
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 import logging
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 logger = logging.getLogger(__name__)
 
 _SAFE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
-def portable_names(names: Iterable[str], *, max_length: int = 80) -> dict[str, str]:
+def portable_names(names: Iterable[str], *, max_length: int = 80, reserved: Collection[str] = ()) -> dict[str, str]:
     """Map each name to a portable one: ``[A-Za-z_][A-Za-z0-9_]*``, unique also where case does not count.
 
     A name that is already portable stays as it is, unless it is too long or differs from an earlier one by case alone.
@@ -26,6 +26,8 @@ def portable_names(names: Iterable[str], *, max_length: int = 80) -> dict[str, s
     names : iterable of str
     max_length : int
         Most characters that the format keeps.
+    reserved : collection of str
+        Names that the format needs for itself.
 
     Returns
     -------
@@ -33,7 +35,7 @@ def portable_names(names: Iterable[str], *, max_length: int = 80) -> dict[str, s
         In the order of `names`; a change is logged as a warning.
     """
     names = [str(name) for name in names]
-    taken: set[str] = set()
+    taken = {name.lower() for name in reserved}
     chosen: dict[str, str] = {}
     # Names that need no change come first, so that a changed one never takes a good name away.
     for name in sorted(names, key=lambda name: not _is_portable(name, max_length)):
