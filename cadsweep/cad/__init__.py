@@ -1,6 +1,7 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
-``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` opens a full ring.
+``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` opens a full ring,
+``merge_faces`` undoes divisions of one plane or cylinder.
 """
 
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ from .selection import select_faces
 if TYPE_CHECKING:
     from ..topology import Part
 
-__all__ = ["cut_ring", "load", "select_faces"]
+__all__ = ["cut_ring", "load", "merge_faces", "select_faces"]
 
 
 def cut_ring(part: "Part") -> "Part | None":
@@ -20,3 +21,10 @@ def cut_ring(part: "Part") -> "Part | None":
     from .rings import cut_ring as cut
 
     return cut(part)
+
+
+def merge_faces(part: "Part") -> "Part | None":
+    """Merge faces that divide one plane or cylinder (:func:`cadsweep.cad.merging.merge_faces`)."""
+    from .merging import merge_faces as merge
+
+    return merge(part)

@@ -55,17 +55,36 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
 
 
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
-    """Find the sweeps of a part; a full ring of revolution, which has none, is cut open first."""
+    """Find the sweeps of a part.
+
+    A full ring of revolution, which has none, is cut open first. Where nothing is found, or the best
+    sweep's caps are divided in ways that do not correspond, faces that only divide one plane or
+    cylinder are merged; a user who named a cap keeps the faces as they are.
+    """
     solid = _only_solid(part)
+    refusal: NotSweepableError | None = None
+    sweeps: list[Sweep] = []
     try:
-        return part, recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
-    except NotSweepableError:
+        sweeps = recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
+        if len(sweeps[0].target) == 1 or sweeps[0].target_faces:
+            return part, sweeps
+    except NotSweepableError as error:
+        refusal = error
         ring = cad.cut_ring(part)
-        if ring is None:
-            raise
-    sweeps = recognition.find_sweeps(_only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target))
-    around = [sweep for sweep in sweeps if is_ring(sweep)]
-    return ring, around or sweeps
+        if ring is not None:
+            sweeps = recognition.find_sweeps(
+                _only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target)
+            )
+            return ring, [sweep for sweep in sweeps if is_ring(sweep)] or sweeps
+    merged = cad.merge_faces(part) if source is None and target is None else None
+    if merged is not None:
+        try:
+            return merged, recognition.find_sweeps(_only_solid(merged))
+        except NotSweepableError:
+            pass  # the part as it was is refused with its own reasons
+    if refusal is not None:
+        raise refusal
+    return part, sweeps
 
 
 def _only_solid(part: Part) -> Solid:
