@@ -24,6 +24,7 @@ sets = st.dictionaries(
 )
 
 
+@settings(deadline=None)
 @given(st.lists(st.text(max_size=100), unique=True, max_size=8), st.integers(8, 80))
 def test_names_become_portable(names, longest):
     found = portable_names(names, max_length=longest)
@@ -37,6 +38,7 @@ def test_names_become_portable(names, longest):
     assert list(portable_names(found.values(), max_length=longest).values()) == list(found.values())
 
 
+@settings(deadline=None)
 @given(sets)
 def test_blocks_are_disjoint_and_lose_nothing(groups):
     blocks = make_blocks(groups, N_CELLS)
@@ -53,7 +55,7 @@ def test_blocks_are_disjoint_and_lose_nothing(groups):
             assert name not in groups
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     boundaries=st.dictionaries(st.text(max_size=60), st.lists(st.integers(0, 27), min_size=1, unique=True), max_size=4),
     parts=st.dictionaries(st.text(max_size=60), st.lists(st.integers(0, 11), min_size=1, unique=True), max_size=4),
