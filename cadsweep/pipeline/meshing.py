@@ -60,11 +60,12 @@ def sweep_mesh(
     """
     chosen = make_options(options)
     if isolated:
+        from ..cad.handover import make_portable
         from ..isolation import run_isolated
 
         result: HexMesh = run_isolated(
             "cadsweep.pipeline:sweep_mesh",
-            (source,),
+            (make_portable(source),),
             options,
             timeout=timeout,
             max_memory=chosen.max_memory,
