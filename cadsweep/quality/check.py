@@ -91,6 +91,7 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         problems=problems + surface.problems,
         areas=surface.areas,
         euler=surface.euler,
+        notes=tuple(surface.notes),
     )
 
 
@@ -134,12 +135,13 @@ class SurfaceFindings:
     ----------
     areas : dict of str to float
     euler : int or None
-    problems : list of str
+    problems, notes : list of str
     """
 
     areas: dict[str, float] = field(default_factory=dict)
     euler: int | None = None
     problems: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def check_surface(
@@ -197,7 +199,7 @@ def check_surface(
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
     if cad is not None:
         found.problems += cad_problems(
-            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
+            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad, notes=found.notes
         )
     return found
 

@@ -354,3 +354,21 @@ def test_the_cad_volume_in_the_mesh_is_used():
     mesh = swept_block()
     assert check_mesh(replace(mesh, info={"cad_volume": 36.0})).valid
     assert not check_mesh(replace(mesh, info={"cad_volume": 37.0})).valid
+
+
+def test_of_many_boundary_nodes_evenly_spread_ones_are_projected():
+    from cadsweep.quality.cadcheck import MOST_PROJECTED
+
+    mesh = cylinder(128, 400)  # 400 layers of 128 ring nodes
+    asked = []
+
+    def distance(points, name):
+        asked.append(len(points))
+        return reference().distance(points, name)
+
+    report = check_mesh(mesh, cad=reference(distance=distance))
+    assert report.problems == ()
+    assert sum(asked) <= MOST_PROJECTED + 3
+    assert any("boundary nodes was held against" in note for note in report.notes)
+    grown = replace(mesh, points=mesh.points * [1.01, 1.01, 1])
+    assert any("off their CAD face" in p for p in check_mesh(grown, cad=reference()).problems)
