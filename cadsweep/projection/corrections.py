@@ -27,6 +27,7 @@ from ..topology import FloatArray, IntArray
 from .descent import Energy, minimise
 from .factored import Corrections, FactoredSweep
 from .hexenergy import corner_energies, layer_scaled_jacobians, worst_determinant
+from .relax import is_stuck
 
 log = logging.getLogger(__name__)
 
@@ -36,8 +37,8 @@ SIZE_WEIGHT = 0.1
 """How much even sizes count against shape while folded corners unfold."""
 POLISH = (0.02, 0.9)
 """The same while the worst corners are lifted, and the weight of the angles."""
-POWERS = (4.0, 8.0, 16.0)
-"""Of the p-norms of the corner energies that lift them, one after the other."""
+SQUARINGS = (2, 3, 4)
+"""The p-norms that lift them, one after the other: p is 4, 8, 16."""
 _ROUNDS = 30
 _LEAST_GAIN = 1e-3
 _MOST_FACTORED = 30_000
@@ -211,11 +212,13 @@ def _relaxed(points: FloatArray, patch: _Patch) -> FloatArray:
     moved, free = points.copy(), patch.free
     solve = _preconditioner(patch, len(points))
 
-    def norm(eps: float, weights: tuple[float, float], power: float) -> Energy:
+    def norm(eps: float, weights: tuple[float, float], squarings: int) -> Energy:
+        power = 2.0**squarings
+
         def energy(x: FloatArray) -> tuple[float, FloatArray]:
             moved[free] = x
             gradient = np.zeros_like(moved)
-            value = corner_energies(moved, patch.hexes, ideal, eps, *weights, power, gradient)
+            value = corner_energies(moved, patch.hexes, ideal, eps, *weights, squarings, gradient)
             root = value ** (1.0 / power)
             return root, gradient[free] * (root / (value * power) if np.isfinite(value) else 0.0)
 
@@ -223,16 +226,18 @@ def _relaxed(points: FloatArray, patch: _Patch) -> FloatArray:
 
     x = points[free].copy()
     worst = worst_determinant(moved, patch.hexes, ideal)
+    history = [worst]
     for _ in range(_ROUNDS):
-        if worst > 0.0:
+        if worst > 0.0 or is_stuck(history):
             break
         eps = float(np.sqrt(1e-12 + 0.04 * worst**2))
-        x, _ = minimise(norm(eps, (SIZE_WEIGHT, 0.0), 1.0), x, solve, n_steps=25)
+        x, _ = minimise(norm(eps, (SIZE_WEIGHT, 0.0), 0), x, solve, n_steps=25)
         moved[free] = x
         worst = worst_determinant(moved, patch.hexes, ideal)
+        history.append(worst)
     if worst > 0.0:
-        for power in POWERS:
-            x, _ = minimise(norm(0.0, POLISH, power), x, solve, n_steps=40)
+        for squarings in SQUARINGS:
+            x, _ = minimise(norm(0.0, POLISH, squarings), x, solve, n_steps=40)
     moved[free] = x
     return moved
 

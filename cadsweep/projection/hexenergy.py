@@ -67,9 +67,9 @@ def worst_determinant(points, hexes, ideal):  # type: ignore[no-untyped-def]  # 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def corner_energies(points, hexes, ideal, eps, size_weight, angles, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
-    """Sum of the powers of all corner energies; adds its gradient to `gradient`."""
-    total = 0.0
+def corner_energies(points, hexes, ideal, eps, size_weight, angles, squarings, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Sum of the ``2**squarings``-th powers of all corner energies; adds its gradient to `gradient`."""
+    total, power = 0.0, 2.0**squarings
     for h in range(hexes.shape[0]):
         for corner in range(8):
             i = hexes[h, corner]
@@ -108,8 +108,11 @@ def corner_energies(points, hexes, ideal, eps, size_weight, angles, power, gradi
             shape = (1.0 - angles) * norm2 * length + angles * product
             top = shape + size_weight * 0.5 * (1.0 + det * det)
             f = top / chi
-            total += f**power
-            outer = power * f ** (power - 1.0)
+            powered = f
+            for _ in range(squarings):
+                powered *= powered
+            total += powered
+            outer = power * powered / f
             # d norm2^(3/2) / da = length a; d product / da = product / |a|^2 a.
             d_length = outer * (1.0 - angles) * length / chi
             d_product = outer * angles * product / chi

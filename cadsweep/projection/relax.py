@@ -15,6 +15,8 @@ Not handled: a boundary that is itself folded, or crosses itself.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from numba import njit
@@ -28,10 +30,11 @@ AREA_WEIGHT = 0.1
 """w above while unfolding: how much even sizes count against right angles."""
 POLISH = (0.02, 0.9)
 """w and the weight of the angles while the worst corners are lifted."""
-POWERS = (4.0, 8.0, 16.0, 32.0)
-"""The p of the p-norms, one after the other."""
+SQUARINGS = (2, 3, 4, 5)
+"""The p-norms, one after the other: p is 4, 8, 16, 32."""
 _LARGE = 4000
 """Meshes of more quads are first relaxed near their bad quads alone."""
+_PATIENCE = 6
 
 
 def rectangles(points: FloatArray, quads: IntArray) -> FloatArray:
@@ -134,16 +137,18 @@ def _relax_all(
         def energy(x: FloatArray) -> tuple[float, FloatArray]:
             moved[free] = x
             gradient = np.zeros_like(moved)
-            value = _corner_energies(moved, quads, ideal, metrics, eps, AREA_WEIGHT, 0.0, 1.0, gradient)
+            value = _corner_energies(moved, quads, ideal, metrics, eps, AREA_WEIGHT, 0.0, 0, gradient)
             return value, gradient[free]
 
         return energy
 
-    def lifting(power: float) -> Energy:
+    def lifting(squarings: int) -> Energy:
+        power = 2.0**squarings
+
         def energy(x: FloatArray) -> tuple[float, FloatArray]:
             moved[free] = x
             gradient = np.zeros_like(moved)
-            value = _corner_energies(moved, quads, ideal, metrics, 0.0, *POLISH, power, gradient)
+            value = _corner_energies(moved, quads, ideal, metrics, 0.0, *POLISH, squarings, gradient)
             norm = value ** (1.0 / power)
             return norm, gradient[free] * (norm / (value * power) if np.isfinite(value) else 0.0)
 
@@ -151,16 +156,18 @@ def _relax_all(
 
     x = y[free].copy()
     worst = _worst_determinant(moved, quads, ideal, metrics)
+    history = [worst]
     for _ in range(n_rounds):
-        if worst > 0.0:
+        if worst > 0.0 or is_stuck(history):
             break
         x, _ = minimise(unfolding(float(np.sqrt(1e-12 + 0.04 * worst**2))), x, solve, n_steps=30)
         moved[free] = x
         worst = _worst_determinant(moved, quads, ideal, metrics)
+        history.append(worst)
     result, best = y.copy(), -np.inf
-    for power in (0.0, *POWERS):
-        if power:
-            x, _ = minimise(lifting(power), x, solve, n_steps=60)
+    for squarings in (None, *SQUARINGS):
+        if squarings is not None:
+            x, _ = minimise(lifting(squarings), x, solve, n_steps=60)
         moved[free] = x
         sine = float(np.min(_quad_sines(moved, quads, metrics, fixed_mask)))
         if sine > best:
@@ -168,6 +175,11 @@ def _relax_all(
         if sine >= wanted or sine <= 0.0:
             break
     return result
+
+
+def is_stuck(history: Sequence[float]) -> bool:
+    """Whether the worst determinant, below zero, has hardly risen in the last rounds of unfolding."""
+    return len(history) > _PATIENCE and history[-1] < 0.9 * history[-1 - _PATIENCE]
 
 
 def _laplacian_solver(quads: IntArray, free: IntArray, n_nodes: int):  # type: ignore[no-untyped-def]
@@ -220,12 +232,12 @@ def _quad_sines(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pr
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _corner_energies(y, quads, ideal, metrics, eps, area_weight, angles, power, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
-    """Sum of the powers of all corner energies; adds its gradient to `gradient`.
+def _corner_energies(y, quads, ideal, metrics, eps, area_weight, angles, squarings, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Sum of the ``2**squarings``-th powers of all corner energies; adds its gradient to `gradient`.
 
     With a = M (y_next - y) / l_next, b = M (y_previous - y) / l_previous: J = [a b], det = a x b.
     """
-    total = 0.0
+    total, power = 0.0, 2.0**squarings
     for q in range(quads.shape[0]):
         m00, m01, m10, m11 = metrics[q, 0, 0], metrics[q, 0, 1], metrics[q, 1, 0], metrics[q, 1, 1]
         for c in range(4):
@@ -244,8 +256,11 @@ def _corner_energies(y, quads, ideal, metrics, eps, area_weight, angles, power, 
             product = np.sqrt(aa * bb)
             top = (1.0 - angles) * 0.5 * (aa + bb) + angles * product + area_weight * 0.5 * (1.0 + det * det)
             f = top / chi
-            total += f**power
-            outer = power * f ** (power - 1.0)
+            powered = f
+            for _ in range(squarings):
+                powered *= powered
+            total += powered
+            outer = power * powered / f
             # d chi / d det = chi / root
             d_det = outer * (area_weight * det / chi - top / (chi * root))
             d_a = outer / chi * (1.0 - angles + angles * np.sqrt(bb / aa))
