@@ -176,9 +176,12 @@ def _sync(entry: Path) -> None:
 
 def _put_folder(hidden: Path, place: Path) -> None:
     """Give `hidden` the name `place`; what stood there is gone afterwards, in one step where Linux offers one."""
-    if not place.exists():
+    try:
         hidden.rename(place)
-        return
+        return  # there was nothing, or an empty folder
+    except OSError as error:
+        if error.errno not in {errno.ENOTEMPTY, errno.EEXIST}:
+            raise
     if sys.platform == "linux":
         rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
         if rename is not None:
