@@ -1,0 +1,105 @@
+"""The same mesh by other ways: from its factors, slab by slab, over several MPI ranks."""
+
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep import streaming
+from cadsweep.pipeline import expand, write_factors
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+MODELS = Path(__file__).parents[2] / "models"
+ELBOW, C_SHAPE = str(MODELS / "elbow.py"), str(MODELS / "c_shape.py")
+
+
+def same(a: cs.HexMesh, b: cs.HexMesh) -> bool:
+    return (
+        np.array_equal(a.points, b.points)
+        and np.array_equal(a.hexes, b.hexes)
+        and a.boundaries.keys() == b.boundaries.keys()
+        and all(np.array_equal(a.boundaries[name], b.boundaries[name]) for name in a.boundaries)
+    )
+
+
+@pytest.mark.parametrize("part", ["elbow", "plate", "ring"])
+def test_factors_give_the_mesh_back_bit_for_bit(part, request, tmp_path):
+    mesh = write_factors(request.getfixturevalue(part), tmp_path / "p.sweep.npz", size=1.5)
+    assert same(expand(tmp_path / "p.sweep.npz"), mesh)
+
+
+def test_factors_stay_small_however_many_layers(plate, tmp_path):
+    path = tmp_path / "p.sweep.npz"
+    mesh = write_factors(plate, path, size=1.5, layers=200)
+    assert path.stat().st_size < 0.1 * (mesh.points.nbytes + mesh.hexes.nbytes)
+
+
+def test_damaged_factors_are_an_error(plate, tmp_path):
+    path = tmp_path / "p.sweep.npz"
+    write_factors(plate, path, size=3.0)
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(cs.InputError, match="damaged"):
+        expand(path)
+
+
+@pytest.mark.parametrize("part", ["elbow", "plate", "ring"])
+def test_a_streamed_mesh_is_the_mesh_in_memory(part, request, tmp_path, monkeypatch):
+    shape = request.getfixturevalue(part)
+    mesh = cs.sweep_mesh(shape, size=1.5, layers=None if part == "ring" else 7)
+    monkeypatch.setattr(streaming, "SLAB_NODES", 3 * mesh.structure.n_nodes)  # slabs that do not divide the layers
+    figures = cs.stream_mesh(shape, tmp_path / "p.vtkhdf", size=1.5, layers=None if part == "ring" else 7)
+    assert same(cs.read(tmp_path / "p.vtkhdf"), mesh)
+    assert figures["min_scaled_jacobian"] == mesh.info["quality"].min_scaled_jacobian
+    assert figures["volume"] == pytest.approx(mesh.info["quality"].volume, rel=1e-12)
+
+
+def test_an_invalid_mesh_is_not_streamed(tmp_path):
+    # On the C-shape the functional G shears the domed layers until they turn inside out; nothing is mended here.
+    path = tmp_path / "p.vtkhdf"
+    options = {"layers": 9, "functional": "G", "strategy": "source", "residual": False, "smoothing": False}
+    with pytest.raises(cs.InvertedHexError):
+        cs.stream_mesh(C_SHAPE, path, **options)
+    assert not path.exists()
+
+
+mpiexec = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
+needs_mpi = pytest.mark.skipif(
+    mpiexec is None or importlib.util.find_spec("mpi4py") is None, reason="mpi4py and an MPI are not installed"
+)
+
+
+@needs_mpi
+@pytest.mark.parametrize(("n_ranks", "suffix"), [(1, ".pvtu"), (2, ".pvtu"), (4, ".pvtu"), (2, ".vtkhdf")])
+def test_ranks_together_write_the_serial_mesh(n_ranks, suffix, tmp_path):
+    path = tmp_path / f"big{suffix}"
+    command = [mpiexec, "-n", str(n_ranks), sys.executable, "-m", "mpi4py", "-m", "cadsweep", "mesh", ELBOW]
+    done = subprocess.run(
+        [*command, "-o", str(path), "--size", "4", "--layers", "9", "--json"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=200,
+    )
+    assert done.returncode == 0, done.stderr
+    serial = cs.sweep_mesh(ELBOW, size=4.0, layers=9)
+    assert same(cs.read(path), serial)
+    assert json.loads(done.stdout)["n_hexes"] == serial.n_hexes
+
+
+@needs_mpi
+def test_a_rank_that_fails_ends_the_job_with_a_message(tmp_path):
+    command = [mpiexec, "-n", "2", sys.executable, "-m", "mpi4py", "-m", "cadsweep", "mesh", str(tmp_path / "no.step")]
+    done = subprocess.run(
+        [*command, "-o", str(tmp_path / "big.pvtu")], capture_output=True, text=True, check=False, timeout=200
+    )
+    assert done.returncode != 0
+    assert "no.step" in done.stderr
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,112 @@
+"""What ``sweep_mesh`` promises: a checked mesh, the options it was asked for, or a named error."""
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+
+def test_mesh_passes_every_check_and_has_the_volume_of_the_cad(plate):
+    mesh = cs.sweep_mesh(plate, size=1.5, layers=3)
+    report = mesh.info["quality"]
+    assert report.valid
+    assert report.n_inverted == 0
+    assert report.volume == pytest.approx(mesh.info["cad_volume"], rel=0.01)
+    assert mesh.n_hexes == 3 * len(mesh.structure.quads)
+
+
+def test_every_boundary_quad_has_one_name(plate):
+    mesh = cs.sweep_mesh(plate, size=2.0, layers=2)
+    quads = np.concatenate(list(mesh.boundaries.values()))
+    keys = np.sort(quads, axis=1)
+    assert len(np.unique(keys, axis=0)) == len(keys)
+    n_quads = len(mesh.structure.quads)
+    assert len(mesh.boundaries["source"]) == len(mesh.boundaries["target"]) == n_quads
+
+
+def test_size_is_a_length_of_the_model(plate):
+    coarse, fine = (cs.sweep_mesh(plate, size=s, layers=1) for s in (3.0, 1.5))
+    # Halving the edge length makes four times as many quads; the boundary and the hole blur it.
+    assert 2.5 < fine.n_hexes / coarse.n_hexes < 6
+
+
+def test_refinement_brings_the_volume_to_that_of_the_cad(elbow):
+    errors = []
+    for size in (2.0, 1.0):
+        mesh = cs.sweep_mesh(elbow, size=size)
+        errors.append(abs(mesh.info["quality"].volume / mesh.info["cad_volume"] - 1))
+    assert errors[1] < 0.4 * errors[0]  # second order, and counts are whole numbers
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_the_unit_of_length_does_not_matter(scale):
+    box = cq.Workplane().box(scale, scale, 2 * scale)
+    mesh = cs.sweep_mesh(box, size=scale / 4)
+    assert mesh.info["quality"].volume == pytest.approx(2 * scale**3)
+
+
+def test_source_is_the_face_that_was_named():
+    box = cq.Workplane().box(3, 4, 5)
+    mesh = cs.sweep_mesh(box, size=1.0, source=">X")
+    assert np.allclose(mesh.points[mesh.boundaries["source"]][..., 0], 1.5)
+
+
+def test_fractions_are_the_places_of_the_layers():
+    box = cq.Workplane().box(1, 1, 1, centered=False)
+    mesh = cs.sweep_mesh(box, size=0.5, source="<Z", fractions=[0, 0.1, 0.5, 1])
+    assert np.unique(mesh.points[:, 2].round(12)).tolist() == [0, 0.1, 0.5, 1]
+
+
+def test_a_full_ring_closes_on_itself(ring):
+    mesh = cs.sweep_mesh(ring, size=1.0)
+    assert mesh.structure.periodic
+    assert mesh.info["quality"].valid
+    assert not {"source", "target"} & set(mesh.boundaries)
+
+
+@pytest.mark.parametrize("nodes", [20, 27])
+def test_order_2_bends_with_the_cad(elbow, nodes):
+    straight = cs.sweep_mesh(elbow, size=2.0)
+    curved = cs.sweep_mesh(elbow, size=2.0, order=2, nodes=nodes)
+    assert curved.hexes.shape[1] == nodes
+    volume = curved.info["cad_volume"]
+    off = [abs(m.info["quality"].volume - volume) for m in (straight, curved)]
+    assert off[1] < 0.01 * off[0]
+
+
+def test_the_same_part_gives_the_same_bits(plate):
+    one, two = (cs.sweep_mesh(plate, size=2.0) for _ in range(2))
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.hexes, two.hexes)
+
+
+def test_what_cannot_be_swept_is_refused_with_reasons():
+    with pytest.raises(cs.NotSweepableError) as caught:
+        cs.sweep_mesh(cq.Workplane().sphere(5))
+    assert caught.value.reasons
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"size": 0},
+        {"size": float("nan")},
+        {"layers": 0},
+        {"layers": 1.5},
+        {"layers": True},
+        {"bias": 0},
+        {"functional": "K"},
+        {"fractions": [0, 0.5]},
+        {"fractions": [0, 0.7, 0.6, 1]},
+        {"order": 3},
+        {"colour": "red"},
+        {"timeout": 5},
+    ],
+    ids=str,
+)
+def test_options_out_of_range_are_refused_by_name(options):
+    with pytest.raises(cs.InputError, match=next(iter(options))):
+        cs.sweep_mesh(cq.Workplane().box(1, 1, 1), **options)
