@@ -143,7 +143,7 @@ class FaceSurface:
                     break
                 new[worse] = 0.5 * (new[worse] + uv[active[worse]])
             new[worse] = uv[active[worse]]
-            moved = np.abs(new - uv[active]).max(axis=1) > 1e-14 * np.abs(width).max()
+            moved = np.abs(new - uv[active]).max(axis=1) > 1e-13 * np.abs(width).max()
             uv[active] = new
             active = active[moved]
             if not len(active):
