@@ -9,6 +9,7 @@ import math
 import os
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -84,11 +85,16 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
 def describe_part(source: str, *, params: dict[str, Any] | None, on_progress: Progress) -> dict[str, Any]:
     """Faces, sweeps and reasons of a part, as ``cadsweep info --json`` prints them."""
     from ..pipeline import load
+    from ..pipeline.parts import open_and_find
     from ..recognition import describe, find_sweeps
 
     on_progress("cad", None)
     part = load(source, params=params)
     on_progress("recognition", None)
+    if len(part.solids) == 1:
+        # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
+        with suppress(NotSweepableError):
+            part, _ = open_and_find(part, None, None)
     data: dict[str, Any] = {"name": part.name, "notes": part.notes, "names": part.names, "solids": []}
     data.update(faces=[], sweeps=[], rejected=[])
     for index, solid in enumerate(part.solids):

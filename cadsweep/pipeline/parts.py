@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 from .. import cad, recognition
@@ -10,6 +11,9 @@ from ..errors import CadError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..topology import Part, Solid, Sweep
 from .run import Run
+
+DOUBTFUL = 0.4
+"""Score of the best sweep below which one of the part with merged faces is looked for."""
 
 
 def load(source: Any, *, params: dict[str, Any] | None = None) -> Part:
@@ -57,16 +61,17 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
     """Find the sweeps of a part.
 
-    A full ring of revolution, which has none, is cut open first. Where nothing is found, or the best
-    sweep's caps are divided in ways that do not correspond, faces that only divide one plane or
-    cylinder are merged; a user who named a cap keeps the faces as they are.
+    A full ring of revolution, which has none, is cut open first. Where nothing is found, or nothing
+    good, or the best sweep's caps are divided in ways that do not correspond, faces that only divide
+    one plane or cylinder are merged. A cap that the user named keeps its faces where the part has any sweep.
     """
     solid = _only_solid(part)
     refusal: NotSweepableError | None = None
     sweeps: list[Sweep] = []
     try:
         sweeps = recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
-        if len(sweeps[0].target) == 1 or sweeps[0].target_faces:
+        corresponds = len(sweeps[0].target) == 1 or bool(sweeps[0].target_faces)
+        if corresponds and sweeps[0].score >= DOUBTFUL:
             return part, sweeps
     except NotSweepableError as error:
         refusal = error
@@ -76,15 +81,25 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
                 _only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target)
             )
             return ring, [sweep for sweep in sweeps if is_ring(sweep)] or sweeps
-    merged = cad.merge_faces(part) if source is None and target is None else None
+    hinted = source is not None or target is not None
+    merged = None if hinted and _is_sweepable(solid) else cad.merge_faces(part)
     if merged is not None:
-        try:
-            return merged, recognition.find_sweeps(_only_solid(merged))
-        except NotSweepableError:
-            pass  # the part as it was is refused with its own reasons
+        with suppress(NotSweepableError):  # then the part as it was has the last word
+            better = recognition.find_sweeps(
+                _only_solid(merged), source=_resolve(merged, source), target=_resolve(merged, target)
+            )
+            if not sweeps or better[0].score > sweeps[0].score:
+                return merged, better
     if refusal is not None:
         raise refusal
     return part, sweeps
+
+
+def _is_sweepable(solid: Solid) -> bool:
+    try:
+        return bool(recognition.find_sweeps(solid))
+    except NotSweepableError:
+        return False
 
 
 def _only_solid(part: Part) -> Solid:
