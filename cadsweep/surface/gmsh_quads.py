@@ -39,12 +39,15 @@ class Setting:
         Whether every loop must have an even number of segments.
     good_enough : float
         Worst corner sine, relaxed, from which on no later setting is tried.
+    size_factor : float
+        Below 1: greatest size of the quads inside, in median segments of the boundary.
     """
 
     algorithm: int
     recombination: int
     even_loops: bool
     good_enough: float
+    size_factor: float = 1.0
 
 
 _SUBDIVISION = Setting(algorithm=8, recombination=3, even_loops=True, good_enough=0.5)
@@ -53,6 +56,8 @@ _OTHERS = (
     Setting(algorithm=6, recombination=3, even_loops=True, good_enough=0.4),
     Setting(algorithm=8, recombination=1, even_loops=False, good_enough=0.3),
     Setting(algorithm=5, recombination=1, even_loops=False, good_enough=0.3),
+    Setting(algorithm=6, recombination=1, even_loops=False, good_enough=0.3, size_factor=0.6),
+    Setting(algorithm=8, recombination=1, even_loops=False, good_enough=0.3, size_factor=0.4),
 )
 _SMALL_LOOP = 16
 _MANY_ODD_CORNERS = 4
@@ -74,7 +79,7 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
     fine = min(len(loop) for loop in loops) >= _SMALL_LOOP and n_odd <= _MANY_ODD_CORNERS
     if sum(len(loop) for loop in loops) > _LARGE:
         quick = (replace(_SUBDIVISION, good_enough=0.3), replace(_OTHERS[0], good_enough=0.3))
-        return (*quick, _BLOSSOM, *_OTHERS[1:])
+        return (*quick, _BLOSSOM, _OTHERS[1])
     return (_SUBDIVISION, _BLOSSOM, *_OTHERS) if fine else (_BLOSSOM, _SUBDIVISION, *_OTHERS)
 
 
@@ -110,7 +115,7 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
     boundary = np.concatenate(loops)
     origin = boundary.min(axis=0)
     scale = float(np.max(np.ptp(boundary, axis=0)))
-    options = {
+    options: dict[str, float] = {
         "Mesh.Algorithm": setting.algorithm,
         "Mesh.RecombinationAlgorithm": setting.recombination,
         "Mesh.RecombineAll": 1,
@@ -118,6 +123,9 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
         "Mesh.MeshSizeExtendFromBoundary": 1,
         "Mesh.RandomSeed": 1,
     }
+    if setting.size_factor < 1:
+        steps = np.concatenate([np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) for loop in loops])
+        options["Mesh.MeshSizeMax"] = setting.size_factor * float(np.median(steps)) / scale
     with gmsh_session("cap", options) as gmsh:
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
         gmsh.model.mesh.generate(2)

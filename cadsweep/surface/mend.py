@@ -108,7 +108,7 @@ class _Mender:
             if self.angle[node] <= _FLAT * len(self.of_node[node]):
                 return
             ways = sorted(self._ways(node), key=lambda way: way[0])
-            if not ways or ways[0][0] >= _FORBIDDEN:
+            if not ways or ways[0][0] >= _FORBIDDEN / 2:
                 if len(self.of_node[node]) == 1:
                     self._set_in(min(self.of_node[node]))
                 return

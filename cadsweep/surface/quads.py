@@ -158,17 +158,17 @@ class CapBuilder:
         best: FacePatch | None = None
         for chart in charts_of(face, loops, self.fractions, nodes, known):
             for setting in settings_for(chart.boundary):
+                if setting.size_factor < 1 and best is not None and best.worst >= GOOD_ENOUGH / 2:
+                    break  # many more quads are no way to make fair ones good
                 try:
                     inner, quads = mesh_polygon(chart.boundary, setting)
                 except SurfaceMeshError as error:
                     reasons.append(str(error))
                     continue
                 patch = self._lift(face, chart, inner, quads, boundary)
-                # Two settings that come to the same have met what the boundary allows.
-                met = best is not None and abs(patch.worst - best.worst) < 1e-6
                 if best is None or patch.worst > best.worst:
                     best = patch
-                if met or best.worst >= min(setting.good_enough, 0.95 * limit):
+                if best.worst >= min(setting.good_enough, 0.95 * limit):
                     return best
             if best is not None and best.worst >= GOOD_ENOUGH / 2:
                 return best
