@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import click
@@ -96,6 +97,8 @@ def report(
 ) -> None:
     """Mesh a part and write one interactive page: the mesh, the sweep, its quality, the time it took."""
     options = checked_options(input_file, given)
+    if Path(output).suffix.lower() not in (".html", ".htm"):
+        raise click.UsageError(f"the page is an .html file, not '{output}'")
     options["max_memory"] = max_memory
     run(
         "report_file",

@@ -139,10 +139,12 @@ def view_file(path: str, *, screenshot: str | None, options: dict[str, Any], on_
 
 def report_file(source: str, output: str, *, options: dict[str, Any], command: str, on_progress: Progress) -> None:
     """Mesh a part and write the page about it."""
+    from ..io.atomic import check_place
     from ..pipeline import sweep_mesh
     from ..report import write_report
 
     output = os.path.abspath(output)  # a script may change the working folder
+    check_place(Path(output))
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
     on_progress("report", None)
     write_report(mesh, output, command=command)
