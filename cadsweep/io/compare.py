@@ -14,7 +14,8 @@ import numpy as np
 from ..errors import CadSweepError
 from ..mesh import HexMesh
 from ..topology import IntArray
-from .labels import LabelledMesh, cyclic
+from .labels import LabelledMesh
+from .sides import cyclic
 
 _CHUNK = 1 << 16
 _PIECE = 1 << 20

@@ -28,7 +28,8 @@ from ..errors import InputError
 from ..mesh import HEX_FACES, HexMesh
 from ..topology import IntArray
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
-from .labels import LabelledMesh, corner_keys, make_blocks
+from .labels import LabelledMesh, make_blocks
+from .sides import corner_keys
 from .text import write_rows
 
 logger = logging.getLogger(__name__)

@@ -25,8 +25,8 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
-from .labels import Blocks, LabelledMesh, check_nodes, corner_keys, find_sides
-from .sides import HEX_EDGES, SIDES, quads_of_sides
+from .labels import Blocks, LabelledMesh, check_nodes
+from .sides import HEX_EDGES, SIDES, corner_keys, find_sides, quads_of_sides
 from .text import write_rows
 
 LEXICOGRAPHIC = np.array(

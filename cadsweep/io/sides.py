@@ -1,11 +1,14 @@
-"""Sides of hexes: the quads that a (hex, side) pair stands for, of any order."""
+"""Sides of hexes: the quads that a (hex, side) pair stands for, of any order, and the pair of a given quad."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ..errors import InputError
 from ..mesh import HEX_FACES
 from ..topology import IntArray
+
+_CHUNK = 1 << 14
 
 HEX_EDGES = np.array(
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]], dtype=np.int64
@@ -38,3 +41,95 @@ def quads_of_sides(hexes: IntArray, of: IntArray, sides: IntArray) -> IntArray:
     """Outward quads (q, 4 | 8 | 9) of the sides of hexes (m, 8 | 20 | 27)."""
     width = {8: 4, 20: 8, 27: 9}[hexes.shape[1]]
     return hexes[np.asarray(of)[:, None], SIDES[np.asarray(sides), :width]]
+
+
+def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArray, IntArray]:
+    """Find the hex, and its side, that each quad bounds.
+
+    Of two hexes that share a quad the one for which the quad points outward is taken.
+
+    Parameters
+    ----------
+    hexes : (m, 8 | 20 | 27) int64
+    quads : (q, 4 | 8 | 9) int64
+    n_points : int
+
+    Returns
+    -------
+    (q,) int64, (q,) int64
+        Hex ids, and rows of :data:`~cadsweep.mesh.HEX_FACES`.
+
+    Raises
+    ------
+    InputError
+        A quad is a side of no hex.
+    """
+    marked = np.zeros(n_points, dtype=bool)
+    marked[quads[:, :4]] = True
+    # Only hexes with four marked corners can own a quad: a thin shell of the mesh.
+    candidates = np.flatnonzero(_count_marked(hexes, marked) >= 4)
+    shell = hexes[candidates, :8]
+    sides = np.flatnonzero(marked[shell][:, HEX_FACES].all(axis=2).ravel())
+    corners = shell[sides[:, None] // 6, HEX_FACES[sides % 6]]
+    _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
+    wanted, offered = codes[: len(quads)], codes[len(quads) :]
+    best = np.full(int(np.max(codes, initial=-1)) + 1, -1, dtype=np.int64)
+    best[offered] = np.arange(len(sides))
+    found = best[wanted]
+    if (found < 0).any():
+        raise InputError(f"boundary quad {tuple(quads[np.argmax(found < 0), :4])} is a side of no hex")
+    # Where two hexes offer the quad, the one that sees it from inside is right.
+    wrong = np.flatnonzero(~_turn_alike(corners[found], quads[:, :4]))
+    if len(wrong):
+        order = np.argsort(offered, kind="stable")
+        first = np.searchsorted(offered[order], wanted[wrong])
+        for rank in (0, 1):
+            other = order[np.minimum(first + rank, len(order) - 1)]
+            fits = (offered[other] == wanted[wrong]) & _turn_alike(corners[other], quads[wrong, :4])
+            found[wrong[fits]] = other[fits]
+    return candidates[sides[found] // 6], sides[found] % 6
+
+
+def _turn_alike(some: IntArray, others: IntArray) -> np.ndarray:
+    """Whether quads of the same corners turn the same way: after the same corner comes the same corner."""
+    place = (some == others[:, :1]).argmax(axis=1)
+    return some[np.arange(len(some)), (place + 1) % 4] == others[:, 1]
+
+
+def _count_marked(hexes: IntArray, marked: np.ndarray) -> np.ndarray:
+    """Number of marked corners of each hex; in chunks, which stay in the cache."""
+    counts = np.empty(len(hexes), dtype=np.uint8)
+    for start in range(0, len(hexes), _CHUNK):
+        corners = np.ascontiguousarray(marked[hexes[start : start + _CHUNK, :8]])
+        # Eight bytes of 0 or 1 are added by one multiplication: their sum ends in the highest byte.
+        packed = corners.view(np.uint64)[:, 0]
+        counts[start : start + _CHUNK] = (packed * np.uint64(0x0101010101010101)) >> np.uint64(56)
+    return counts
+
+
+def corner_keys(corners: IntArray) -> tuple[IntArray, IntArray]:
+    """Give equal codes to quads with the same corners, however they are turned.
+
+    Returns
+    -------
+    (u,) int64, (n,) int64
+        The first quad of each code, and the code of every quad; codes ascend with the sorted corners.
+    """
+    if len(corners) == 0:
+        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
+    ordered = np.sort(corners, axis=1)
+    if int(np.max(ordered[:, 3])) < 1 << 31:  # two ids a key sort twice as fast as one
+        ordered = (ordered[:, [0, 2]] << 32) | ordered[:, [1, 3]]
+    order = np.lexsort(ordered.T[::-1])
+    ordered = ordered[order]
+    new = np.ones(len(corners), dtype=bool)
+    np.any(ordered[1:] != ordered[:-1], axis=1, out=new[1:])
+    codes = np.empty(len(corners), dtype=np.int64)
+    codes[order] = np.cumsum(new) - 1
+    return order[new], codes
+
+
+def cyclic(corners: IntArray) -> IntArray:
+    """Turn each quad so that its least corner comes first; the direction stays."""
+    first = corners.argmin(axis=1)
+    return corners[np.arange(len(corners))[:, None], (first[:, None] + np.arange(4)) % 4]

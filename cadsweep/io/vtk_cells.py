@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
-from .labels import LabelledMesh, check_nodes, find_sides
+from .labels import LabelledMesh, check_nodes
+from .sides import find_sides
 
 CELL_TYPES = {8: 12, 20: 25, 27: 29}
 """Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``)."""

@@ -1,0 +1,90 @@
+"""How fast meshes are written, against ``ndarray.tofile`` of as many bytes.
+
+    python benchmarks/writing.py [--hexes 1000000] [--repeat 5] [--json]
+
+Both write to a new file in turn, and the medians are compared. Ours is the whole promise: the file is written without a
+name, flushed to the disk, read back, compared, and put in place; ``tofile`` does none of that.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from cadsweep import io
+from cadsweep.mesh import HexMesh, side_quads, sweep_hexes
+
+
+def make_box(n_hexes: int) -> HexMesh:
+    """A cube of about so many hexes with its six sides named."""
+    n = max(1, round(n_hexes ** (1 / 3)))
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    ids = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]], axis=-1).reshape(-1, 4)
+    loop = np.concatenate([ids[:-1, 0], ids[-1, :-1], ids[:0:-1, -1], ids[0, :0:-1]])
+    sides = np.split(side_quads([loop], x.size, n), 4, axis=1)
+    layers = [np.stack([x.ravel(), y.ravel(), np.full(x.size, z)], axis=-1) for z in np.linspace(0, 1, n + 1)]
+    return HexMesh(
+        points=np.concatenate(layers),
+        hexes=sweep_hexes(quads, x.size, n),
+        boundaries={"source": quads[:, ::-1], "target": quads + n * x.size}
+        | {f"side_{j}": side.reshape(-1, 4) for j, side in enumerate(sides, 1)},
+    )
+
+
+def measure(mesh: HexMesh, suffix: str, folder: Path, repeat: int) -> dict[str, float | str]:
+    """Medians of writing a mesh, and of ``tofile`` of as many bytes, seconds."""
+    ours, plain = [], []
+    path, bare = folder / f"mesh{suffix}", folder / "plain.bin"
+    mesh.write(path)  # compiles nothing, but fills the caches of both
+    values = np.random.default_rng(0).random(path.stat().st_size // 8)
+    for _ in range(repeat):
+        path.unlink(missing_ok=True)
+        start = time.perf_counter()
+        mesh.write(path)
+        ours.append(time.perf_counter() - start)
+        bare.unlink(missing_ok=True)
+        start = time.perf_counter()
+        values.tofile(bare)
+        plain.append(time.perf_counter() - start)
+    seconds, reference = statistics.median(ours), statistics.median(plain)
+    return {
+        "suffix": suffix,
+        "megabytes": values.nbytes / 1e6,
+        "seconds": seconds,
+        "tofile_seconds": reference,
+        "ratio": seconds / reference,
+    }
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--hexes", type=int, default=1_000_000)
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--suffixes", nargs="+", default=[".vtkhdf", ".msh", ".vtu"], choices=list(io.FORMATS))
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    mesh = make_box(options.hexes)
+    with tempfile.TemporaryDirectory(dir=".") as folder:
+        rows = [measure(mesh, suffix, Path(folder), options.repeat) for suffix in options.suffixes]
+    if options.json:
+        json.dump({"n_hexes": mesh.n_hexes, "files": rows}, sys.stdout, indent=2)
+        return
+    for row in rows:
+        print(
+            "{suffix:8} {megabytes:7.1f} MB {seconds:7.3f} s, tofile {tofile_seconds:6.3f} s: {ratio:.1f} x".format(
+                **row
+            )
+        )
+
+
+if __name__ == "__main__":
+    main()
