@@ -21,6 +21,7 @@ from OCP.IGESControl import IGESControl_Reader
 from OCP.TopoDS import TopoDS_Shape
 
 from ..errors import CadError, InputError
+from .brep_text import check_brep_text
 from .model import Model
 from .quiet import quiet_opencascade
 
@@ -65,6 +66,7 @@ def _read_brep(path: Path, data: bytes) -> Any:
         elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
             if _NOT_FINITE.search(data):
                 raise CadError(f"{path}: the file holds a number that is not finite.")
+            check_brep_text(path, data)
             BRepTools.Read_s(shape, str(path), BRep_Builder())
         else:
             raise CadError(f"{path}: this is not a BREP file of OpenCASCADE.")

@@ -200,3 +200,28 @@ def test_parameters_belong_to_scripts(tmp_path, box_step):
         load(path, params={"height": 1})
     with pytest.raises(InputError, match="nly scripts"):
         load(cq.Workplane().box(1, 1, 1), params={"height": 1})
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
+def test_brep_files_that_are_cut_off(share, tmp_path):
+    path = tmp_path / "box.brep"
+    cq.Workplane().box(1, 2, 3).val().exportBrep(str(path))
+    data = path.read_bytes()
+    path.write_bytes(data[: int(share * len(data))])
+    with pytest.raises(CadError, match="damaged|cut off|not a BREP"):
+        load(path)
+
+
+def test_every_byte_that_is_no_number_is_found_in_a_brep_file(tmp_path):
+    from cadsweep.cad.brep_text import check_brep_text
+
+    path = tmp_path / "box.brep"
+    cq.Workplane().box(1, 2, 3).faces(">Z").workplane().hole(0.5).val().exportBrep(str(path))
+    data = path.read_bytes()
+    check_brep_text(path, data)
+    rng = random.Random(11)
+    for _ in range(50):
+        damaged = bytearray(data)
+        damaged[rng.randrange(data.index(b"Locations"), len(data))] = rng.randrange(128, 256)
+        with pytest.raises(CadError):
+            check_brep_text(path, bytes(damaged))
