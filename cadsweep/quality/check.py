@@ -30,9 +30,13 @@ from . import conformity
 from .accumulate import QualityAccumulator
 from .boundary import boundary_problems, place
 from .cadcheck import cad_problems
+from .limits import BoundaryLimit, boundary_limit
 from .metrics import quad_areas
 from .report import CadReference, QualityReport
 from .structure import follows_structure, structure_boundary, structure_problems
+
+POOR = 0.5
+"""Worst scaled Jacobian below which the report says how much of it is the boundary's."""
 
 COINCIDENT = 1e-10
 """Nodes nearer than this times the mesh's diagonal are the same point."""
@@ -71,9 +75,12 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         found = structure_problems(structure, len(points))
         problems += found
         swept = not found
+    limit = None
     if swept:
         assert structure is not None
         seen.add_hexes(points, hexes, per_layer=len(structure.quads))
+        if seen.min_scaled_jacobian < POOR:
+            limit = boundary_limit(points, structure)
         expected = structure_boundary(structure)
     else:
         trouble, once = _general_problems(points, hexes)
@@ -92,6 +99,7 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         areas=surface.areas,
         euler=surface.euler,
         notes=tuple(surface.notes),
+        limit=limit,
     )
 
 
@@ -104,6 +112,7 @@ def make_report(
     areas: Mapping[str, float] | None = None,
     euler: int | None = None,
     notes: tuple[str, ...] = (),
+    limit: BoundaryLimit | None = None,
 ) -> QualityReport:
     """Turn running metrics and findings into a report; inverted hexahedra come first among the problems."""
     found = list(problems)
@@ -124,6 +133,7 @@ def make_report(
         euler=euler,
         problems=tuple(found),
         notes=notes,
+        limit=limit,
     )
 
 

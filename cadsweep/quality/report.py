@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..topology import FloatArray, IntArray
+from .limits import BoundaryLimit
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -126,6 +127,9 @@ class QualityReport:
         What is wrong, a sentence each; empty for a valid mesh.
     notes : tuple of str
         What is worth knowing and not wrong.
+    limit : BoundaryLimit or None
+        The worst corner of boundary nodes alone, which no smoothing can mend and nothing can exceed. None for
+        a mesh without structure, and where no hexahedron is poor (0.5).
     """
 
     n_nodes: int
@@ -141,6 +145,7 @@ class QualityReport:
     euler: int | None = None
     problems: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    limit: BoundaryLimit | None = None
 
     @property
     def valid(self) -> bool:
@@ -175,6 +180,11 @@ class QualityReport:
             f"volume {self.volume:.8g}"
             + "".join(f"\n  area of {name}: {area:.8g}" for name, area in self.areas.items()),
         ]
+        if self.limit is not None and self.limit.hex >= 0:
+            lines.append(
+                f"limit: node {self.limit.node} of hex {self.limit.hex} in layer {self.limit.layer} has a scaled "
+                f"Jacobian of {self.limit.value:.4g} by boundary nodes alone"
+            )
         if self.euler is not None:
             lines.append(f"Euler characteristic of the boundary: {self.euler}")
         lines.append(f"{'':17}{'least':>10}{'5 %':>10}{'median':>10}{'95 %':>10}{'largest':>10}")

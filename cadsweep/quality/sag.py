@@ -69,6 +69,9 @@ def _rim_bulge(
         shared = np.array([edge for edge in rim.tolist() if tuple(edge) in mine], dtype=np.int64).reshape(-1, 2)
         if len(shared):
             start, end = points[shared[:, 0]], points[shared[:, 1]]
-            sags = np.abs(distance((start + end) / 2, other))
+            middles = (start + end) / 2
+            # The edge lies off its chord by d. Its distances from the two faces show d only as far as they stand
+            # upright on one another; twice their sum bounds it down to angles of 30 degrees between them.
+            sags = 2 * (np.abs(distance(middles, other)) + np.abs(distance(middles, name)))
             total += float(np.sum((2 / 3) * np.linalg.norm(end - start, axis=1) * sags))
     return total

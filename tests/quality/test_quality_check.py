@@ -38,6 +38,7 @@ def test_sound_meshes_are_valid_by_both_paths(name):
     assert fast.problems == general.problems == ()
     assert fast.euler == EULER.get(name, 2)
     one, other = fast.to_dict(), general.to_dict()
+    del one["limit"], other["limit"]  # and the limit of poor meshes
     for hexahedron in one["worst"] + other["worst"]:
         del hexahedron["layer"]  # only the structure knows layers
     assert one == other

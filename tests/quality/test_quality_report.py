@@ -122,3 +122,13 @@ def test_a_sheared_block_is_limited_by_its_shear():
     # The sides lean by 45 degrees: every upright edge meets the caps' edges at a sine of 1 / sqrt 2.
     mesh = swept_block(3, 3, 3, place=lambda k, xy: np.c_[xy[:, 0] + k, xy[:, 1], np.full(len(xy), float(k))])
     assert boundary_limit(mesh.points, mesh.structure).value == pytest.approx(np.sqrt(0.5))
+
+
+def test_a_poor_mesh_says_what_its_boundary_allows():
+    sheared = swept_block(3, 3, 3, place=lambda k, xy: np.c_[xy[:, 0] + 3 * k, xy[:, 1], np.full(len(xy), float(k))])
+    report = check_mesh(sheared)
+    # Upright edges lean by 3 in 1: a sine of 1 / sqrt 10.
+    assert report.limit.value == pytest.approx(np.sqrt(0.1))
+    assert "by boundary nodes alone" in str(report)
+    assert report.to_dict()["limit"]["value"] == pytest.approx(np.sqrt(0.1))
+    assert check_mesh(swept_block()).limit is None
