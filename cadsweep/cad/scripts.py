@@ -7,6 +7,7 @@ clean.
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import io
 import logging
@@ -67,6 +68,7 @@ def run_script(path: Path, params: Mapping[str, Any]) -> Model:
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None)
             raise InputError(f"{path}{_at(line)}: this is no Python: {getattr(error, 'msg', error)}.") from error
+        _add_parameters(script, cqgi)
         values = _checked(path, script.metadata.parameters, params)
         try:
             result = script.build(build_parameters=values)
@@ -87,8 +89,39 @@ def list_parameters(path: Path) -> dict[str, tuple[str, Any]]:
     from cadquery import cqgi
 
     with _captured_output(path):
-        found = cqgi.parse(path.read_text(encoding="utf-8-sig")).metadata.parameters
+        script = cqgi.parse(path.read_text(encoding="utf-8-sig"))
+        _add_parameters(script, cqgi)
+    found = script.metadata.parameters
     return {name: (_type_name(p), p.default_value) for name, p in found.items()}
+
+
+def _add_parameters(script: Any, cqgi: Any) -> None:
+    """Make parameters of what cqgi passes over: negative numbers, and assignments with a type."""
+    kinds = {bool: cqgi.BooleanParameterType, str: cqgi.StringParameterType}
+    for node in script.ast_tree.body:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        if (
+            not isinstance(node, (ast.Assign, ast.AnnAssign))
+            or len(targets) != 1
+            or not isinstance(targets[0], ast.Name)
+        ):
+            continue
+        value = node.value
+        if (
+            isinstance(value, ast.UnaryOp)
+            and isinstance(value.op, ast.USub)
+            and isinstance(value.operand, ast.Constant)
+        ):
+            number = value.operand.value
+            if isinstance(number, bool) or not isinstance(number, (int, float)):
+                continue
+            value = node.value = ast.copy_location(ast.Constant(-number), value)
+        elif not isinstance(node, ast.AnnAssign):
+            continue
+        if isinstance(value, ast.Constant) and type(value.value) in (bool, str, int, float):
+            kind = kinds.get(type(value.value), cqgi.NumberParameterType)
+            parameter = cqgi.InputParameter.create(value, targets[0].id, kind, value.value)
+            script.metadata.add_script_parameter(parameter)
 
 
 def _shown(path: Path, results: list[Any]) -> Model:

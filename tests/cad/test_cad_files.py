@@ -156,6 +156,12 @@ def test_whole_numbers_stay_whole(script):
     assert load(script(text), params={"n": "3"}).solids[0].volume == pytest.approx(3.0)
 
 
+def test_negative_and_annotated_parameters(script):
+    text = "import cadquery as cq\nlow = -1.0\nhigh: float = 2\nshow_object(cq.Workplane().box(1, 1, high - low))\n"
+    assert load(script(text)).solids[0].volume == pytest.approx(3.0)
+    assert load(script(text), params={"low": "-2", "high": 4}).solids[0].volume == pytest.approx(6.0)
+
+
 @pytest.mark.parametrize(
     "params", [{"depth": 1}, {"height": "tall"}, {"height": float("nan")}, {"round": "perhaps"}, {"name": 3}]
 )
@@ -208,7 +214,7 @@ def test_brep_files_that_are_cut_off(share, tmp_path):
     cq.Workplane().box(1, 2, 3).val().exportBrep(str(path))
     data = path.read_bytes()
     path.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(CadError, match="damaged|cut off|not a BREP"):
+    with pytest.raises(CadError, match=r"damaged|cut off|not a BREP"):
         load(path)
 
 
