@@ -182,7 +182,7 @@ def read(path: str | PathLike[str]) -> HexMesh:
 def _check_groups(mesh: HexMesh) -> None:
     for name, quads in mesh.boundaries.items():
         if quads.size and not 0 <= int(np.min(quads)) <= int(np.max(quads)) < len(mesh.points):
-            raise InputError(f"boundary {name!r} names a node that is not there")
+            raise InputError(f"boundary {name!r} names a node that is not there: was the mesh changed outside?")
     for name, ids in mesh.parts.items():
         if ids.size and not 0 <= int(np.min(ids)) <= int(np.max(ids)) < len(mesh.hexes):
             raise InputError(f"part {name!r} names a hex that is not there")

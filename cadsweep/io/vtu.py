@@ -28,7 +28,7 @@ import lzma
 import sys
 import zlib
 from collections.abc import Iterator, Mapping
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
@@ -38,6 +38,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
 from . import vtk_cells
+from .compare import ExpectedBytes
 from .labels import LabelledMesh
 
 CELL_TYPES = vtk_cells.CELL_TYPES
@@ -49,6 +50,10 @@ _NAMES = {
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh."""
+    _put(stream, mesh)
+
+
+def _put(stream: BinaryIO, mesh: LabelledMesh) -> None:
     cells, fields, nodes = vtk_cells.grid_arrays(mesh)
     write_grid(stream, mesh.points, mesh.hexes, cells=cells, fields=fields, nodes=nodes)
 
@@ -119,6 +124,13 @@ def write_grid(
     stream.write(b"\n</AppendedData>\n</VTKFile>\n")
 
 
+def verify(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Compare every byte of a file that was just written with what it should be."""
+    sink = ExpectedBytes(stream)
+    _put(cast(BinaryIO, sink), mesh)
+    sink.finish()
+
+
 def read(stream: BinaryIO) -> HexMesh:
     """Read a grid of hexes with whatever names it holds."""
     arrays = read_arrays(stream)
@@ -130,14 +142,14 @@ def read_arrays(stream: BinaryIO) -> dict[str, Any]:
     """Read the arrays of a grid: what :func:`vtk_cells.grid_mesh` takes, and ``point_data``."""
     content = stream.read()
     start = content.find(b"<AppendedData")
-    appended = b""
+    appended: bytes | memoryview = b""
     head = content
     if start >= 0:
         begin = content.find(b"_", content.find(b">", start)) + 1
-        appended = content[begin:]
+        appended = memoryview(content)[begin:]
         head = content[:start] + b"</VTKFile>"
         if b"base64" in content[start:begin]:
-            appended = appended[: appended.find(b"<")].strip()
+            appended = content[begin : content.find(b"<", begin)].strip()
     try:
         root = ElementTree.fromstring(head)
     except ElementTree.ParseError as error:
@@ -169,7 +181,7 @@ def read_arrays(stream: BinaryIO) -> dict[str, Any]:
 class _Decoder:
     """Turns the file's array elements into numpy arrays."""
 
-    def __init__(self, root: ElementTree.Element, appended: bytes, *, encoded: bool) -> None:
+    def __init__(self, root: ElementTree.Element, appended: bytes | memoryview, *, encoded: bool) -> None:
         mark = "<" if root.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
         self.mark = mark
         self.header = np.dtype(mark + _NAMES.get(root.get("header_type", "UInt32"), "u4"))
@@ -196,12 +208,13 @@ class _Decoder:
                 if element.get("format") == "ascii":
                     raw = bytes(int(token) for token in (element.text or "").split())
                 else:
-                    raw = self._bytes(element)
+                    raw = bytes(self._bytes(element))
                 yield name, [part.decode("utf-8", "replace") for part in raw.split(b"\0")[:-1]]
             elif element.get("type") in _NAMES:
                 yield name, self.values(element)
 
-    def _bytes(self, element: ElementTree.Element) -> bytes:
+    def _bytes(self, element: ElementTree.Element) -> bytes | memoryview:
+        data: bytes | memoryview
         if element.get("format") == "appended":
             offset = int(element.get("offset", "0"))
             data, encoded = self.appended[offset:], self.encoded
@@ -212,7 +225,7 @@ class _Decoder:
         size = self.header.itemsize
         if encoded:
             n_bytes = int(np.frombuffer(_from_base64(data, size), dtype=self.header)[0])
-            found = _from_base64(data, size + n_bytes)[size:]
+            found: bytes | memoryview = _from_base64(data, size + n_bytes)[size:]
         else:
             n_bytes = int(np.frombuffer(data[:size], dtype=self.header)[0])
             found = data[size : size + n_bytes]
@@ -220,14 +233,14 @@ class _Decoder:
             raise InputError(f"array {element.get('Name')!r} is cut short: {len(found)} of {n_bytes} bytes")
         return found
 
-    def _decompressed(self, data: bytes, *, encoded: bool) -> bytes:
+    def _decompressed(self, data: bytes | memoryview, *, encoded: bool) -> bytes:
         size = self.header.itemsize
         unpack: Any = {"vtkZLibDataCompressor": zlib.decompress, "vtkLZMADataCompressor": lzma.decompress}.get(
             str(self.compressor)
         )
         if unpack is None:
             raise InputError(f"its compression {self.compressor!r} is not read; write it again without")
-        raw = _from_base64(data, size) if encoded else data
+        raw: bytes | memoryview = _from_base64(data, size) if encoded else data
         n_blocks = int(np.frombuffer(raw[:size], dtype=self.header)[0])
         n_head = size * (3 + n_blocks)
         head = np.frombuffer((_from_base64(data, n_head) if encoded else data)[:n_head], dtype=self.header)
@@ -241,5 +254,5 @@ class _Decoder:
         return b"".join(unpack(raw[ends[j] : ends[j + 1]]) for j in range(n_blocks))
 
 
-def _from_base64(data: bytes, n_bytes: int) -> bytes:
+def _from_base64(data: bytes | memoryview, n_bytes: int) -> bytes:
     return base64.b64decode(data[: -(-n_bytes // 3) * 4])[:n_bytes]

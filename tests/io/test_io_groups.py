@@ -55,7 +55,7 @@ def test_blocks_are_disjoint_and_lose_nothing(groups):
             assert name not in groups
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     boundaries=st.dictionaries(st.text(max_size=60), st.lists(st.integers(0, 27), min_size=1, unique=True), max_size=4),
     parts=st.dictionaries(st.text(max_size=60), st.lists(st.integers(0, 11), min_size=1, unique=True), max_size=4),

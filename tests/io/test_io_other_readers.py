@@ -273,6 +273,37 @@ def test_gmsh_files_are_read(tmp_path, nodes):
         assert list(mesh.parts) == ["body"]
 
 
+@pytest.mark.parametrize("nodes", [8, 20, 27])
+@pytest.mark.parametrize("compressor", ["none", "zlib", "lzma"])
+@pytest.mark.parametrize("mode", ["ascii", "binary", "raw", "base64"])
+def test_vtu_files_of_vtk_are_read(tmp_path, nodes, compressor, mode):
+    """A grid that VTK wrote, in every way that is read; names come along in field data."""
+    pv = pytest.importorskip("pyvista")
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    mesh = bent_box(nodes)
+    io.write(mesh, tmp_path / "first.vtu")
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(pv.read(tmp_path / "first.vtu"))
+    writer.SetFileName(str(tmp_path / "part.vtu"))
+    {
+        "none": writer.SetCompressorTypeToNone,
+        "zlib": writer.SetCompressorTypeToZLib,
+        "lzma": writer.SetCompressorTypeToLZMA,
+    }[compressor]()
+    {"ascii": writer.SetDataModeToAscii, "binary": writer.SetDataModeToBinary}.get(mode, writer.SetDataModeToAppended)()
+    if mode in {"raw", "base64"}:
+        writer.SetEncodeAppendedData(mode == "base64")
+    writer.Write()
+    back = io.read(tmp_path / "part.vtu")
+    np.testing.assert_allclose(back.points, mesh.points, atol=1e-5 if mode == "ascii" else 0)
+    np.testing.assert_array_equal(back.hexes, mesh.hexes)
+    assert list(back.boundaries) == list(mesh.boundaries)
+    for name, quads in mesh.boundaries.items():
+        np.testing.assert_array_equal(np.sort(back.boundaries[name], axis=0), np.sort(quads, axis=0))
+    assert list(back.parts) == ["box"]
+
+
 def test_side_tables_agree():
     """The nodes of a side lie on it: corners, middles and centre of a unit cube's sides."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
