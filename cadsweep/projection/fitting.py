@@ -16,7 +16,7 @@ import numpy as np
 
 from ..topology import FloatArray, IntArray
 from .functionals import AffineMaps, RingFactors, rows_of_g, rows_of_h, solve, without_noise
-from .kernels import gram_matrices, turned_products
+from .kernels import gram_matrices, share_layers, turned_products
 from .normals import RingMoments, ring_moments
 
 
@@ -154,10 +154,14 @@ def factorise_pairs(rings: FloatArray, centers: FloatArray) -> tuple[RingFactors
     """
     n_rings, _, n = rings.shape
     grams = np.empty((n_rings, n, n))
-    gram_matrices(rings, centers, grams)
+    share_layers(lambda run: gram_matrices(rings[run], centers[run], grams[run]), n_rings, rings.shape[1])
     V = np.ascontiguousarray(np.linalg.eigh(grams)[1][np.r_[0, : n_rings - 1]])
     turned, crossed = np.empty((n_rings, n, n)), np.empty((n_rings, n, n))
-    turned_products(rings, centers, V, turned, crossed)
+
+    def turn(run: slice) -> None:
+        turned_products(rings, centers, run.start, run.stop, V, turned, crossed)
+
+    share_layers(turn, n_rings, rings.shape[1])
     D = np.sqrt(np.maximum(np.einsum("kii->ki", turned), 0.0))
     rounding = 1e-13 * D.max(axis=1, keepdims=True)
     kept = rounding < D

@@ -11,6 +11,7 @@ threads; every node of every layer is summed in the same order, so the bits do n
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -44,17 +45,22 @@ def place(
     n_layers, r, _ = coefficients.shape
     padded = np.zeros((n_layers, 4 * -(-r // 4), 3))
     padded[:, :r] = coefficients
-    runs = [slice(k, min(k + _LAYERS, n_layers)) for k in range(0, n_layers, _LAYERS)]
 
     def work(run: slice) -> None:
         _place(packed, padded[run], ring_nodes, rings[run], out[run])
 
-    threads = min(n_threads(), len(runs)) if n_layers * out.shape[1] >= _ENOUGH_NODES else 1
+    share_layers(work, n_layers, out.shape[1])
+
+
+def share_layers(work: Callable[[slice], None], n_layers: int, n_nodes: int) -> None:
+    """Call ``work(run)`` for runs of a few layers of `n_nodes` nodes, on several threads where that pays."""
+    runs = [slice(k, min(k + _LAYERS, n_layers)) for k in range(0, n_layers, _LAYERS)]
+    threads = min(n_threads(), len(runs)) if n_layers * n_nodes >= _ENOUGH_NODES else 1
     if threads == 1:
         for run in runs:
             work(run)
         return
-    with ThreadPoolExecutor(threads, thread_name_prefix="placing") as pool:
+    with ThreadPoolExecutor(threads, thread_name_prefix="layers") as pool:
         for _ in pool.map(work, runs):
             pass
 
@@ -101,6 +107,42 @@ def _place(packed, coefficients, ring_nodes, rings, out):  # type: ignore[no-unt
 
 # Sums may be taken in any order here: they are of like sizes, and nothing is promised bit for bit.
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+def loop_sums(rings, bounds, projector, centers, grams, turns, products):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """For loop j, rows ``bounds[j]:bounds[j + 1]`` of rings (K, m, n), with x the nodes about their mean.
+
+    centers[k, j] = mean, grams[k, j] = ``sum x_i (x) x_i``, turns[k, j] = ``sum x_i (x) x_(i+1)``, all of one loop, and
+    products[k] += ``projector x`` over all.
+    """
+    n = rings.shape[2]
+    local = np.empty((n, rings.shape[1]))
+    for k in range(rings.shape[0]):
+        for j in range(len(bounds) - 1):
+            first, m = bounds[j], bounds[j + 1] - bounds[j]
+            for c in range(n):
+                total = 0.0
+                for i in range(m):
+                    total += rings[k, first + i, c]
+                center = total / m
+                centers[k, j, c] = center
+                for i in range(m):
+                    local[c, i] = rings[k, first + i, c] - center
+            for c in range(n):
+                for d in range(n):
+                    a, b = local[c], local[d]
+                    same, turn = a[m - 1] * b[m - 1], a[m - 1] * b[0]
+                    for i in range(m - 1):
+                        same += a[i] * b[i]
+                        turn += a[i] * b[i + 1]
+                    grams[k, j, c, d], turns[k, j, c, d] = same, turn
+                for p in range(projector.shape[0]):
+                    row, a = projector[p, first : first + m], local[c]
+                    total = 0.0
+                    for i in range(m):
+                        total += row[i] * a[i]
+                    products[k, p, c] += total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def gram_matrices(rings, centers, grams):  # type: ignore[no-untyped-def]  # pragma: no cover
     """``(ring - center)^T (ring - center)`` of rings (K, m, n) about centers (K, n), into grams (K, n, n)."""
     n = rings.shape[2]
@@ -115,24 +157,33 @@ def gram_matrices(rings, centers, grams):  # type: ignore[no-untyped-def]  # pra
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def turned_products(rings, centers, turns, turned, crossed):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """With Z the ring before ring k, centred and turned by turns[k]: ``Z^T Z`` and ``Z^T (ring k - center)``."""
+def turned_products(rings, centers, first, stop, turns, turned, crossed):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """For first <= k < stop, Z the ring before k, centred and turned by turns[k]: ``Z^T Z``, ``Z^T (ring - c)``."""
     m, n = rings.shape[1], rings.shape[2]
-    Z, Y = np.empty((n, m)), np.empty((n, m))
-    for k in range(rings.shape[0]):
-        before = max(k - 1, 0)
+    X, Y, Z = np.empty((n, m)), np.empty((n, m)), np.empty((n, m))
+    for k in range(max(first - 1, 0), stop):
         for c in range(n):
             for i in range(m):
                 Y[c, i] = rings[k, i, c] - centers[k, c]
-                Z[c, i] = 0.0
-            for d in range(n):
-                share, at = turns[k, d, c], centers[before, d]
+        if k < first:
+            X, Y = Y, X
+            continue
+        if k == 0:
+            X[:] = Y
+        for c in range(n):
+            z, t0, t1, x0, x1 = Z[c], turns[k, 0, c], turns[k, 1, c], X[0], X[1]
+            for i in range(m):
+                z[i] = t0 * x0[i] + t1 * x1[i]
+            for d in range(2, n):
+                t2, x2 = turns[k, d, c], X[d]
                 for i in range(m):
-                    Z[c, i] += share * (rings[before, i, d] - at)
+                    z[i] += t2 * x2[i]
         for c in range(n):
             for d in range(n):
-                same, other = 0.0, 0.0
+                z, same, other = Z[c], Z[d], Y[d]
+                total, cross = 0.0, 0.0
                 for i in range(m):
-                    same += Z[c, i] * Z[d, i]
-                    other += Z[c, i] * Y[d, i]
-                turned[k, c, d], crossed[k, c, d] = same, other
+                    total += z[i] * same[i]
+                    cross += z[i] * other[i]
+                turned[k, c, d], crossed[k, c, d] = total, cross
+        X, Y = Y, X

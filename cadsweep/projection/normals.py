@@ -2,7 +2,7 @@
 
 Place in the flow: :mod:`.fitting` takes from here what the functional H needs beside the ring itself.
 
-Method: one pass over the rings, a few layers at a time so that they stay in the processor's cache.
+Method: one compiled pass over the rings (:func:`.loop_sums`).
 
 Planarity is a scale, not a switch. The relative non-planarity ``delta`` of a ring is the r.m.s. offset from
 its best plane over its r.m.s. radius. Two bounds divide the scale:
@@ -18,7 +18,7 @@ result has no jump wherever on the scale a ring lies.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,7 @@ import numpy.typing as npt
 from ..errors import InputError, ProjectionError
 from ..topology import FloatArray, IntArray
 from .inputs import checked_loops, checked_points, loop_slices
+from .kernels import loop_sums, share_layers
 
 PLANAR = 1e-5
 CURVED = 1e-2
@@ -34,8 +35,6 @@ COLLAPSED = 1e-7
 """A loop thinner than this, relative to its r.m.s. radius, spans less than n - 1 dimensions (Remark 7)."""
 VANISHING = 1e-4
 """A vector area below this fraction of what its loops sweep about their centre counts as none."""
-
-_CHUNK_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,13 +54,6 @@ class RingMoments:
     centers: FloatArray
     products: FloatArray
     normals: FloatArray
-
-
-def chunks(n_layers: int, ring_bytes: int) -> Iterator[slice]:
-    """Yield runs of layers whose rings fit the processor's cache together."""
-    step = max(1, _CHUNK_BYTES // max(ring_bytes, 1))
-    for start in range(0, n_layers, step):
-        yield slice(start, min(start + step, n_layers))
 
 
 def non_planarity(ring: FloatArray) -> float:
@@ -152,15 +144,13 @@ def ring_moments(rings: FloatArray, loops: Sequence[IntArray], *, projector: Flo
     products = np.zeros((n_rings, len(projector), n))
     grams = np.empty((n_rings, len(slices), n, n))
     turns = np.empty((n_rings, len(slices), n, n))
+    bounds = np.array([s.start for s in slices] + [n_ring_nodes])
     rows = np.ascontiguousarray(projector)
-    for run in chunks(n_rings, rings[0].nbytes):
-        for j, s in enumerate(slices):
-            loop_centers[run, j], local = centred(rings[run, s])
-            grams[run, j] = np.einsum("kim,kjm->kij", local, local)
-            turns[run, j] = local[:, :, :-1] @ local[:, :, 1:].transpose(0, 2, 1)
-            turns[run, j] += local[:, :, -1, None] * local[:, None, :, 0]
-            if len(rows):
-                products[run] += (local @ rows[:, s].T).transpose(0, 2, 1)
+
+    def gather(run: slice) -> None:
+        loop_sums(rings[run], bounds, rows, loop_centers[run], grams[run], turns[run], products[run])
+
+    share_layers(gather, n_rings, n_ring_nodes)
     centers = np.einsum("j,kjc->kc", shares, loop_centers)
     if len(projector) and len(slices) > 1:
         # Each loop was centred on itself, which keeps small holes exact; this brings them to the ring's centre.
@@ -169,16 +159,6 @@ def ring_moments(rings: FloatArray, loops: Sequence[IntArray], *, projector: Flo
     _refuse_collapsed(grams)
     normals = _line_normals(rings, slices[0]) if n == 2 else _area_normals(rings, slices, turns, grams)
     return RingMoments(centers=centers, products=products, normals=normals)
-
-
-def centred(rings: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Means (K, n) of rings (K, m, n), and the rings about them, components first (K, n, m)."""
-    _, m, n = rings.shape
-    centers = (np.full((1, m), 1.0 / m) @ rings)[:, 0]
-    local = np.empty((len(rings), n, m))
-    for c in range(n):  # three long loops instead of many of length three
-        np.subtract(rings[:, :, c], centers[:, c, None], out=local[:, c])
-    return centers, local
 
 
 def _refuse_collapsed(grams: FloatArray) -> None:
