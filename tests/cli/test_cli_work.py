@@ -15,7 +15,11 @@ import cadsweep as cs
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
-pytestmark = [pytest.mark.cad, pytest.mark.skipif(sys.platform == "win32", reason="terminals of POSIX")]
+pytestmark = [
+    pytest.mark.cad,
+    pytest.mark.timeout(900),
+    pytest.mark.skipif(sys.platform == "win32", reason="terminals of POSIX"),
+]
 
 SCRIPT = """
 import cadquery as cq
@@ -39,7 +43,7 @@ KEYS = {
 def command(*args, cwd, **options):
     return subprocess.run(
         [sys.executable, "-m", "cadsweep", *map(str, args)],
-        capture_output=True, text=True, timeout=200, check=False, cwd=cwd, **options,
+        capture_output=True, text=True, timeout=800, check=False, cwd=cwd, **options,
     )  # fmt: skip
 
 
@@ -185,7 +189,7 @@ def test_a_terminal_sees_progress_and_a_pipe_does_not(work):
 
 def test_output_into_a_closed_pipe_is_no_traceback(work):
     line = f"{sys.executable} -m cadsweep info part.py | true; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, cwd=work, timeout=200, check=False)
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, cwd=work, timeout=800, check=False)
     assert "Traceback" not in done.stderr
 
 

@@ -8,7 +8,7 @@ from cadsweep.errors import WorkerError
 from cadsweep.isolation import run_isolated
 
 
-def mesh_all(sources, *, timeout=120.0, max_memory=3.0, **options):
+def mesh_all(sources, *, timeout=600.0, max_memory=3.0, **options):
     """How each source ends: ``[kind, message, n_hexes, volume]``, kind ``"mesh"`` or the name of an error."""
     ends = []
     while len(ends) < len(sources):

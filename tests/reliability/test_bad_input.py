@@ -15,7 +15,7 @@ from cadsweep.errors import CadSweepError, InputError
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
-pytestmark = pytest.mark.cad
+pytestmark = [pytest.mark.cad, pytest.mark.timeout(900)]
 
 N_FLIPS = int(os.environ.get("CADSWEEP_FUZZ", "10"))
 
@@ -136,7 +136,7 @@ def test_a_hostile_script_ends_with_its_worker(tmp_path, name):
     text, words = HOSTILE[name]
     path = tmp_path / "script.py"
     path.write_text(text)
-    timeout = 20.0 if name in HANGS else 250.0
+    timeout = 25.0 if name in HANGS else 250.0
     with pytest.raises(CadSweepError, match=words):
         cadsweep.sweep_mesh(str(path), isolated=True, timeout=timeout, max_memory=1.5)
 

@@ -19,6 +19,7 @@ pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = [
     pytest.mark.cad,
+    pytest.mark.timeout(900),
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="locks and signals of Linux"),
 ]
 
@@ -70,7 +71,7 @@ def table(study):
 
 def test_every_case_has_its_line_with_figures_or_an_error(study):
     study.write('[grid]\nwidth = [1.0, 3.0]\n[[cases]]\nmode = "sphere"\n[[cases]]\nname = "crash"\nmode = "crash"\n')
-    done = subprocess.run(command(study, "--json"), capture_output=True, text=True, check=False, timeout=200)
+    done = subprocess.run(command(study, "--json"), capture_output=True, text=True, check=False, timeout=800)
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert (summary["n_cases"], summary["n_failed"], summary["n_resumed"]) == (4, 2, 0)
@@ -99,7 +100,7 @@ def test_every_case_has_its_line_with_figures_or_an_error(study):
 def test_a_killed_study_loses_no_case_and_does_none_again(study):
     study.write("[grid]\nwidth = [1.0, 2.0, 3.0]\n")
     first = subprocess.Popen(command(study, "--quiet"), start_new_session=True)
-    end = time.monotonic() + 100
+    end = time.monotonic() + 400
     while len(list((study.results / "cases").glob("*.json"))) < 2:
         assert time.monotonic() < end
         time.sleep(0.02)
@@ -107,7 +108,7 @@ def test_a_killed_study_loses_no_case_and_does_none_again(study):
     first.wait()
     finished = {path.name for path in (study.results / "cases").iterdir() if path.suffix == ".json"}
     begun = study.runs()
-    done = subprocess.run(command(study, "--json"), capture_output=True, text=True, check=False, timeout=200)
+    done = subprocess.run(command(study, "--json"), capture_output=True, text=True, check=False, timeout=800)
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert (summary["n_cases"], summary["n_failed"], summary["n_resumed"]) == (3, 0, len(finished))
@@ -119,7 +120,7 @@ def test_a_killed_study_loses_no_case_and_does_none_again(study):
 def test_an_interrupt_ends_the_workers_and_keeps_what_is_done(study):
     study.write("[grid]\nwidth = [1.0, 2.0, 3.0]\n")
     run = subprocess.Popen(command(study, "--jobs", "2"), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    end = time.monotonic() + 100
+    end = time.monotonic() + 400
     while len(study.runs()) < 1:
         assert time.monotonic() < end
         time.sleep(0.02)
@@ -158,6 +159,6 @@ def test_two_runs_of_one_study_do_not_mix(study):
 
 def test_a_study_without_a_single_mesh_fails(study):
     study.write('[grid]\nmode = ["sphere"]\n')
-    done = subprocess.run(command(study, "--quiet"), capture_output=True, text=True, check=False, timeout=200)
+    done = subprocess.run(command(study, "--quiet"), capture_output=True, text=True, check=False, timeout=800)
     assert done.returncode == 1
     assert len(done.stderr.strip().splitlines()) == 1

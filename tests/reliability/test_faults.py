@@ -24,6 +24,7 @@ pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = [
     pytest.mark.cad,
+    pytest.mark.timeout(900),
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals, sessions and tmpfs of Linux"),
 ]
 
@@ -59,7 +60,7 @@ def run(*args, code=None, env=None, **options):
     tag = uuid.uuid4().hex
     command = [sys.executable, "-m", "cadsweep", *map(str, args)] if code is None else [sys.executable, "-c", code]
     environment = {**os.environ, **(env or {}), "CADSWEEP_TEST": tag}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=250, check=False, **options)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=800, check=False, **options)
     return done, tag
 
 
