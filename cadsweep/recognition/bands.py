@@ -243,9 +243,14 @@ def _settle(net: _Net, seed: int) -> list[tuple[frozenset[int], dict[int, tuple[
         best = min(best, float(np.array(cost) @ on))
         picked = {f: state for j, (f, state) in enumerate(states) if state is not None and on[len(classes) + j]}
         solutions.append((frozenset(k for k in classes if on[column[k]]), picked))
-        # leave this very choice of classes out next time
-        rows = [*rows, {column[k]: 1.0 if on[column[k]] else -1.0 for k in classes}]
-        bound = np.append(bound, sum(on[: len(classes)]) - 1.0)
+        taken = {
+            len(classes) + j: 1.0 for j, (_, state) in enumerate(states) if state is not None and on[len(classes) + j]
+        }
+        if not taken:
+            break
+        # next time one of these faces must be read otherwise
+        rows = [*rows, taken]
+        bound = np.append(bound, len(taken) - 1.0)
     return solutions
 
 

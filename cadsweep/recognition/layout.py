@@ -170,6 +170,10 @@ class _Graph:
                         stack.append(g)
                     elif bottom[g] != b:
                         self.reason = self.reason or f"the sides do not turn the same way at {self._label(g)}"
+        apart = band.faces.keys() - bottom.keys()
+        if apart:
+            self.reason = self.reason or f"the sides do not hang together at {self._label(min(apart))}"
+            bottom |= {f: (band.faces[f][1] + 1) % 4 for f in apart}
         return bottom
 
     def _label(self, face: int) -> str:

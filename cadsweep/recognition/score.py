@@ -23,7 +23,8 @@ def score_layout(solid: Solid, layout: Layout) -> float:
     faces = [reading for chain in layout.chains for band, _ in chain for reading, _ in band.faces.values()]
     worst_corner = max(reading.cost for reading in faces)
     mean_corner = sum(reading.cost for reading in faces) / len(faces)
-    corners = 1.0 / (1.0 + 0.35 * mean_corner + 0.1 * worst_corner)
+    folded = max(0.0, worst_corner - 1.0)
+    corners = 1.0 / (1.0 + 0.35 * mean_corner + 0.1 * worst_corner + folded)
     caps = {f for cap in layout.caps for f in cap}
     rim, inner = [], []
     for edge in solid.edges:
