@@ -166,6 +166,17 @@ def test_the_skewness_of_g_grows_towards_the_target_of_the_ellipses(layers):
     assert (np.diff(column(layers["skewed_ellipses", "G"], "skewness")) > 0).all()
 
 
+def test_the_leading_mode_of_the_bent_square_is_the_saddle_inside_as_well(sides):
+    # The rings are bent by x^2 - y^2, which is harmonic: what is carried inwards must be the same saddle, up to the
+    # curvature of the dome on which it is carried.
+    points = sides["square_semicircle"].source.points
+    placed = place(sides["square_semicircle"], strategy="source", residual=True)
+    mode = placed.basis[:, placed.basis.shape[1] - placed.n_modes]
+    saddle = (points[:, 0] - 3) ** 2 - points[:, 1] ** 2
+    most = np.abs(saddle).argmax()
+    np.testing.assert_allclose(mode / mode[most], saddle / saddle[most], atol=0.1)
+
+
 @pytest.mark.parametrize("name", ["square_semicircle", "square_to_arcs"])
 class TestNotAffine:
     def test_what_no_affine_map_can_do_grows_towards_the_target(self, layers, name):
