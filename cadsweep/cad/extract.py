@@ -82,7 +82,7 @@ def extract_solid(
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
     curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
-    box = bounds(shape)
+    box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
     for j, (curve, _) in enumerate(curves):
         gap = np.linalg.norm(curve.evaluate(np.array([0.0, 1.0])) - vertices[list(ends[j])], axis=1).max()

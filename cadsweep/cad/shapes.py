@@ -97,10 +97,13 @@ def compound(shapes: Sequence[Any]) -> Any:
     return out
 
 
-def bounds(shape: Any) -> FloatArray:
-    """Least and greatest coordinates (2, 3) of a box about the shape (a little larger than the shape)."""
+def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
+    """Least and greatest coordinates (2, 3) of a box about the shape; a loose one encloses poles of splines."""
     box = Bnd_Box()
-    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    if tight:
+        BRepBndLib.AddOptimal_s(shape, box, False, False)
+    else:
+        BRepBndLib.Add_s(shape, box, False)
     if box.IsVoid():
         raise CadError("The shape is empty: it has no vertex, edge or face.")
     return np.array(box.Get()).reshape(2, 3)
