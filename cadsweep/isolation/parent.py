@@ -113,6 +113,8 @@ def run_isolated(
                 raise InputError(
                     f"this cannot be handed to a worker process ({error}): give a file, or call without isolated=True"
                 ) from error
+            except OSError as error:
+                raise WorkerError(f"a worker process cannot be started: {error}", stage="start") from error
             finally:
                 progress_end.close()
                 chatter_end.close()

@@ -12,6 +12,8 @@ from multiprocessing import spawn
 from pathlib import Path
 from types import TracebackType
 
+from ..errors import WorkerError
+
 MEMORY_FOLDER = Path("/dev/shm")
 """Where files live in memory; Linux has it, and nothing needs it."""
 
@@ -59,8 +61,14 @@ class Workplace:
             if os.access(MEMORY_FOLDER, os.W_OK | os.X_OK):
                 self.results = (self._make(MEMORY_FOLDER), self.folder)
             self._guard = self._start_guard()
-        except BaseException:
+        except BaseException as error:
             self._remove_own()
+            if isinstance(error, OSError):
+                raise WorkerError(
+                    f"a worker process cannot be prepared ({error}): free space in {tempfile.gettempdir()}, "
+                    "or name another folder in TMPDIR",
+                    stage="start",
+                ) from error
             raise
 
     def _make(self, inside: Path | None) -> Path:

@@ -16,7 +16,7 @@ import pytest
 import worker_tasks
 
 from cadsweep.errors import CadSweepError, InputError, NotSweepableError, WorkerError
-from cadsweep.isolation import run_isolated
+from cadsweep.isolation import place, run_isolated
 from cadsweep.isolation.place import leftovers
 from cadsweep.isolation.transfer import pack, unpack
 
@@ -42,16 +42,14 @@ def wait_until(condition, seconds=15.0):
         time.sleep(0.02)
 
 
-def temporary_folders():
-    places = [Path("/dev/shm"), Path(tempfile.gettempdir())]
-    return {path for place in places if place.is_dir() for path in place.glob("cadsweep-*")}
-
-
 @pytest.fixture(autouse=True)
-def no_folder_stays():
-    before = temporary_folders()
+def no_folder_stays(tmp_path_factory, monkeypatch):
+    """Temporary folders of this test's runs alone, which must be empty in the end."""
+    folders = [tmp_path_factory.mktemp(name) for name in ("disk", "memory")]
+    monkeypatch.setattr(tempfile, "tempdir", str(folders[0]))
+    monkeypatch.setattr(place, "MEMORY_FOLDER", folders[1])
     yield
-    assert temporary_folders() <= before
+    assert not [path for folder in folders for path in folder.iterdir()]
 
 
 def test_arrays_come_back_whole_and_writable():
@@ -166,7 +164,7 @@ def test_workers_run_side_by_side_in_threads():
 CALLER = """
 import sys
 sys.path.insert(0, {here!r})
-from cadsweep.isolation import run_isolated
+from cadsweep.isolation import place, run_isolated
 from cadsweep.isolation.place import leftovers
 run_isolated("worker_tasks:litter_and_hang", ({folder!r},), remove=leftovers({folder!r} + "/out.vtu"))
 """
@@ -197,6 +195,15 @@ def test_leftovers_are_those_of_one_worker_and_one_file(tmp_path):
     mine.touch()
     other.touch()
     assert glob.glob(pattern.replace("{pid}", "12")) == [str(mine)]
+
+
+def test_a_worker_that_cannot_be_prepared_is_said(monkeypatch):
+    def full(*args, **kwargs):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "mkdtemp", full)
+    with pytest.raises(WorkerError, match=r"No space left.*TMPDIR"):
+        run("stages")
 
 
 def daemonic(name):
