@@ -22,6 +22,8 @@ from ..topology import FloatArray, IntArray
 
 _BLOCK = 128
 _LAYERS = 8
+_RUN_NODES = 40_000
+"""A run has `_LAYERS` layers, or more of small ones: about a megabyte, which the second cache holds."""
 _ENOUGH_NODES = 200_000
 """Below this many nodes starting threads costs more than they save."""
 
@@ -54,7 +56,8 @@ def place(
 
 def share_layers(work: Callable[[slice], None], n_layers: int, n_nodes: int) -> None:
     """Call ``work(run)`` for runs of a few layers of `n_nodes` nodes, on several threads where that pays."""
-    runs = [slice(k, min(k + _LAYERS, n_layers)) for k in range(0, n_layers, _LAYERS)]
+    step = max(_LAYERS, _RUN_NODES // n_nodes)
+    runs = [slice(k, min(k + step, n_layers)) for k in range(0, n_layers, step)]
     threads = min(n_threads(), len(runs)) if n_layers * n_nodes >= _ENOUGH_NODES else 1
     if threads == 1:
         for run in runs:
