@@ -12,13 +12,15 @@ taken back.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
 from ..topology import FloatArray, IntArray, Surface
+
+_Number = TypeVar("_Number", bound=np.generic)
 
 _GOOD_CORNER = 0.7
 """Corner sine above which a node may lose quality for the sake of smoothness, and none is looked after."""
@@ -88,7 +90,8 @@ class _State:
         """Ids of all quads that have one of the nodes."""
         touched = np.zeros(len(self.points), dtype=bool)
         touched[nodes] = True
-        return np.flatnonzero(touched[self.quads].any(axis=1))
+        a, b, c, d = touched[self.quads].T
+        return np.flatnonzero(a | b | c | d)
 
     def move(self, nodes: IntArray, off: FloatArray, *, singly: bool) -> None:
         """Move nodes along `off` on the surface, but for those whose quads would suffer.
@@ -99,13 +102,14 @@ class _State:
         uv = _follow(self.surface, self.uv[nodes], off)
         points, normals = self.surface.evaluate(uv), -self.surface.normals(uv)
         near = self._quads_of(nodes)
-        floor = np.minimum(self.sines[near].min(axis=1), _GOOD_CORNER)
+        floor = np.minimum(_least(self.sines[near]), _GOOD_CORNER)
         if singly:
             worst = np.full(len(self.points), np.inf)
             np.minimum.at(worst, self.quads[near], np.broadcast_to(floor[:, None], (len(near), 4)))
             mine = np.zeros(len(self.points), dtype=bool)
             mine[nodes] = True
-            floor = np.where(mine[self.quads[near]], worst[self.quads[near]], np.inf).min(axis=1)
+            floor = np.where(mine[self.quads[near]], worst[self.quads[near]], np.inf)
+            floor = _least(floor)
         moving = np.ones(len(nodes), dtype=bool)
         slot = np.full(len(self.points), -1, dtype=np.int64)
         slot[nodes] = np.arange(len(nodes))
@@ -113,7 +117,7 @@ class _State:
             new_points, new_normals = self.points.copy(), self.normals.copy()
             new_points[nodes[moving]], new_normals[nodes[moving]] = points[moving], normals[moving]
             sines = corner_sines(new_points, self.quads[near], new_normals)
-            bad = sines.min(axis=1) < floor - 1e-12
+            bad = _least(sines) < floor - 1e-12
             guilty = slot[self.quads[near[bad]]]
             guilty = guilty[guilty >= 0]
             if not moving[guilty].any():
@@ -163,7 +167,7 @@ class _State:
 
     def _choose(self, tired: npt.NDArray[np.bool_]) -> IntArray:
         """Free nodes of the worst quads, no two of which share a quad."""
-        worst = self.sines.min(axis=1)
+        worst = _least(self.sines)
         bad = np.flatnonzero(worst < _GOOD_CORNER)
         rank = np.full(len(self.points), np.inf)
         np.minimum.at(rank, self.quads[bad], np.broadcast_to(worst[bad, None], (len(bad), 4)))
@@ -176,7 +180,7 @@ class _State:
         order[candidates[np.lexsort((candidates, rank[candidates]))]] = np.arange(len(candidates))
         near = self.quads[self._quads_of(candidates)]
         first = np.full(len(rank), len(rank), dtype=np.int64)
-        np.minimum.at(first, near, np.broadcast_to(order[near].min(axis=1)[:, None], near.shape))
+        np.minimum.at(first, near, np.broadcast_to(_least(order[near])[:, None], near.shape))
         return candidates[order[candidates] == first[candidates]]
 
     def _best_places(self, nodes: IntArray, offsets: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -202,6 +206,11 @@ class _State:
         rows = np.arange(len(nodes))
         gain = worst[rows, best] - self.sines[around].min(axis=(1, 2))
         return off[rows, best], gain
+
+
+def _least(rows: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
+    """Least value of each row of four; numpy's own reduction is several times slower on such short rows."""
+    return np.minimum(np.minimum(rows[:, 0], rows[:, 1]), np.minimum(rows[:, 2], rows[:, 3]))
 
 
 def _mean_matrix(quads: IntArray, n: int) -> Any:
