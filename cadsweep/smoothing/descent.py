@@ -52,10 +52,10 @@ def descended(
     idle = 0
     for _ in range(iterations):
         direction = _direction(gradient, history)
-        slope = float(direction @ gradient)
+        slope = _dot(direction, gradient)
         if not slope < 0:
             history.clear()
-            direction, slope = -gradient, -float(gradient @ gradient)
+            direction, slope = -gradient, -_dot(gradient, gradient)
             if slope == 0:
                 break
         largest = float(np.max(np.abs(direction)))
@@ -74,8 +74,8 @@ def descended(
             history.clear()  # the model of the curvature has gone wrong: once more along the gradient
             continue
         change, turn = trial - x, new_gradient - gradient
-        product = float(change @ turn)
-        if product > 1e-10 * float(np.linalg.norm(change) * np.linalg.norm(turn)):
+        product = _dot(change, turn)
+        if product > 1e-10 * np.sqrt(_dot(change, change) * _dot(turn, turn)):
             history.append((change, turn, product))
         idle = idle + 1 if value - new_value < tolerance * abs(value) else 0
         x, value, gradient = trial, new_value, new_gradient
@@ -89,12 +89,17 @@ def _direction(gradient: FloatArray, history: deque[tuple[FloatArray, FloatArray
     q = gradient.copy()
     factors = []
     for change, turn, product in reversed(history):
-        factor = float(change @ q) / product
+        factor = _dot(change, q) / product
         factors.append(factor)
         q -= factor * turn
     if history:
         _, turn, product = history[-1]
-        q *= product / float(turn @ turn)
+        q *= product / _dot(turn, turn)
     for (change, turn, product), factor in zip(history, reversed(factors), strict=True):
-        q += (factor - float(turn @ q) / product) * change
+        q += (factor - _dot(turn, q) / product) * change
     return -q
+
+
+def _dot(a: FloatArray, b: FloatArray) -> float:
+    """Inner product without BLAS, whose threads wait for each other on a busy machine."""
+    return float(np.einsum("i,i->", a, b))
