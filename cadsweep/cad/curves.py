@@ -87,6 +87,20 @@ class Periodic:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Reparametrised:
+    """``curve(offset + rate * t)``: a parameter curve whose range is not that of its edge."""
+
+    curve: Parametric
+    offset: float
+    rate: float
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        found = self.curve.derivatives(self.offset + self.rate * parameters, order)
+        return [values * self.rate**k for k, values in enumerate(found)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Called:
     """A curve known only through a function of one parameter (any other kind of OpenCASCADE curve)."""
 

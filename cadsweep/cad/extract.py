@@ -26,7 +26,7 @@ from OCP.TopoDS import TopoDS
 from ..errors import CadError
 from ..topology import Edge, Face, FloatArray, Loop, Solid
 from .angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
-from .curves import EdgeCurve
+from .curves import EdgeCurve, Parametric, Reparametrised
 from .face_surface import FaceSurface
 from .geometry import read_curve, read_curve_2d, read_surface, surface_kind
 from .measure import Measure, measure_face
@@ -35,6 +35,8 @@ from .shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index
 _INFINITE = 1e100
 _LARGEST_GAP = 1e-3
 """Distance between an edge and its faces, as a share of the part's size, beyond which a model is damaged."""
+_OPEN = 1e-4
+"""Sum of the vector areas, as a share of the area, up to which a surface counts as closed."""
 _EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
@@ -198,10 +200,20 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
         if number < 0:
             continue
         curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-        known = None if curve is None else read_curve_2d(curve)
+        known = None if curve is None else _in_range(read_curve_2d(curve), curves[number], edge, face)
         in_parameters[number] = (curves[number], known, _into_branch(known, curves[number], geometry.periods, box))
     outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
     return FaceSurface(geometry=geometry, outward=outward, box=box, limits=limits, curves=in_parameters)
+
+
+def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
+    """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
+    first, last = BRep_Tool.Range_s(edge, face)
+    width = curve.last - curve.first
+    if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
+        return known
+    rate = (last - first) / width
+    return Reparametrised(curve=known, offset=first - rate * curve.first, rate=rate)
 
 
 def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray) -> FloatArray:
@@ -316,14 +328,17 @@ def _measured(shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], kinds: 
     properties = GProp_GProps()
     BRepGProp.SurfaceProperties_s(shape, properties)
     area, center = float(properties.Mass()), _point(properties.CentreOfMass())
-    volume = area * float(center @ surface.normals(surface.project(center[None]))[0]) / 3.0
-    return Measure(area, center, volume if flat else float("nan"))
+    if not flat:
+        return Measure(area, center, float("nan"), np.full(3, np.nan))
+    vector = area * surface.normals(surface.project(center[None]))[0]
+    return Measure(area, center, float(center @ vector) / 3.0, vector)
 
 
 def _volume(shape: Any, measures: Sequence[Measure]) -> float:
-    volume = sum(m.volume for m in measures)
-    if not np.isnan(volume):
-        return volume
+    gap = np.linalg.norm(np.sum([m.vector for m in measures], axis=0))
+    if gap <= _OPEN * sum(m.area for m in measures):
+        return float(sum(m.volume for m in measures))
+    # Our quadrature does not see a closed surface (or has none of a face): OpenCASCADE's stands in.
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)
     return float(properties.Mass())

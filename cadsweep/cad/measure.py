@@ -28,11 +28,16 @@ _MOST_PANELS = 48
 
 
 class Measure(NamedTuple):
-    """Area of a face, its centroid (3,), and its share of the solid's volume (a third of ``x . n`` over it)."""
+    """Area of a face, its centroid (3,), its share of the solid's volume, and its vector area (3,).
+
+    The share of the volume is a third of the integral of ``x . n``; the vector areas of a closed
+    surface, the integrals of n, add up to nothing.
+    """
 
     area: float
     center: FloatArray
     volume: float
+    vector: FloatArray
 
 
 def measure_face(surface: FaceSurface, loops: Sequence[Loop]) -> Measure | None:
@@ -58,7 +63,7 @@ def measure_face(surface: FaceSurface, loops: Sequence[Loop]) -> Measure | None:
     if not area > 0:
         return None
     volume = (totals[7] + vector_area @ origin) / 3.0
-    return Measure(float(area), origin + moments / area, float(volume))
+    return Measure(float(area), origin + moments / area, float(volume), vector_area)
 
 
 class _Piece(NamedTuple):

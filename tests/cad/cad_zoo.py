@@ -37,6 +37,13 @@ def zoo():
         .revolve(120, (0, 0, 0), (0, 1, 0)),
         "crossing_holes": w().box(4, 4, 4).faces(">Z").workplane().hole(1).faces(">X").workplane().hole(1),
         "bent_pipe": w().circle(0.5).circle(0.4).sweep(w("XZ").lineTo(0, 2).radiusArc((2, 4), 2).lineTo(4, 4)),
+        "wedge_with_hole": w("XZ")
+        .polyline([(0, 0), (30, 0), (30, 12), (0, 4)])
+        .close()
+        .extrude(20)
+        .faces("<Z")
+        .workplane(centerOption="CenterOfBoundBox")
+        .hole(6),
         "slot": w().slot2D(4, 1).extrude(1),
         "cup": w().box(4, 4, 4).faces(">Z").shell(0.2),
         "ellipse": w().ellipse(2, 1).extrude(1),
