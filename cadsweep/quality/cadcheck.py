@@ -25,7 +25,7 @@ LARGEST_TURN = np.pi / 3
 LEAST_RELATIVE = 1e-6
 SAFETY = 4.0
 
-MOST_PROJECTED = 20_000
+MOST_PROJECTED = 10_000
 """Boundary nodes that are projected to their CAD faces; of more, evenly spread ones (a B-spline takes 30 us a node)."""
 
 
