@@ -98,7 +98,7 @@ def assign_intervals(
 
 def _rail_turning(sweep: Sweep) -> float:
     """Greatest turn of the way from source to target: over all spans, the most any of their rails turns."""
-    return max(sum(max(turning(sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
+    return max(sum(max(turning(sweep, sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
 
 
 def _check_edge(sweep: Sweep, edge: Any) -> int:

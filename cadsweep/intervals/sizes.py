@@ -25,7 +25,9 @@ TURN_LAYER = 0.13
 """Greatest turn of the sweep over one layer, where the user names no size: chords lose 0.3 % of a bend's volume."""
 LOST_AREA = 0.004
 """Part of the source cap that the chords of its curved edges may lose, where the user names no size."""
-SAMPLES = np.linspace(0.0, 1.0, 9)
+SAMPLES = 65
+WINDING = 1.3
+"""Length over chords above which an edge winds too much to be judged by its middle."""
 
 
 def path_length(sweep: Sweep) -> float:
@@ -55,19 +57,23 @@ def _size_for(area: float, length: float, n_hexes: float) -> float:
     return cube if length >= 2.0 * cube else sqrt(2.0 * area / n_hexes)
 
 
-def turning(edge: Edge) -> float:
-    """Angle by which the direction of an edge turns from its start to its end, radians."""
+def turning(sweep: Sweep, edge: Edge) -> float:
+    """Angle by which the direction of an edge turns from its start to its end, radians.
+
+    Seen on the tangents at the ends and the chords over the middle, which all edges have at hand; an
+    edge that is much longer than its chords (a helix) is sampled.
+    """
     if edge.kind == "line":
         return 0.0
-    chords = np.diff(edge.curve.evaluate(SAMPLES), axis=0)
-    lengths = np.linalg.norm(chords, axis=1)
-    chords = chords[lengths > 1e-9 * max(edge.length, 1e-300)]
-    directions = chords / np.linalg.norm(chords, axis=1)[:, None]
-    if len(directions) < 2:
-        return 0.0
+    vertices = sweep.solid.vertices
+    chords = np.array([edge.midpoint - vertices[edge.start], vertices[edge.end] - edge.midpoint])
+    if edge.length > WINDING * np.linalg.norm(chords, axis=1).sum():
+        chords = np.diff(edge.curve.evaluate(np.linspace(0.0, 1.0, SAMPLES)), axis=0)
+    directions = np.vstack([edge.tangents[0], chords, edge.tangents[1]])
+    lengths = np.linalg.norm(directions, axis=1)
+    directions = directions[lengths > 1e-12 * edge.length] / lengths[lengths > 1e-12 * edge.length, None]
     cosines = np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0)
-    # n chords see n - 1 of the n turns between them, half a turn being lost at either end
-    return float(np.arccos(cosines).sum() * len(directions) / (len(directions) - 1))
+    return float(np.arccos(cosines).sum())
 
 
 def wanted_counts(
@@ -82,7 +88,7 @@ def wanted_counts(
     sized : bool
         The user named `size`; otherwise curved edges are also divided finely enough for the volume.
     """
-    turns = {e: turning(sweep.solid.edges[e]) for e in edges}
+    turns = {e: turning(sweep, sweep.solid.edges[e]) for e in edges}
     limit = TURN_SIZED if sized else TURN_DEFAULT
     wanted = {e: max(1.0, sweep.solid.edges[e].length / size, turns[e] / limit) for e in edges}
     if not sized:
