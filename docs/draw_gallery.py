@@ -32,7 +32,7 @@ def draw(name: str, mesh: cs.HexMesh) -> None:
         add_mesh(plotter, mesh, show_boundaries=False, scale=SCALE)
         plotter.view_vector(VIEWS[name], viewup=(0, 0, 1))
         plotter.enable_parallel_projection()
-        plotter.camera.zoom(1.15)
+        plotter.camera.zoom(0.98)
         image = Image.fromarray(plotter.screenshot(None))
         plotter.close()
     image.quantize(96, method=Image.Quantize.MAXCOVERAGE).save(DOCS / "images" / f"{name}.png", optimize=True)
