@@ -80,7 +80,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made
     reference = make_reference(part, sweep)
     with run.stage("quality"):
         report = check_mesh(mesh, cad=reference)
-    if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
+    if options.smoothing and (report.n_inverted or not report.min_scaled_jacobian >= SMOOTH_BELOW):
         with run.stage("smoothing"):
             factored = smoothed(factored)
         if factored.is_changed:

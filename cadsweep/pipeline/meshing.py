@@ -166,7 +166,7 @@ def stream_mesh(
         with replaced_file(place) as stream:
             with run.stage("write"):
                 report = _write_checked(stream, factored, reference, run)
-            if options.smoothing and not report.min_scaled_jacobian >= SMOOTH_BELOW:
+            if options.smoothing and (report.n_inverted or not report.min_scaled_jacobian >= SMOOTH_BELOW):
                 with run.stage("smoothing"):
                     factored = smoothed(factored)
                 if factored.is_changed:
