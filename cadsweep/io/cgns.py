@@ -27,6 +27,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
 from .compare import Groups, all_boundaries, disjoint_parts
+from .hdf5 import load
 from .labels import LabelledMesh, check_nodes
 
 MAX_NAME = 32
@@ -180,7 +181,7 @@ def _children(group: h5py.Group, label: str) -> Iterator[h5py.Group]:
 
 
 def _data(group: h5py.Group) -> np.ndarray:
-    return group[" data"][()]
+    return load(group[" data"])
 
 
 def _text(group: h5py.Group) -> str:

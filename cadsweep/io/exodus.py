@@ -27,6 +27,7 @@ from scipy.io import netcdf_file
 from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_parts
+from .hdf5 import load
 from .labels import LabelledMesh, check_nodes
 from .sides import quads_of_sides
 
@@ -147,7 +148,7 @@ def read(stream: BinaryIO) -> HexMesh:
     if start != b"\x89HDF\r\n\x1a\n":
         raise InputError("it is no netCDF file")
     with h5py.File(stream, "r") as file:
-        return _mesh({name: v[()] for name, v in file.items() if isinstance(v, h5py.Dataset) and v.shape})
+        return _mesh({name: load(v) for name, v in file.items() if isinstance(v, h5py.Dataset) and v.shape})
 
 
 def _mesh(found: dict[str, np.ndarray]) -> HexMesh:

@@ -24,6 +24,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import IntArray
+from .hdf5 import load
 from .labels import Blocks, LabelledMesh, check_nodes
 
 MAX_NAME = 80
@@ -117,7 +118,7 @@ def read(stream: BinaryIO) -> HexMesh:
         step = meshes[name][next(iter(meshes[name]))]
         if "NOE" not in step or "MAI" not in step:
             raise InputError("its mesh has no nodes or no cells")
-        flat = step["NOE/COO"][:]
+        flat = load(step["NOE/COO"])
         n = int(step["NOE/COO"].attrs["NBR"])
         points = np.ascontiguousarray(flat.reshape(-1, n).T, dtype=np.float64)
         if points.shape[1] != 3:
@@ -143,9 +144,9 @@ def read(stream: BinaryIO) -> HexMesh:
 
 
 def _cells(group: h5py.Group, size: int, n_points: int) -> tuple[IntArray, IntArray]:
-    nodes = group["NOD"][:].reshape(size, -1).T.astype(np.int64) - 1
+    nodes = load(group["NOD"]).reshape(size, -1).T.astype(np.int64) - 1
     check_nodes(nodes, n_points)
-    families = group["FAM"][:].astype(np.int64) if "FAM" in group else np.zeros(len(nodes), dtype=np.int64)
+    families = load(group["FAM"]).astype(np.int64) if "FAM" in group else np.zeros(len(nodes), dtype=np.int64)
     if len(families) != len(nodes):
         raise InputError("its families do not fit its cells")
     return nodes, families
@@ -153,7 +154,7 @@ def _cells(group: h5py.Group, size: int, n_points: int) -> tuple[IntArray, IntAr
 
 def _families(group: h5py.Group | None) -> Iterator[tuple[int, tuple[str, ...]]]:
     for family in (group or {}).values():
-        rows = family["GRO/NOM"][:] if "GRO/NOM" in family else []
+        rows = load(family["GRO/NOM"]) if "GRO/NOM" in family else np.empty((0, MAX_NAME), dtype=np.int8)
         names = (np.asarray(row, dtype=np.int8).tobytes().split(b"\0")[0].decode("utf-8", "replace") for row in rows)
         yield int(family.attrs["NUM"]), tuple(name.strip() for name in names)
 

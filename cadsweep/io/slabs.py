@@ -121,7 +121,7 @@ class SlabWriter:
         stop = start + len(values)
         values = np.ascontiguousarray(values, dtype=array.dtype)
         array[start:stop] = values
-        self._sums[array.name, start] = stop, zlib.crc32(values.reshape(-1).view(np.uint8))
+        self._sums[array.name, start] = stop, zlib.crc32(values.reshape(-1).view(np.uint8).data)
 
 
 def _checksum(array: h5py.Dataset, start: int, stop: int) -> int:
@@ -129,5 +129,5 @@ def _checksum(array: h5py.Dataset, start: int, stop: int) -> int:
     step, found = max(1, READ_BYTES // row), 0
     for at in range(start, stop, step):
         block = np.ascontiguousarray(array[at : min(at + step, stop)])
-        found = zlib.crc32(block.reshape(-1).view(np.uint8), found)
+        found = zlib.crc32(block.reshape(-1).view(np.uint8).data, found)
     return found

@@ -140,7 +140,7 @@ def types(hexes: IntArray) -> np.ndarray:
 
 def write_bytes(stream: BinaryIO, data: np.ndarray) -> None:
     """Write an array's bytes, all of them: an unbuffered stream may take fewer at a time."""
-    view = memoryview(np.ascontiguousarray(data).reshape(-1)).cast("B")
+    view = np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
     while len(view):
         view = view[stream.write(view[: 1 << 30]) :]
 

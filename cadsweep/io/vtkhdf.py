@@ -24,6 +24,7 @@ from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from . import vtk_cells
 from .compare import same_bytes
+from .hdf5 import load
 from .labels import LabelledMesh
 
 VERSION = (2, 2)
@@ -116,11 +117,11 @@ def read(stream: BinaryIO) -> HexMesh:
             raise InputError("it holds no VTKHDF unstructured grid")
         if "Steps" in root:
             raise InputError("it holds time steps; one mesh is read")
-        n_points = root["NumberOfPoints"][:].astype(np.int64)
-        n_cells = root["NumberOfCells"][:].astype(np.int64)
-        n_ids = root["NumberOfConnectivityIds"][:].astype(np.int64)
-        connectivity = root["Connectivity"][:].astype(np.int64, copy=False)
-        stored = root["Offsets"][:].astype(np.int64, copy=False)
+        n_points = load(root["NumberOfPoints"]).astype(np.int64)
+        n_cells = load(root["NumberOfCells"]).astype(np.int64)
+        n_ids = load(root["NumberOfConnectivityIds"]).astype(np.int64)
+        connectivity = load(root["Connectivity"]).astype(np.int64, copy=False)
+        stored = load(root["Offsets"]).astype(np.int64, copy=False)
         if len(stored) != n_cells.sum() + len(n_cells) or len(connectivity) != n_ids.sum():
             raise InputError("its list of cells is cut short or does not fit together")
         offsets = [np.zeros(1, dtype=np.int64)]
@@ -128,7 +129,7 @@ def read(stream: BinaryIO) -> HexMesh:
             first_id, first_cell = n_ids[:j].sum(), n_cells[:j].sum() + j
             offsets.append(stored[first_cell + 1 : first_cell + 1 + n_cells[j]] + first_id)
             connectivity[first_id : first_id + n_ids[j]] += n_points[:j].sum()
-        points, types = root["Points"][:].astype(np.float64, copy=False), root["Types"][:]
+        points, types = load(root["Points"]).astype(np.float64, copy=False), load(root["Types"])
         starts = np.concatenate(offsets) if len(offsets) != 2 else stored
         cell_data, point_data = _arrays(root, "CellData"), _arrays(root, "PointData")
         if vtk_cells.NODE_IDS in point_data and vtk_cells.HEX_IDS in cell_data and len(n_cells) > 1:
@@ -153,5 +154,6 @@ def _arrays(root: h5py.Group, group: str) -> dict[str, Any]:
         if not isinstance(data, h5py.Dataset):
             continue
         text = h5py.check_string_dtype(data.dtype) is not None
-        found[name] = [v.decode() for v in data[:]] if text else data[:]
+        values = load(data)
+        found[name] = [v.decode() for v in values] if text else values
     return found

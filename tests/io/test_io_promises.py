@@ -340,3 +340,15 @@ def test_the_rule_for_one_group_a_cell():
     for blocks in (nested, crossed):
         for name in blocks.names:
             assert len(blocks.named(name)) in {2, 4}
+
+
+def test_arrays_larger_than_their_file_are_refused_at_once(tmp_path):
+    """A damaged size must not make the reader fill memory with nothing."""
+    import h5py
+
+    from cadsweep.io.hdf5 import load
+
+    with h5py.File(tmp_path / "huge.h5", "w") as file:
+        file.create_dataset("huge", (1 << 40,), dtype="f8")  # never written: the file stays small
+        with pytest.raises(InputError, match="claims 1099511627776"):
+            load(file["huge"])
