@@ -189,7 +189,7 @@ def _patch_round(
             nodes = quads[chosen[k]]
             touched[k, nodes] = True
             touched[k + 1, nodes] = True
-        around = touched[:, quads].any(axis=2)
+        around = np.asarray(touched[:, quads].any(axis=2))
         chosen = around[:-1] | around[1:]
     movable = touched & inside
     n_free = int(movable.sum())
@@ -198,7 +198,7 @@ def _patch_round(
     if n_free > max_nodes:
         log.warning("%d nodes round bad hexahedra: too many for a sparse correction", n_free)
         return None
-    around = movable[:, quads].any(axis=2)
+    around = np.asarray(movable[:, quads].any(axis=2))
     used = np.flatnonzero((around[:-1] | around[1:]).ravel())
     hexes = sweep_hexes(quads, n_nodes, n_layers)[used]
     nodes, local = np.unique(hexes, return_inverse=True)
