@@ -35,7 +35,7 @@ def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
             cols.append(patch.hexes[:, b])
             weights.append(1.0 / patch.lengths[:, axis])
     i, j, w = (np.concatenate(part) for part in (rows, cols, weights))
-    w /= np.max(w)
+    w = np.asarray(w / np.max(w))
     adjacency = sparse.coo_matrix((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsr()
     laplacian = sparse.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency
     result = points.copy()
