@@ -16,7 +16,7 @@ import numpy as np
 from .assembly import FactoredMesh
 from .io.slabs import PieceSizes, SlabWriter
 from .mesh import sweep_hexes
-from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report
+from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report, structure_problems
 from .quality.check import SurfaceFindings
 from .topology import FloatArray, IntArray
 
@@ -114,15 +114,17 @@ def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
 
 def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:
     """Join what the slabs and the boundary showed."""
-    problems = list(surface.problems)
+    structure = factored.structure
+    problems = [*structure_problems(structure, factored.n_node_layers * structure.n_nodes), *surface.problems]
     if not np.isfinite(seen.volume):
         problems.insert(0, "there are nodes that are not finite")
     return make_report(
         seen,
-        n_nodes=factored.n_node_layers * factored.structure.n_nodes,
+        n_nodes=factored.n_node_layers * structure.n_nodes,
         problems=problems,
         areas=surface.areas,
         euler=surface.euler,
+        notes=tuple(surface.notes),
     )
 
 
