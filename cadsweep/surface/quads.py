@@ -5,7 +5,8 @@ Place in the flow: after the rings; gives ``mesh.QuadMesh``.
 Method: a four-sided face with equal opposite counts is filled transfinitely. Any other face is
 mapped to a plane (``charts``), meshed there by gmsh (``gmsh_quads``), and brought back. Settings are
 tried from the cheapest on until the worst quad is good; quads are then relaxed on the surface
-(``relax``). Inner edges of a cap of several faces are divided once, so the faces conform.
+(``relax``). Around one hole our own strips and rings (``annulus``) compete with them. Inner edges of a
+cap of several faces are divided once, so the faces conform.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..topology import DirectedEdge, Face, FloatArray, IntArray, Intervals, Sweep
+from .annulus import THIN, fill_wall, wall_thickness
 from .charts import Chart, charts_of
 from .gmsh_quads import mesh_polygon, settings_for
 from .relax import relax_quads
@@ -26,6 +28,8 @@ from .transfinite import GOOD_ENOUGH, fill, join_chains
 
 _CORNER = (np.radians(30), np.radians(150))
 _STRAIGHT = (np.radians(150), np.radians(210))
+_GOOD_WALL = 0.7
+"""Worst corner sine of our own quads around a hole from which on gmsh is not asked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +103,7 @@ class CapBuilder:
             loops = [reversed_loop(loop.directed) for loop in face.loops]
             patch = self._structured(face, loops, known) if len(loops) == 1 else None
             if patch is None or patch.worst < GOOD_ENOUGH:
-                other = self._unstructured(face, loops, known, patch)
+                other = self._other_than_grid(face, loops, known, patch)
                 patch = other if patch is None or other.worst > patch.worst else patch
             if patch.worst <= 0:
                 raise SurfaceMeshError(
@@ -139,6 +143,32 @@ class CapBuilder:
         ids[0], ids[:, -1], ids[-1], ids[:, 0] = nodes
         quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
         return FacePatch(inner_points=points[1:-1, 1:-1].reshape(-1, 3), quads=quads, worst=worst)
+
+    def _other_than_grid(
+        self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, grid: FacePatch | None
+    ) -> FacePatch:
+        """Our own quads around a hole, or gmsh's: whichever have the better worst corner."""
+        wall = self._wall(face, loops, known, thin=True)
+        if wall is not None and wall.worst >= _GOOD_WALL:
+            return wall
+        patch = self._unstructured(face, loops, known, wall or grid)
+        if wall is None and patch.worst < GOOD_ENOUGH:
+            wall = self._wall(face, loops, known, thin=False)
+        return wall if wall is not None and wall.worst > patch.worst else patch
+
+    def _wall(
+        self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, *, thin: bool
+    ) -> FacePatch | None:
+        """Fill a face with one hole by strips or rings, or None where that does not go or it is not so thin."""
+        if len(loops) != 2:
+            return None
+        nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
+        for chart in charts_of(face, loops, self.fractions, nodes, known):
+            if thin and wall_thickness(chart.boundary) >= THIN:
+                return None
+            filled = fill_wall(chart.boundary)
+            return None if filled is None else self._lift(face, chart, *filled, np.concatenate(nodes))
+        return None
 
     def _unstructured(
         self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, other: FacePatch | None
