@@ -128,7 +128,10 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
     )
     cut = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material)
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
-        raise CadError(f"'{part.name}': the ring has another volume after it was cut open; OpenCASCADE failed at it.")
+        raise CadError(
+            f"'{part.name}': the ring has the volume {cut.volume:.6g} after it was cut open, "
+            f"and {solid.volume:.6g} before, so OpenCASCADE failed at it. Model a sector of the ring instead."
+        )
     return Part(
         solids=(cut,),
         name=part.name,
