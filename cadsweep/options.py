@@ -56,7 +56,7 @@ class SweepOptions:
     source, target : str, int, sequence of them, or None
         Caps by name, id or CadQuery selector string; None finds them.
     sizes : mapping of str to float
-        Wanted edge length on named faces or edges.
+        Wanted edge length on the edges of named faces.
     params : mapping or None
         Parameters of a CadQuery script.
     order : {1, 2}

@@ -60,7 +60,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             type=Assignment(Positive()),
             multiple=True,
             metavar="NAME=SIZE",
-            help="Edge length on a named face or edge; may be repeated.",
+            help="Edge length on the edges of a named face; may be repeated.",
         ),
         click.option(
             "--param",
