@@ -30,6 +30,11 @@ def _one_of(name: str, value: Any, choices: Sequence[Any]) -> None:
         raise InputError(f"{name} must be one of {', '.join(map(str, choices))}, not {value!r}")
 
 
+def _name_or_number(name: str, value: Any) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, str | int)):
+        raise InputError(f"{name} must be a name or a number, not {value!r}")
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepOptions:
     """Options of :func:`cadsweep.sweep_mesh`; every length is in model units.
@@ -59,6 +64,8 @@ class SweepOptions:
         Wanted edge length on the edges of named faces.
     params : mapping or None
         Parameters of a CadQuery script.
+    part : str, int or None
+        Which solid of an assembly: its name, or its number from 0.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -83,6 +90,7 @@ class SweepOptions:
     target: Any = None
     sizes: Mapping[str, float] | None = None
     params: Mapping[str, Any] | None = None
+    part: str | int | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
@@ -110,6 +118,7 @@ class SweepOptions:
         _one_of("strategy", self.strategy, STRATEGIES)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
+        _name_or_number("part", self.part)
         for name, size in (self.sizes or {}).items():
             _positive(f"the size of '{name}'", size)
         for name in ("max_hexes", "max_memory"):

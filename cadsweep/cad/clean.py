@@ -28,7 +28,7 @@ logger = logging.getLogger(__name__)
 
 
 def make_part(model: Model) -> Part:
-    """Heal the model and read its solid.
+    """Heal a model of at most one solid, and read it.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def make_part(model: Model) -> Part:
     for note in naming_notes:
         logger.warning("%s: %s", model.source, note)
     with _stage(model, "choosing the solid"):
-        notes += take_solid(traced, model.names)
+        notes += take_solid(traced)
     name, material = _first_name(model.names, traced.shape), _first_name(model.materials, traced.shape)
     with _stage(model, "healing"):
         notes += mend(traced)

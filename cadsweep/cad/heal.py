@@ -17,7 +17,6 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopoDS import TopoDS
 
 from ..errors import CadError
-from .model import Named
 from .shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
 from .tracing import Traced
 from .validate import check_closed, faults, place, signed_volume
@@ -25,21 +24,17 @@ from .validate import check_closed, faults, place, signed_volume
 _SEWING = 1e-5
 """Gap between faces that sewing closes, as a share of the part's size."""
 
-_MOST_NAMED = 12
 
-
-def take_solid(traced: Traced, names: Sequence[Named]) -> list[str]:
+def take_solid(traced: Traced) -> list[str]:
     """Reduce the shape to its one solid, sewing loose faces where there is none.
 
     Raises
     ------
     CadError
-        There is no solid, or there are several.
+        There is no solid, and the faces make none.
     """
     notes = []
     solids = subshapes(traced.shape, SOLID)
-    if len(solids) > 1:
-        raise CadError(_several(solids, names))
     if not solids:
         notes.append(_sew(traced))
         solids = subshapes(traced.shape, SOLID)
@@ -48,20 +43,6 @@ def take_solid(traced: Traced, names: Sequence[Named]) -> list[str]:
         notes.append(f"{n_loose} faces that belong to no solid left out")
     traced.replace(solids[0], lambda sub: sub)
     return notes
-
-
-def _several(solids: Sequence[Any], names: Sequence[Named]) -> str:
-    words = []
-    for number, solid in enumerate(solids[:_MOST_NAMED]):
-        name = next((n for shape, n in names if shape.IsSame(solid)), None)
-        middle = bounds(solid).mean(axis=0)
-        x, y, z = (float(f"{c:.4g}") + 0.0 for c in middle)
-        words.append(f"{name!r} at ({x:g}, {y:g}, {z:g})" if name else f"solid {number} at ({x:g}, {y:g}, {z:g})")
-    more = f", and {len(solids) - _MOST_NAMED} more" if len(solids) > _MOST_NAMED else ""
-    return (
-        f"there are {len(solids)} solids: {', '.join(words)}{more}. A sweep belongs to one solid: "
-        "fuse them, or load them one by one."
-    )
 
 
 def _sew(traced: Traced) -> str:

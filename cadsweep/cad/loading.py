@@ -22,7 +22,7 @@ SCRIPTS = (".py",)
 FILES = (".step", ".stp", ".brep", ".brp", ".iges", ".igs")
 
 
-def load(source: Any, *, params: Mapping[str, Any] | None = None) -> Part:
+def load(source: Any, *, params: Mapping[str, Any] | None = None, part: str | int | None = None) -> Part:
     """Load a part and make it clean for meshing.
 
     Parameters
@@ -34,6 +34,8 @@ def load(source: Any, *, params: Mapping[str, Any] | None = None) -> Part:
         and runs with the rights of the caller.
     params : mapping, optional
         Values for the parameters of a script.
+    part : str or int, optional
+        Which solid of a model that has several: its name, or its number from 0.
 
     Returns
     -------
@@ -44,14 +46,16 @@ def load(source: Any, *, params: Mapping[str, Any] | None = None) -> Part:
     Raises
     ------
     InputError
-        The source is of no known kind, the file is not there, or the script or its parameters are wrong.
+        The source is of no known kind, the file is not there, the script or its parameters are wrong, or there is
+        no such `part`.
     CadError
         The model cannot be read, or is not one usable solid.
     """
     model = read_model(source, params=params)
     from .clean import make_part
+    from .parts import choose_part
 
-    return make_part(model)
+    return make_part(choose_part(model, part))
 
 
 def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .making import checked_options, sweep_options
+from .making import PART, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, is_script, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
@@ -24,6 +24,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
     metavar="NAME=VALUE",
     help="Parameter of a CadQuery script; may be repeated.",
 )
+@PART
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
@@ -31,6 +32,7 @@ def info(
     *,
     input_file: str,
     params: tuple[tuple[str, str], ...],
+    part: str | None,
     timeout: float,
     max_memory: float | None,
     as_json: bool,
@@ -40,7 +42,9 @@ def info(
     if params and not is_script(input_file):
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {input_file} is none")
     values = {name: parse_parameter(text) for name, text in params} or None
-    data = run("describe_part", input_file, params=values, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    data = run(
+        "describe_part", input_file, params=values, part=part, timeout=timeout, max_memory=max_memory, quiet=quiet
+    )
     if as_json:
         click.echo(json.dumps(data))
     else:

@@ -22,6 +22,9 @@ BIAS_HELP = (
 )
 
 
+PART = click.option("--part", metavar="NAME|NUMBER", help="Which solid of an assembly: its name, or its number from 0.")
+
+
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
@@ -52,6 +55,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--smoothing/--no-smoothing", default=True, show_default=True, help="Mend what the checks find wrong."
         ),
+        PART,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(

@@ -82,22 +82,24 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
     )
 
 
-def describe_part(source: str, *, params: dict[str, Any] | None, on_progress: Progress) -> dict[str, Any]:
+def describe_part(
+    source: str, *, params: dict[str, Any] | None, part: str | None = None, on_progress: Progress
+) -> dict[str, Any]:
     """Faces, sweeps and reasons of a part, as ``cadsweep info --json`` prints them."""
     from ..pipeline import load
     from ..pipeline.parts import open_and_find
     from ..recognition import describe, find_sweeps
 
     on_progress("cad", None)
-    part = load(source, params=params)
+    loaded = load(source, params=params, part=part)
     on_progress("recognition", None)
-    if len(part.solids) == 1:
+    if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
         with suppress(NotSweepableError):
-            part, _ = open_and_find(part, None, None)
-    data: dict[str, Any] = {"name": part.name, "notes": part.notes, "names": part.names, "solids": []}
+            loaded, _ = open_and_find(loaded, None, None)
+    data: dict[str, Any] = {"name": loaded.name, "notes": loaded.notes, "names": loaded.names, "solids": []}
     data.update(faces=[], sweeps=[], rejected=[])
-    for index, solid in enumerate(part.solids):
+    for index, solid in enumerate(loaded.solids):
         found: Any
         try:
             found, error = find_sweeps(solid), None
@@ -105,14 +107,14 @@ def describe_part(source: str, *, params: dict[str, Any] | None, on_progress: Pr
             found, error = refusal, str(refusal)
         tables = describe(solid, found)
         for face in tables["faces"]:
-            face["area"] *= part.scale**2
-            face["center"] = part.to_model(np.asarray(face["center"]))
+            face["area"] *= loaded.scale**2
+            face["center"] = loaded.to_model(np.asarray(face["center"]))
         for sweep in tables["sweeps"]:
-            sweep["length"] *= part.scale
+            sweep["length"] *= loaded.scale
         for name, rows in tables.items():
             data[name] += [{"solid": index, **row} for row in rows]
-        volume = solid.volume * part.scale**3
-        data["solids"].append({"name": solid.name or part.name, "volume": volume, "error": error})
+        volume = solid.volume * loaded.scale**3
+        data["solids"].append({"name": solid.name or loaded.name, "volume": volume, "error": error})
     return plain(data)
 
 

@@ -35,7 +35,7 @@ def sweep_mesh(
     Parameters
     ----------
     source : Part, or whatever :func:`load` takes
-        One solid.
+        One solid, or several and the option ``part``.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -45,7 +45,7 @@ def sweep_mesh(
     **options
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
-        ``sizes``, ``params``, ``order``, ``nodes``, ``allow_inverted``, ``max_hexes``, ``max_memory``.
+        ``sizes``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``, ``max_hexes``, ``max_memory``.
 
     Returns
     -------

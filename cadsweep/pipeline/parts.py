@@ -16,7 +16,7 @@ DOUBTFUL = 0.4
 """Score of the best sweep below which one of the part with merged faces is looked for."""
 
 
-def load(source: Any, *, params: dict[str, Any] | None = None) -> Part:
+def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int | None = None) -> Part:
     """Read a part and make it clean for meshing.
 
     Parameters
@@ -26,19 +26,23 @@ def load(source: Any, *, params: dict[str, Any] | None = None) -> Part:
         ``cq.Shape`` or ``cq.Assembly``. A CadQuery script is executed.
     params : dict or None
         Parameters of a script.
+    part : str, int or None
+        Which solid of an assembly: its name, or its number from 0.
 
     Raises
     ------
     InputError
-        No such file, an unknown format, or parameters that the script does not have.
+        No such file, an unknown format, a part that is not there, or parameters that the script does not have.
     CadError
         The model cannot be read, or holds no usable solid.
     """
     if isinstance(source, Part):
         if params:
             raise InputError("params go with a script; this part is loaded already")
+        if part is not None:
+            raise InputError("part chooses a solid of what is loaded; this part is loaded already")
         return source
-    return cad.load(source, params=params)
+    return cad.load(source, params=params, part=part)
 
 
 def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep]:
@@ -106,7 +110,7 @@ def _only_solid(part: Part) -> Solid:
     if len(part.solids) != 1:
         raise CadError(
             f"'{part.name}' has {len(part.solids)} solids, and a sweep belongs to one: "
-            "mesh them one by one, or fuse them first"
+            "choose one with part=..., or fuse them first"
         )
     return part.solids[0]
 
@@ -121,6 +125,7 @@ def _resolve(part: Part, choice: Any) -> tuple[int, ...] | None:
 
 def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part, list[Sweep]]:
     with run.stage("cad"):
-        part = load(source, params=None if options.params is None else dict(options.params))
+        params = None if options.params is None else dict(options.params)
+        part = load(source, params=params, part=options.part)
     with run.stage("recognition"):
         return open_and_find(part, options.source, options.target)

@@ -5,6 +5,7 @@ import re
 import pytest
 
 from cadsweep.cad.names import declare, join_part, make_plain_names, plain
+from cadsweep.errors import CadError, InputError
 
 PLAIN = re.compile(r"[A-Za-z0-9_]+")
 
@@ -101,6 +102,58 @@ def test_names_of_an_assembly_survive_a_step_file(cq, tmp_path):
 
     assembly(cq).export(str(tmp_path / "machine.step"))
     assert named(load(tmp_path / "machine.step")) == named(load(assembly(cq)))
+
+
+@pytest.fixture
+def three_parts(cq):
+    whole = cq.Assembly(name="machine")
+    plate, pin = cq.Workplane().box(10, 10, 4), cq.Workplane().circle(1).extrude(3)
+    whole.add(plate, name="base plate")
+    whole.add(pin, name="pin", loc=cq.Location((0, 0, 2)))
+    whole.add(cq.Assembly(pin, name="pin"), name="pin 2", loc=cq.Location((3, 0, 2)))
+    whole.children[0].addSubshape(plate.faces("<Z").val(), name="bottom")
+    whole.children[1].addSubshape(pin.faces(">Z").val(), name="head")
+    return whole
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("form", ["object", "file"])
+def test_one_solid_of_an_assembly_is_chosen_by_name_or_number(three_parts, tmp_path, form):
+    from cadsweep.cad import load
+
+    source = three_parts
+    if form == "file":
+        source = tmp_path / "machine.step"
+        three_parts.export(str(source))
+    plate = load(source, part="base plate")
+    assert named(plate) == {"base_plate_bottom": (0, 0, -2)}
+    assert plate.solids[0].volume * plate.scale**3 == pytest.approx(400)
+    assert len(load(source, part="base_plate").solids[0].faces) == len(load(source, part=0).solids[0].faces) == 6
+    assert named(load(source, part="pin")) == {"pin_head": (0, 0, 5)}
+    assert not any("lost" in note or "on no" in note for note in plate.notes)
+
+
+@pytest.mark.cad
+def test_several_solids_are_refused_with_a_list_and_the_way_to_choose(three_parts):
+    from cadsweep.cad import load
+
+    with pytest.raises(CadError, match=r"3 solids: 0 'base plate' at \(0, 0, 0\), 1 'pin' at .*--part"):
+        load(three_parts)
+    with pytest.raises(InputError, match=r"no solid 'lid': there are 0 'base plate'.*, 2 "):
+        load(three_parts, part="lid")
+    with pytest.raises(InputError, match="no solid 3"):
+        load(three_parts, part=3)
+
+
+@pytest.mark.cad
+def test_a_name_of_several_solids_asks_for_a_number(cq):
+    from cadsweep.cad import load
+
+    two = cq.Workplane().pushPoints([(0, 0), (9, 0)]).box(1, 2, 3)
+    whole = cq.Assembly(two, name="feet")
+    with pytest.raises(InputError, match=r"'feet' names 2 solids: there are 0 'feet' .*1 'feet'.*number"):
+        load(whole, part="feet")
+    assert load(whole, part="1").solids[0].vertices[:, 0].min() > 1
 
 
 @pytest.mark.cad
