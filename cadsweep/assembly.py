@@ -10,12 +10,15 @@ boundaries of a mesh never overlap.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .mesh import HexMesh, SurfaceMesh, SweptStructure, side_quads, sweep_hexes
+from .patches import own_quads
 from .quality import CadReference
 from .topology import FloatArray, IntArray, Part, Solid, Sweep
 
@@ -35,23 +38,34 @@ def name_faces(sweep: Sweep) -> dict[int, str]:
     dict of int to str
         Face id to boundary name.
     """
+    return {f: name for (f, j), name in _name_pieces(sweep).items() if j < 0}
+
+
+def _name_pieces(sweep: Sweep) -> dict[tuple[int, int], str]:
+    """Names of the faces (face id, -1) and of their patches (face id, number)."""
     faces = sweep.solid.faces
-    taken = {face.name for face in faces if face.name}
     roles = [("source", sweep.source), ("target", sweep.target), ("side", [s.face for s in sweep.linking_sides])]
-    names: dict[int, str] = {}
+    names: dict[tuple[int, int], str] = {}
+    pieces: list[tuple[str, list[tuple[tuple[int, int], str | None, str]]]] = []
     for role, ids in roles:
+        own: list[tuple[tuple[int, int], str | None, str]] = []
+        for i in ids:
+            own.append(((i, -1), faces[i].name, faces[i].key or f"face {i}"))
+            own += [((i, j), patch.name, patch.key) for j, patch in enumerate(faces[i].patches)]
+        pieces.append((role, own))
+    taken = {name for _, own in pieces for _, name, _ in own if name}
+    for role, own in pieces:
         numbers: dict[str, int] = {}
-        for i in ids:
-            if not faces[i].name:
-                numbers.setdefault(faces[i].key or f"face {i}", len(numbers) + 1)
-        for i in ids:
-            name = faces[i].name
+        for _, name, key in own:
             if not name:
-                number = numbers[faces[i].key or f"face {i}"]
-                name = role if role != "side" and len(numbers) == 1 else f"{role}_{number}"
+                numbers.setdefault(key, len(numbers) + 1)
+        for place, given, key in own:
+            name = given
+            if not name:
+                name = role if role != "side" and len(numbers) == 1 else f"{role}_{numbers[key]}"
                 while name in taken:
                     name += "_"
-            names[i] = name
+            names[place] = name
     return names
 
 
@@ -169,12 +183,14 @@ def factor_mesh(
     info: dict[str, Any] | None = None,
 ) -> FactoredMesh:
     """Join the placed layers with the names of the CAD faces."""
-    by_face = name_faces(sweep)
-    names = tuple(dict.fromkeys(by_face.values()))
+    pieces = _name_pieces(sweep)
+    names = tuple(dict.fromkeys(pieces.values()))
     index = {name: i for i, name in enumerate(names)}
     table = np.zeros(len(sweep.solid.faces), dtype=np.int64)
-    for face, name in by_face.items():
-        table[face] = index[name]
+    patches = {place: index[name] for place, name in pieces.items() if place[1] >= 0}
+    for (face, j), name in pieces.items():
+        if j < 0:
+            table[face] = index[name]
     source = surfaces.source
     structure = SweptStructure(
         quads=source.quads,
@@ -183,18 +199,40 @@ def factor_mesh(
         n_layers=len(surfaces.rings) - 1,
         periodic=periodic,
     )
+    info = {} if info is None else info
+    owners = {}
+    for role, ids, corners in _boundary_quads(surfaces, placed, target_faces):
+        owners[role], shares = own_quads(ids, corners, sweep.solid.faces, table, patches)
+        info["notes"] = [*info.get("notes", []), *(share.describe(sweep.solid.faces, names) for share in shares)]
     return FactoredMesh(
         sweep=placed,
         structure=structure,
         names=names,
-        source_owners=table[source.faces],
-        target_owners=table[target_faces],
-        side_owners=table[surfaces.side_faces],
+        source_owners=owners["source"],
+        target_owners=owners["target"],
+        side_owners=owners["side"],
         part=part,
         scale=scale,
         offset=np.zeros(3) if offset is None else offset,
-        info={} if info is None else info,
+        info=info,
     )
+
+
+def _boundary_quads(
+    surfaces: SurfaceMesh, placed: FactoredSweep, target_faces: IntArray
+) -> list[tuple[str, IntArray, FloatArray]]:
+    """Role, face ids and corners (..., 4, 3) of the quads of source, target and sides."""
+    source, rings = surfaces.source, surfaces.rings
+    n_layers = len(rings) - 1
+    starts = np.concatenate([[0], np.cumsum([len(loop) for loop in source.loops])])
+    following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts)])
+    sides = np.stack([rings[:-1], rings[:-1, following], rings[1:, following], rings[1:]], axis=2)
+    target = placed.points(slice(n_layers, n_layers + 1))[0]
+    return [
+        ("source", source.faces, source.points[source.quads]),
+        ("target", target_faces, target[source.quads]),
+        ("side", surfaces.side_faces, sides),
+    ]
 
 
 def is_ring(sweep: Sweep) -> bool:
@@ -212,9 +250,15 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
     solid = sweep.solid
     ring = is_ring(sweep)
     by_name: dict[str, list[int]] = {}
-    for face, name in name_faces(sweep).items():
+    mixed: list[set[str]] = []  # names that share faces, so that only their common area is known
+    for (face, _), name in _name_pieces(sweep).items():
         if not (ring and face in (*sweep.source, *sweep.target)):
             by_name.setdefault(name, []).append(face)
+    for one in solid.faces:
+        joined = {name for name, ids in by_name.items() if one.id in ids}
+        if len(joined) > 1:
+            joined.update(*(names for names in mixed if names & joined))
+            mixed = [names for names in mixed if not names & joined] + [joined]
 
     def distance(points: FloatArray, name: str) -> FloatArray:
         places = (points - part.offset) / part.scale
@@ -225,9 +269,13 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
             np.minimum(nearest, away, out=nearest)
         return nearest * part.scale
 
+    def area(names: Iterable[str]) -> float:
+        return sum(solid.faces[i].area for i in {i for name in names for i in by_name[name]}) * part.scale**2
+
     return CadReference(
         volume=solid.volume * part.scale**3,
-        areas={name: sum(solid.faces[i].area for i in ids) * part.scale**2 for name, ids in by_name.items()},
+        areas={name: area([name]) for name in by_name if not any(name in names for names in mixed)},
+        joint_areas={tuple(sorted(names)): area(names) for names in mixed},
         euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
         distance=distance,
         tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),

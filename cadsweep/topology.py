@@ -13,7 +13,7 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -133,6 +133,29 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Patch:
+    """A part of a face that was a face of its own in the model; its outline is no edge any more.
+
+    Attributes
+    ----------
+    name : str or None
+    key : str
+        As for :class:`Face`.
+    area : float
+    place : (3,) float64
+        A point inside it.
+    contains : callable
+        ``contains(points)`` says of points (m, 3) on the face's surface which lie in the patch, (m,) bool.
+    """
+
+    name: str | None
+    key: str
+    area: float
+    place: FloatArray
+    contains: Callable[[FloatArray], npt.NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Face:
     """A bounded piece of a surface.
 
@@ -156,6 +179,8 @@ class Face:
     key : str
         A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
         of a divided face share it.
+    patches : tuple of Patch
+        Parts of a merged face that go by another name.
     """
 
     id: int
@@ -167,6 +192,7 @@ class Face:
     surface: Surface
     name: str | None = None
     key: str = ""
+    patches: tuple[Patch, ...] = ()
 
     @property
     def edges(self) -> tuple[int, ...]:

@@ -1,7 +1,7 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
 ``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` opens a full ring,
-``merge_faces`` undoes divisions of one plane or cylinder.
+``merge_faces`` undoes divisions of one surface.
 """
 
 from typing import TYPE_CHECKING
@@ -10,9 +10,11 @@ from .loading import load
 from .selection import select_faces
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..topology import Part
 
-__all__ = ["cut_ring", "load", "merge_faces", "select_faces"]
+__all__ = ["cut_ring", "find_mergeable", "load", "merge_faces", "select_faces"]
 
 
 def cut_ring(part: "Part") -> "Part | None":
@@ -23,8 +25,15 @@ def cut_ring(part: "Part") -> "Part | None":
     return cut(part)
 
 
-def merge_faces(part: "Part") -> "Part | None":
-    """Merge faces that divide one plane or cylinder (:func:`cadsweep.cad.merging.merge_faces`)."""
+def find_mergeable(part: "Part") -> list[tuple[int, ...]]:
+    """Groups of faces that divide one surface (:func:`cadsweep.cad.merging.find_mergeable`)."""
+    from .merging import find_mergeable as find
+
+    return find(part)
+
+
+def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None":
+    """Merge faces that divide one surface (:func:`cadsweep.cad.merging.merge_faces`)."""
     from .merging import merge_faces as merge
 
-    return merge(part)
+    return merge(part, groups)

@@ -57,6 +57,7 @@ def _in_solid(part: Part, solid: Solid, selector: str | int) -> tuple[int, ...]:
         lambda face: face.name is not None and part.names.get(face.name, "").endswith(f"_{text.lstrip('~')}"),
         lambda face: str(face.id) == text,
         lambda face: bool(face.key) and face.key == text,
+        lambda face: any(patch.name and text in (patch.name, part.names.get(patch.name)) for patch in face.patches),
     ]
     if isinstance(selector, int):
         tests = tests[3:4]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -14,6 +15,9 @@ from .run import Run
 
 DOUBTFUL = 0.4
 """Score of the best sweep below which one of the part with merged faces is looked for."""
+
+MOST_KEPT = 8
+"""Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
 
 def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int | None = None) -> Part:
@@ -67,36 +71,79 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
 
     A full ring of revolution, which has none, is cut open first. Where nothing is found, or nothing
     good, or the best sweep's caps are divided in ways that do not correspond, faces that only divide
-    one plane or cylinder are merged. A cap that the user named keeps its faces where the part has any sweep.
+    one surface are merged. A cap that the user named keeps its faces where the part has any sweep.
     """
     solid = _only_solid(part)
     refusal: NotSweepableError | None = None
     sweeps: list[Sweep] = []
     try:
-        sweeps = recognition.find_sweeps(solid, source=_resolve(part, source), target=_resolve(part, target))
-        corresponds = len(sweeps[0].target) == 1 or bool(sweeps[0].target_faces)
-        if corresponds and sweeps[0].score >= DOUBTFUL:
+        sweeps = _find(part, source, target)
+        if _corresponds(sweeps[0]) and sweeps[0].score >= DOUBTFUL:
             return part, sweeps
     except NotSweepableError as error:
         refusal = error
         ring = cad.cut_ring(part)
         if ring is not None:
-            sweeps = recognition.find_sweeps(
-                _only_solid(ring), source=_resolve(ring, source), target=_resolve(ring, target)
-            )
+            sweeps = _find(ring, source, target)
             return ring, [sweep for sweep in sweeps if is_ring(sweep)] or sweeps
     hinted = source is not None or target is not None
-    merged = None if hinted and _is_sweepable(solid) else cad.merge_faces(part)
-    if merged is not None:
-        with suppress(NotSweepableError):  # then the part as it was has the last word
-            better = recognition.find_sweeps(
-                _only_solid(merged), source=_resolve(merged, source), target=_resolve(merged, target)
-            )
-            if not sweeps or better[0].score > sweeps[0].score:
-                return merged, better
+    if not hinted or not _is_sweepable(solid):
+        better = _merge_and_find(part, source, target)
+        if better is not None and (not sweeps or better[1][0].score > sweeps[0].score):
+            return better
     if refusal is not None:
         raise refusal
     return part, sweeps
+
+
+def _find(part: Part, source: Any, target: Any) -> list[Sweep]:
+    return recognition.find_sweeps(_only_solid(part), source=_resolve(part, source), target=_resolve(part, target))
+
+
+def _corresponds(sweep: Sweep) -> bool:
+    """Whether the mesh follows all inner edges of the target."""
+    return len(sweep.target) == 1 or bool(sweep.target_faces)
+
+
+def _merge_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
+    """Merge faces that divide one surface, no more of them than the sweep needs; None where that gives no sweep.
+
+    Outlines that the mesh can follow stay: those of the sides are tried first, then those of the source
+    (which the projected mesh repeats), then those of the target.
+    """
+    groups = cad.find_mergeable(part)
+    best = _try_merged(part, groups, source, target) if groups else None
+    if best is None:
+        return None
+    sweep = best[1][0]
+    keys = [{part.solids[0].faces[f].key for f in group} for group in groups]
+    caps = [{sweep.solid.faces[f].key for f in cap} for cap in (sweep.source, sweep.target)]
+    needed = set(range(len(groups)))
+    in_caps = [{k for k in needed if keys[k] & cap} for cap in caps]
+    for chosen in (needed - in_caps[0] - in_caps[1], *in_caps):
+        for kept in [chosen, *({k} for k in sorted(chosen))][: 1 + MOST_KEPT * (len(chosen) > 1)]:
+            if not kept or not kept <= needed:
+                continue
+            trial = _try_merged(part, [groups[k] for k in sorted(needed - kept)], source, target)
+            if trial is None:
+                continue
+            found = trial[1][0]
+            there = [{found.solid.faces[f].key for f in cap} for cap in (found.source, found.target)]
+            same = any(caps[0] <= a and caps[1] <= b for a, b in (there, there[::-1]))
+            if same and _corresponds(found) and found.score >= min(DOUBTFUL, sweep.score):
+                best, needed = trial, needed - kept
+    return best
+
+
+def _try_merged(
+    part: Part, groups: Sequence[Sequence[int]], source: Any, target: Any
+) -> tuple[Part, list[Sweep]] | None:
+    merged = cad.merge_faces(part, groups) if groups else part
+    if merged is None:
+        return None
+    with suppress(NotSweepableError):  # then the part as it was has the last word
+        return merged, _find(merged, source, target)
+    return None
 
 
 def _is_sweepable(solid: Solid) -> bool:

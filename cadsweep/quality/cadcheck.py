@@ -111,14 +111,17 @@ def _odd_figures(
                 f"the volume is {volume:.8g}, the CAD solid's {cad.volume:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
-    for name, area in cad.areas.items():
-        if name not in areas:
-            problems.append(f"the mesh has no boundary '{name}', which the CAD model has")
+    for names, area in [*(((name,), area) for name, area in cad.areas.items()), *cad.joint_areas.items()]:
+        missing = [name for name in names if name not in areas]
+        if missing:
+            problems.append(f"the mesh has no boundary '{missing[0]}', which the CAD model has")
             continue
-        allowed = _allowed(cad, area, slack[name][1], known=True)
-        if not abs(areas[name] - area) <= allowed:
+        allowed = _allowed(cad, area, sum(slack[name][1] for name in names), known=True)
+        found = sum(areas[name] for name in names)
+        called = " and ".join(f"'{name}'" for name in names)
+        if not abs(found - area) <= allowed:
             problems.append(
-                f"the area of '{name}' is {areas[name]:.8g}, the CAD face's {area:.8g}: "
+                f"the area of {called} is {found:.8g}, the CAD face's {area:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
     return problems

@@ -25,6 +25,8 @@ class CadReference:
         Volume of the solid, model units.
     areas : mapping of boundary name to float
         Area of the faces of each boundary.
+    joint_areas : mapping of boundary names to float
+        Area that several boundaries have together, where the mesh does not follow the lines between them.
     euler : int or None
         Euler characteristic of the solid's surface: 2 for a ball, 0 for a ring.
     distance : callable or None
@@ -39,6 +41,7 @@ class CadReference:
 
     volume: float | None = None
     areas: Mapping[str, float] = field(default_factory=dict)
+    joint_areas: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     euler: int | None = None
     distance: Callable[[FloatArray, str], FloatArray] | None = None
     tolerance: float = 1e-6

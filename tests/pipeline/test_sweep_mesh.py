@@ -110,3 +110,19 @@ def test_what_cannot_be_swept_is_refused_with_reasons():
 def test_options_out_of_range_are_refused_by_name(options):
     with pytest.raises(cs.InputError, match=next(iter(options))):
         cs.sweep_mesh(cq.Workplane().box(1, 1, 1), **options)
+
+
+def test_a_named_imprint_that_no_sweep_follows_keeps_its_boundary():
+    cq = pytest.importorskip("cadquery")
+    bar = cq.Workplane().polygon(6, 20).extrude(25).val()
+    tool = cq.Workplane("XZ", origin=(0, -6, 12)).rect(4, 8).extrude(6).val()
+    solid = bar.cut(tool).fuse(bar.intersect(tool)).Solids()[0]
+    assembly = cq.Assembly(solid)
+    assembly.addSubshape(min(solid.Faces(), key=lambda face: face.Area()), name="pad")
+    mesh = cs.sweep_mesh(assembly, size=1.0)
+    assert mesh.info["quality"].valid
+    middles = mesh.points[mesh.boundaries["pad"]].mean(axis=1)
+    assert (np.abs(middles - [0, -10 * np.sqrt(3) / 2, 12]) <= [2, 1e-6, 4]).all()
+    # the quads of 1 whose middles lie in 4 x 8 are between 3 x 7 and 5 x 9
+    assert 21 <= mesh.info["quality"].areas["pad"] <= 45
+    assert any("'pad'" in note and "outline" in note for note in mesh.info["notes"])
