@@ -66,6 +66,7 @@ ALLOWED = {
     "report": {"view"},
     # What the pipeline assembles: values made of a stage's results, and their files.
     "streaming": {"assembly", "io"},
+    "assembly": {"patches"},
     "factors": {"assembly", "projection"},
     "curving": {"assembly"},
 }
