@@ -16,6 +16,9 @@ from .run import Run
 DOUBTFUL = 0.4
 """Score of the best sweep below which one of the part with merged faces is looked for."""
 
+STRAIGHT = 0.9
+"""Score of the best sweep of a full ring of revolution below which the sweep around its axis is scored, too."""
+
 MOST_KEPT = 8
 """Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
@@ -69,15 +72,20 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
     """Find the sweeps of a part.
 
-    A full ring of revolution, which has none, is cut open first. Where nothing is found, or nothing
-    good, or the best sweep's caps are divided in ways that do not correspond, faces that only divide
-    one surface are merged. A cap that the user named keeps its faces where the part has any sweep.
+    A full ring of revolution that has none, or a worse one than that around its axis, is cut open. Where
+    nothing is found, or nothing good, or the best sweep's caps are divided in ways that do not correspond,
+    faces that only divide one surface are merged. A cap that the user named keeps its faces where the
+    part has any sweep.
     """
     solid = _only_solid(part)
+    hinted = source is not None or target is not None
     refusal: NotSweepableError | None = None
     sweeps: list[Sweep] = []
     try:
         sweeps = _find(part, source, target)
+        around = None if hinted else _better_around(part, sweeps[0])
+        if around is not None:
+            return around
         if _corresponds(sweeps[0]) and sweeps[0].score >= DOUBTFUL:
             return part, sweeps
     except NotSweepableError as error:
@@ -86,7 +94,6 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
         if ring is not None:
             sweeps = _find(ring, source, target)
             return ring, [sweep for sweep in sweeps if is_ring(sweep)] or sweeps
-    hinted = source is not None or target is not None
     if not hinted or not _is_sweepable(solid):
         better = _merge_and_find(part, source, target)
         if better is not None and (not sweeps or better[1][0].score > sweeps[0].score):
@@ -98,6 +105,19 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
 
 def _find(part: Part, source: Any, target: Any) -> list[Sweep]:
     return recognition.find_sweeps(_only_solid(part), source=_resolve(part, source), target=_resolve(part, target))
+
+
+def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
+    """A full ring cut open, where its sweep around the axis is better than the one given, which is not straight."""
+    if sweep.score >= STRAIGHT:
+        return None
+    with suppress(CadError, NotSweepableError):  # a ring that cannot be cut open is swept as it is
+        ring = cad.cut_ring(part)
+        if ring is not None:
+            sweeps = [around for around in _find(ring, None, None) if is_ring(around)]
+            if sweeps and sweeps[0].score > sweep.score:
+                return ring, sweeps
+    return None
 
 
 def _corresponds(sweep: Sweep) -> bool:

@@ -1,9 +1,10 @@
 """Expected quality of a sweep, from angles and shapes alone.
 
 Place in the flow: fifth step of :mod:`cadsweep.recognition`; orders the candidates before anything
-is meshed. Four figures between 0 and 1 are multiplied: how far the corners of the linking sides
+is meshed. Five figures between 0 and 1 are multiplied: how far the corners of the linking sides
 are from right angles, how far caps stand from square to the sides, how affine the target loop is
-to the source loop, and how simple the caps are. None of them is a bound on a mesh's quality.
+to the source loop, how parallel the rails run, and how simple the caps are. None of them is a
+bound on a mesh's quality.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ from math import pi, sin, sqrt
 
 import numpy as np
 
-from ..topology import Solid, Sweep
+from ..topology import FloatArray, Solid, Sweep
 from .layout import Layout
 
 FLOOR = 0.02
+
+PLACES = 16
+"""Places along the sweep where the directions of the rails are compared."""
 
 
 def score_layout(solid: Solid, layout: Layout) -> float:
@@ -47,7 +51,7 @@ def score_sweep(sweep: Sweep, angles: float) -> float:
     simple = (0.9 + 0.1 * plane) * (1.0 if n_faces == 2 else 0.85)
     if len(sweep.target) > 1 and not sweep.target_faces:
         simple *= 0.5
-    return float(angles * affinity(sweep) * simple * (0.9 + 0.1 * _compactness(sweep)))
+    return float(angles * affinity(sweep) * parallelism(sweep) * simple * (0.9 + 0.1 * _compactness(sweep)))
 
 
 def affinity(sweep: Sweep) -> float:
@@ -71,6 +75,51 @@ def affinity(sweep: Sweep) -> float:
     size = np.sqrt((target**2).sum()) or 1.0
     residual = np.sqrt(((source @ fit - target) ** 2).sum()) / size
     return float(1.0 - 0.7 * min(1.0, 2.0 * residual))
+
+
+def parallelism(sweep: Sweep) -> float:
+    """How parallel the rails run at the same place of the sweep: 1 in an extrusion or a bend.
+
+    Layers stand about square to the mean direction of the rails, so a rail that leans away from it by an
+    angle t shears the hexahedra beside it to a scaled Jacobian of cos t. The least and the mean cosine
+    count alike.
+    """
+    forward = {e: same for side in sweep.linking_sides for e, same in (*side.left, *side.right)}
+    middles = (np.arange(PLACES) + 0.5) / PLACES
+    total = np.zeros((PLACES, 3))
+    found: list[tuple[FloatArray, FloatArray]] = []
+    for spans, lengths in zip(sweep.spans, sweep.span_lengths, strict=True):
+        ends = np.concatenate([[0.0], np.cumsum(lengths)]) / sum(lengths)
+        for rails, first, last in zip(spans, ends[:-1], ends[1:], strict=True):
+            places = np.flatnonzero((middles >= first) & (middles < last))
+            if not len(places):
+                continue
+            shares = (middles[places] - first) / (last - first)
+            for rail in rails:
+                directions = _directions(sweep.solid, rail, shares, forward.get(rail, True))
+                total[places] += directions
+                found.append((places, directions))
+    if not found:
+        return 1.0
+    norm = np.linalg.norm(total, axis=1, keepdims=True)
+    mean = total / np.where(norm > 0, norm, 1.0)
+    cosines = np.concatenate([np.einsum("md,md->m", mean[places], d) for places, d in found])
+    return float(max(0.5 * (cosines.min() + cosines.mean()), FLOOR))
+
+
+def _directions(solid: Solid, rail: int, shares: FloatArray, forward: bool) -> FloatArray:
+    """Unit tangents (m, 3) of a rail at shares of its length (m,), both from source to target."""
+    edge = solid.edges[rail]
+    if edge.kind == "line":
+        chord = solid.vertices[edge.end] - solid.vertices[edge.start]
+        tangents = np.broadcast_to(chord, (len(shares), 3))
+    else:
+        at = shares if forward else 1.0 - shares
+        half = 0.25 / PLACES
+        ends = edge.curve.evaluate(np.concatenate([np.maximum(at - half, 0.0), np.minimum(at + half, 1.0)]))
+        tangents = ends[len(at) :] - ends[: len(at)]
+    tangents = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+    return tangents if forward else -tangents
 
 
 def _compactness(sweep: Sweep) -> float:

@@ -67,6 +67,20 @@ def test_a_full_ring_closes_on_itself(ring):
     assert not {"source", "target"} & set(mesh.boundaries)
 
 
+def test_a_grooved_ring_is_swept_around_its_axis_and_a_straight_one_along_it():
+    """The flanks of the groove lean by 60 degrees from the bore, which shears layers square to the axis to 0.5."""
+    section = [(4, 0), (9, 0), (9, 1), (5.536, 3), (9, 5), (9, 6), (4, 6)]
+    grooved = cq.Workplane("XZ").polyline(section).close().revolve(360, (0, 0), (0, 1))
+    mesh = cs.sweep_mesh(grooved, size=1.0)
+    assert "the full ring is cut open" in " ".join(mesh.info["notes"])
+    assert mesh.info["quality"].min_scaled_jacobian > 0.5
+    along = cs.sweep_mesh(grooved, size=1.0, source=">Z")
+    assert len(along.boundaries["source"]) == len(along.boundaries["target"])
+
+    straight = cq.Workplane().circle(9).circle(4).extrude(6)
+    assert "source" in cs.sweep_mesh(straight, size=1.0).boundaries
+
+
 @pytest.mark.parametrize("nodes", [20, 27])
 def test_order_2_bends_with_the_cad(elbow, nodes):
     straight = cs.sweep_mesh(elbow, size=2.0)

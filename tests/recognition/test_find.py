@@ -21,6 +21,7 @@ from recognition_solids import (
 
 from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.recognition import describe, find_sweeps
+from cadsweep.recognition.score import parallelism
 
 SOLIDS = {
     "box": lambda: box(1, 2, 3),
@@ -153,3 +154,18 @@ def test_describe_gives_every_face_a_row_and_every_other_face_a_reason():
     tables = describe(refused, caught.value)
     assert tables["sweeps"] == []
     assert [row["reason"] for row in tables["rejected"]] == list(caught.value.reasons)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.5, 2.0])
+def test_rails_of_an_extrusion_are_parallel_however_oblique(shift):
+    solid = prism(regular(5), (0.0, 1.0, 3.0), shifts=[(0, 0), (shift, 0), (3 * shift, 0)])
+    sweep = max(find_sweeps(solid), key=lambda found: len(found.linking_sides))
+    assert parallelism(sweep) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["hexagon", "plate", "zigzag"])
+def test_parallelism_does_not_ask_which_cap_is_the_source(name):
+    for sweep in find_sweeps(SOLIDS[name]()):
+        (back,) = find_sweeps(sweep.solid, source=sweep.target, target=sweep.source)
+        assert parallelism(back) == pytest.approx(parallelism(sweep), abs=1e-12)
+        assert 0 < parallelism(sweep) <= 1
