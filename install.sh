@@ -2,7 +2,7 @@
 # Installs cadsweep from this checkout into ./.venv, with what a bare Debian or Ubuntu lacks for it.
 #
 #   sh install.sh          the package and its command
-#   sh install.sh test     also what the tests need, CalculiX and Chromium included
+#   sh install.sh test     also what the tests need; CalculiX and Chromium where they can be had
 #   sh install.sh all      every optional part
 #
 # System packages are installed with apt-get only where they are missing, as root or through sudo;
@@ -13,33 +13,48 @@ extra=${1:-}
 
 say() { printf 'install: %s\n' "$*" >&2; }
 
-packages() { # install the named Debian packages, or say which are missing
-    if [ "$(id -u)" = 0 ]; then root=""
-    elif command -v sudo >/dev/null 2>&1; then root="sudo"
-    else say "please install these packages first: $*"; exit 1; fi
-    command -v apt-get >/dev/null 2>&1 || { say "please install what Debian calls: $*"; exit 1; }
-    say "installing system packages: $*"
-    $root apt-get update -qq >&2
-    # shellcheck disable=SC2086
-    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null ||
-        { say "apt-get could not install: $*"; exit 1; }
+root=""
+[ "$(id -u)" = 0 ] || root=sudo
+
+can_install() { command -v apt-get >/dev/null 2>&1 && { [ -z "$root" ] || command -v sudo >/dev/null 2>&1; }; }
+
+updated=""
+apt() { # install the named packages; fails quietly
+    [ -n "$updated" ] || $root apt-get update -qq >&2 || return 1
+    updated=yes
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null 2>&1
 }
 
-new_enough() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; }
+packages() { # install the named Debian packages, or say which are missing
+    can_install || { say "please install these packages first, as root: apt-get install $*"; exit 1; }
+    say "installing system packages: $*"
+    apt "$@" || { say "apt-get could not install: $*"; exit 1; }
+}
 
-python=""
-for candidate in python3 python3.13 python3.12 python3.11; do
-    if command -v "$candidate" >/dev/null 2>&1 && new_enough "$candidate"; then python=$candidate; break; fi
-done
-if [ -z "$python" ]; then
-    packages python3 python3-venv
-    python=python3
-    new_enough python3 || { say "cadsweep needs Python 3.11 or later, this is $(python3 --version)"; exit 1; }
-fi
+wish() { # install one package of which some tests make use; those are skipped without it
+    if can_install && say "installing for the tests: $1" && apt "$1"; then return; fi
+    say "$1 cannot be installed here: the tests that need it are skipped"
+}
+
+find_python() { # the first Python that all wheels exist for, then any later one
+    for candidate in python3 python3.13 python3.12 python3.11; do
+        if command -v "$candidate" >/dev/null 2>&1 &&
+            "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' 2>/dev/null
+        then python=$candidate; return; fi
+    done
+    if python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python=python3; return; fi
+    return 1
+}
+
+find_python || {
+    packages python3
+    # Ubuntu 22.04 has 3.10 as its python3, and 3.11 beside it.
+    find_python || { say "looking for a later Python than $(python3 --version)"; apt python3.11 python3.11-venv || :; find_python; } ||
+        { say "cadsweep needs Python 3.11 or later, and no package of it was found"; exit 1; }
+}
 
 missing=""
-"$python" -c 'import ensurepip, venv' 2>/dev/null ||
-    missing="$missing python3-venv"
+"$python" -c 'import ensurepip, venv' 2>/dev/null || missing="$missing $python-venv"
 # What the wheels of gmsh, OpenCASCADE and VTK load from the system.
 for pair in libGLU.so.1:libglu1-mesa libGL.so.1:libgl1 libXrender.so.1:libxrender1 libXcursor.so.1:libxcursor1 \
             libXft.so.2:libxft2 libXinerama.so.1:libxinerama1 libXi.so.6:libxi6 libXfixes.so.3:libxfixes3 \
@@ -48,12 +63,15 @@ for pair in libGLU.so.1:libglu1-mesa libGL.so.1:libgl1 libXrender.so.1:libxrende
 done
 if [ "$extra" = test ] || [ "$extra" = all ]; then
     "$python" -c "import ctypes; ctypes.CDLL('libEGL.so.1')" 2>/dev/null || missing="$missing libegl1" # pictures
-    command -v ccx >/dev/null 2>&1 || missing="$missing calculix-ccx"
-    command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || missing="$missing chromium"
 fi
 # shellcheck disable=SC2086
 [ -z "$missing" ] || packages $missing
+if [ "$extra" = test ] || [ "$extra" = all ]; then
+    command -v ccx >/dev/null 2>&1 || wish calculix-ccx
+    command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || wish chromium
+fi
 
-[ -x .venv/bin/python ] || "$python" -m venv .venv
+# A folder that an interrupted run has left without pip is made anew.
+.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf .venv; "$python" -m venv .venv; }
 .venv/bin/python -m pip install --quiet --disable-pip-version-check ".${extra:+[$extra]}"
 say "done: .venv/bin/cadsweep"

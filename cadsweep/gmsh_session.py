@@ -28,24 +28,10 @@ from pathlib import Path
 from typing import Any
 
 from .errors import CadSweepError, SurfaceMeshError
+from .libraries import explain_import_error
 
 _log = logging.getLogger(__name__)
 _lock = threading.RLock()
-
-_DEBIAN_PACKAGES = {
-    "libGLU": "libglu1-mesa",
-    "libXrender": "libxrender1",
-    "libXcursor": "libxcursor1",
-    "libXft": "libxft2",
-    "libXinerama": "libxinerama1",
-    "libXfixes": "libxfixes3",
-    "libXext": "libxext6",
-    "libX11": "libx11-6",
-    "libfontconfig": "libfontconfig1",
-    "libgomp": "libgomp1",
-    "libGL": "libgl1",
-}
-"""System libraries that gmsh's wheel loads, and the Debian/Ubuntu packages that hold them."""
 
 
 def import_gmsh() -> Any:
@@ -59,20 +45,8 @@ def import_gmsh() -> Any:
     try:
         import gmsh
     except (ImportError, OSError) as error:
-        raise CadSweepError(_explain_import_error(error)) from error
+        raise CadSweepError(explain_import_error("gmsh", error, distribution="gmsh")) from error
     return gmsh
-
-
-def _explain_import_error(error: BaseException) -> str:
-    text = " ".join(str(error).split())
-    match = re.search(r"(lib\w+)[\w.-]*: cannot open shared object file", text)
-    if match is None:
-        return f"gmsh cannot be imported ({text}); install it with: pip install gmsh"
-    package = _DEBIAN_PACKAGES.get(match[1])
-    if package is None:
-        return f"gmsh needs the system library {match[1]}, which is missing; install the package that holds it"
-    others = "libglu1-mesa libxrender1 libxcursor1 libxft2 libxinerama1 libgl1"
-    return f"gmsh needs the system library {match[1]}: apt-get install {package} (all it may need: {others})"
 
 
 @contextmanager

@@ -12,7 +12,8 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ..errors import CadError, InputError
+from ..errors import CadError, CadSweepError, InputError
+from ..libraries import explain_import_error
 from ..topology import Part
 from .model import Model
 
@@ -68,16 +69,19 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
         if not path.is_file():
             raise InputError(f"{path}: there is no such file.")
         if suffix in SCRIPTS:
+            _import_opencascade()
             from .scripts import run_script
 
             return run_script(path, params or {})
         if params:
             raise InputError(f"{path}: only scripts (.py) take parameters, given: {', '.join(map(str, params))}.")
+        _import_opencascade()
         from .files import read_file
 
         return read_file(path)
     if params:
         raise InputError("Only scripts (.py) take parameters.")
+    _import_opencascade()
     from .objects import read_object
 
     model = read_object(source)
@@ -87,6 +91,14 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
             "a CadQuery Workplane, Shape or Assembly, or an object whose .wrapped is an OpenCASCADE shape."
         )
     return model
+
+
+def _import_opencascade() -> None:
+    """Import OpenCASCADE, or say in one line what to install."""
+    try:
+        import OCP  # noqa: F401
+    except (ImportError, OSError) as error:
+        raise CadSweepError(explain_import_error("OpenCASCADE", error, distribution="cadquery")) from error
 
 
 __all__ = ["CadError", "load", "read_model"]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CadSweepError, InputError
+from ..libraries import explain_import_error
 from ..mesh import HexMesh
 from ..quality import scaled_jacobians
 from ..topology import FloatArray, IntArray
@@ -27,8 +28,9 @@ def import_pyvista() -> Any:
     """Import pyvista, or say how to get it."""
     try:
         import pyvista
-    except ImportError as error:
-        raise CadSweepError(f'pictures need the extra "view": pip install "cadsweep[view]" ({error})') from error
+    except (ImportError, OSError) as error:
+        text = explain_import_error("pyvista, which draws pictures,", error, distribution='"cadsweep[view]"')
+        raise CadSweepError(text) from error
     return pyvista
 
 

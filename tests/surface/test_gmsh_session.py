@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from cadsweep.errors import CadSweepError, SurfaceMeshError
-from cadsweep.gmsh_session import _explain_import_error, gmsh_session
+from cadsweep.gmsh_session import gmsh_session
 
 pytestmark = pytest.mark.cad
 
@@ -111,23 +111,6 @@ def test_a_configuration_file_in_the_home_folder_is_not_read(tmp_path):
     env = {"HOME": str(tmp_path), "PATH": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env, timeout=60, check=True)
     assert done.stdout.split() == ["6.0"]
-
-
-@pytest.mark.parametrize(
-    ("library", "package"),
-    [
-        ("libGLU.so.1", "libglu1-mesa"),
-        ("libXrender.so.1", "libxrender1"),
-        ("libXcursor.so.1", "libxcursor1"),
-        ("libXft.so.2", "libxft2"),
-        ("libXinerama.so.1", "libxinerama1"),
-        ("libGL.so.1", "libgl1"),
-    ],
-)
-def test_a_missing_system_library_names_its_package(library, package):
-    text = _explain_import_error(OSError(f"{library}: cannot open shared object file: No such file or directory"))
-    assert f"apt-get install {package} " in text
-    assert "\n" not in text
 
 
 def test_a_missing_gmsh_says_how_to_get_it(monkeypatch):
