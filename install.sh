@@ -31,9 +31,10 @@ packages() { # install the named Debian packages, or say which are missing
     apt "$@" || { say "apt-get could not install: $*"; exit 1; }
 }
 
-wish() { # install one package of which some tests make use; those are skipped without it
-    if can_install && say "installing for the tests: $1" && apt "$1"; then return; fi
-    say "$1 cannot be installed here: the tests that need it are skipped"
+wish() { # install package $2, whose program $1 some tests make use of; those are skipped without it
+    ! command -v "$1" >/dev/null 2>&1 || return 0
+    if can_install && say "installing for the tests: $2" && apt "$2" && command -v "$1" >/dev/null 2>&1; then return; fi
+    say "$2 cannot be installed here: the tests that need it are skipped"
 }
 
 find_python() { # the first Python that all wheels exist for, then any later one
@@ -67,8 +68,8 @@ fi
 # shellcheck disable=SC2086
 [ -z "$missing" ] || packages $missing
 if [ "$extra" = test ] || [ "$extra" = all ]; then
-    command -v ccx >/dev/null 2>&1 || wish calculix-ccx
-    command -v chromium >/dev/null 2>&1 || command -v chromium-browser >/dev/null 2>&1 || wish chromium
+    wish ccx calculix-ccx
+    wish chromium chromium
 fi
 
 # A folder that an interrupted run has left without pip is made anew.

@@ -10,7 +10,7 @@ import pytest
 import cadsweep
 
 PACKAGE = Path(cadsweep.__file__).parent
-FOUNDATION = {"topology", "mesh", "quality", "errors", "_version"}
+FOUNDATION = {"topology", "mesh", "quality", "errors", "libraries", "_version"}
 COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch", "distributed"}
 MODULES = sorted(p.relative_to(PACKAGE) for p in PACKAGE.rglob("*.py"))
 

@@ -7,12 +7,18 @@ import shutil
 import subprocess
 import time
 from contextlib import contextmanager
+from functools import cache
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
+@cache
 def find_browser():
-    return next(filter(None, map(shutil.which, BROWSERS)), None)
+    """The first Chromium that answers: Ubuntu's package of that name is a word on where to get one."""
+    for path in filter(None, map(shutil.which, BROWSERS)):
+        if subprocess.run([path, "--version"], capture_output=True, check=False).returncode == 0:
+            return path
+    return None
 
 
 class Page:
