@@ -1,7 +1,8 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
-``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` opens a full ring,
-``merge_faces`` undoes divisions of one surface.
+``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` and
+``cut_closed`` open a full ring, ``find_mergeable`` and
+``merge_faces`` undo divisions of one surface.
 """
 
 from typing import TYPE_CHECKING
@@ -10,17 +11,24 @@ from .loading import load
 from .selection import select_faces
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from ..topology import Part
 
-__all__ = ["cut_ring", "find_mergeable", "load", "merge_faces", "select_faces"]
+__all__ = ["cut_closed", "cut_ring", "find_mergeable", "load", "merge_faces", "select_faces"]
 
 
 def cut_ring(part: "Part") -> "Part | None":
     """Cut a full ring of revolution open (:func:`cadsweep.cad.rings.cut_ring`)."""
     # OpenCASCADE takes 1.6 s to import, and `import cadsweep.cad` should not.
     from .rings import cut_ring as cut
+
+    return cut(part)
+
+
+def cut_closed(part: "Part") -> "Iterator[Part]":
+    """Cut a closed sweep along any curve open (:func:`cadsweep.cad.closed.cut_closed`)."""
+    from .closed import cut_closed as cut
 
     return cut(part)
 

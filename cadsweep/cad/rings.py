@@ -9,8 +9,7 @@ the last place stay apart. The result is a solid as any other, whose two caps li
 layer of nodes on the target is the layer on the source, and a mesh of it is closed
 (``SweptStructure.periodic``).
 
-Not handled: rings that are not of revolution (closed sweeps along other curves), and sections that
-touch the axis.
+Not handled: sections that touch the axis. Closed sweeps along other curves are :mod:`.closed`'s.
 """
 
 from __future__ import annotations

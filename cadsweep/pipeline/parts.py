@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -90,17 +90,55 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
             return part, sweeps
     except NotSweepableError as error:
         refusal = error
-        ring = cad.cut_ring(part)
-        if ring is not None:
-            sweeps = _find(ring, source, target)
-            return ring, [sweep for sweep in sweeps if is_ring(sweep)] or sweeps
-    if not hinted or not _is_sweepable(solid):
+    if hinted and refusal is None:
+        return part, sweeps
+    try:
+        better = _open_ring(part, source, target)
+    except NotSweepableError as error:
+        better = None
+        if refusal is not None:
+            refusal = NotSweepableError(str(error), reasons=refusal.reasons)
+    if better is None and not (hinted and _is_sweepable(solid)):
         better = _merge_and_find(part, source, target)
-        if better is not None and (not sweeps or better[1][0].score > sweeps[0].score):
-            return better
+    if better is not None and (not sweeps or better[1][0].score > sweeps[0].score):
+        return better
     if refusal is not None:
         raise refusal
     return part, sweeps
+
+
+def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
+    """Cut a closed ring open and find its sweep, whose caps coincide; None where the part is no ring.
+
+    Raises
+    ------
+    NotSweepableError
+        It is one, but its rails do not close.
+    """
+    for ring in _cut_open(part):
+        try:
+            sweeps = [sweep for sweep in _find(ring, source, target) if is_ring(sweep)]
+        except NotSweepableError:
+            continue  # another section may do, and the part as it is has its own reasons
+        gaps = [recognition.why_not_closed(sweep) for sweep in sweeps]
+        closed = [sweep for sweep, gap in zip(sweeps, gaps, strict=True) if not gap]
+        if closed:
+            return ring, closed
+        if gaps:
+            name = _only_solid(part).name
+            named = f"'{name}'" if name else "the solid"
+            raise NotSweepableError(
+                f"{named} is a closed ring, and {gaps[0]}; cut it into two solids and mesh each", reasons=gaps
+            )
+    return None
+
+
+def _cut_open(part: Part) -> Iterator[Part]:
+    ring = cad.cut_ring(part)
+    if ring is not None:
+        yield ring
+    elif recognition.may_be_ring(_only_solid(part)):
+        yield from cad.cut_closed(part)
 
 
 def _find(part: Part, source: Any, target: Any) -> list[Sweep]:

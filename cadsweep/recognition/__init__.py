@@ -7,5 +7,6 @@ Place in the flow: takes a :class:`~cadsweep.topology.Solid` from ``cad``, gives
 from .find import find_sweeps
 from .reasons import describe
 from .revolution import find_axis
+from .rings import may_be_ring, why_not_closed
 
-__all__ = ["describe", "find_axis", "find_sweeps"]
+__all__ = ["describe", "find_axis", "find_sweeps", "may_be_ring", "why_not_closed"]

@@ -6,7 +6,7 @@ Place in the flow: ``recognition`` takes a :class:`~cadsweep.topology.Solid` and
 linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
 :mod:`.score` ranks.
 
-Not handled: solids that must be cut first (bosses, pockets, crossing holes, full rings), and
+Not handled: solids that must be cut first (bosses, pockets, crossing holes; full rings are cut by ``cad``), and
 linking sides that would have to be decomposed into several rectangles.
 """
 
