@@ -10,7 +10,7 @@ boundaries of a mesh never overlap.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -260,13 +260,18 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
             joined.update(*(names for names in mixed if names & joined))
             mixed = [names for names in mixed if not names & joined] + [joined]
 
-    def distance(points: FloatArray, name: str) -> FloatArray:
-        places = (points - part.offset) / part.scale
+    def distance(points: FloatArray, name: str, close: float) -> FloatArray:
+        places, close = (points - part.offset) / part.scale, close / part.scale
+        surfaces = [solid.faces[face].surface for face in by_name[name]]
+        enough = close if np.isfinite(close) else -1.0
         nearest = np.full(len(places), np.inf)
-        for face in by_name[name]:
-            surface = solid.faces[face].surface
-            away = np.linalg.norm(surface.evaluate(surface.project(places)) - places, axis=1)
-            np.minimum(nearest, away, out=nearest)
+        for surface in surfaces:
+            left = np.flatnonzero(nearest > enough)
+            nearest[left] = np.minimum(nearest[left], surface.distance(places[left]))
+        # The slower ways are for what is far from all faces: of the pieces of a divided one, a node lies on one alone.
+        for surface in surfaces:
+            left = np.flatnonzero(nearest > close)
+            nearest[left] = np.minimum(nearest[left], surface.distance(places[left], close=close))
         return nearest * part.scale
 
     def area(names: Iterable[str]) -> float:
@@ -278,8 +283,38 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
         joint_areas={tuple(sorted(names)): area(names) for names in mixed},
         euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
         distance=distance,
+        rim_distance=_make_rim_distance(part, solid, by_name, mixed),
         tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
     )
+
+
+def _make_rim_distance(
+    part: Part, solid: Solid, by_name: dict[str, list[int]], mixed: list[set[str]]
+) -> Callable[[FloatArray, frozenset[str]], FloatArray]:
+    """Distances from the edges that two boundaries share, and from the vertices where more of them meet."""
+    # Between boundaries that share a face there may be no edge: they count as one.
+    group_of = {name: min(next((names for names in mixed if name in names), {name})) for name in by_name}
+    groups = {face: group_of[name] for name, faces in by_name.items() for face in faces}
+    edges: dict[frozenset[str], list[int]] = {}
+    vertices: dict[int, set[str]] = {}
+    for edge in solid.edges:
+        around = frozenset(groups[face] for face in edge.faces if face in groups)
+        edges.setdefault(around, []).append(edge.id)
+        for vertex in (edge.start, edge.end):
+            vertices.setdefault(vertex, set()).update(around)
+
+    def rim_distance(points: FloatArray, names: frozenset[str]) -> FloatArray:
+        meeting = frozenset(group_of[name] for name in names)
+        if len(meeting) == 1:
+            return np.zeros(len(points))
+        places = (points - part.offset) / part.scale
+        away = [solid.edges[e].curve.distance(places) for e in edges.get(meeting, ())]
+        if not away:
+            corners = [v for v, around in vertices.items() if meeting <= around]
+            away = [np.linalg.norm(places - solid.vertices[v], axis=1) for v in corners]
+        return np.min([np.full(len(places), np.inf), *away], axis=0) * part.scale
+
+    return rim_distance
 
 
 def euler_characteristic(solid: Solid) -> int:

@@ -112,7 +112,7 @@ def write_report(mesh: HexMesh, path: str | PathLike[str], *, command: str | Non
         f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div>",
         f"<div><h2>Time</h2>{_table([*timings, ('total', f'{sum(seconds.values()):.2f} s')])}</div></div>",
         f"<h2>Worst hexahedra</h2>{_worst(report)}",
-        _list("Problems", report.problems) + _list("Notes", [*mesh.info.get("notes", []), *report.notes]),
+        _list("Problems", report.problems) + _list("Notes", mesh.info.get("notes", [])),
     ]
     page = "\n".join(
         [

@@ -124,7 +124,6 @@ def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: 
         problems=problems,
         areas=surface.areas,
         euler=surface.euler,
-        notes=tuple(surface.notes),
     )
 
 

@@ -36,6 +36,10 @@ class Curve(Protocol):
         """Return the arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
         ...
 
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return the distances (m,) of `points` (m, 3) from the edge, its ends included."""
+        ...
+
 
 class Surface(Protocol):
     """Geometry of a face, in the surface's own parameters ``uv`` (m, 2)."""
@@ -59,6 +63,13 @@ class Surface(Protocol):
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return the parameters (m, 2) of the points of the *face's surface* nearest to `points`."""
+        ...
+
+    def distance(self, points: FloatArray, *, close: float = ...) -> FloatArray:
+        """Return the distances (m,) of `points` (m, 3) from the *face's surface*.
+
+        Distances up to `close` are found fast; larger ones are made sure of by slower ways.
+        """
         ...
 
     def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:

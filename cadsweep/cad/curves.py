@@ -230,15 +230,29 @@ class EdgeCurve:
 
     def project(self, points: FloatArray) -> FloatArray:
         """Arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
+        return np.clip(self.fractions(self._nearest(points)), 0.0, 1.0)
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Distances (m,) of `points` (m, 3) from the edge, its ends included."""
+        return np.linalg.norm(self.geometry.derivatives(self._nearest(points))[0] - points, axis=1)
+
+    def _nearest(self, points: FloatArray) -> FloatArray:
+        """The curve's own parameters (m,) nearest to `points` (m, 3)."""
         points = np.atleast_2d(np.asarray(points, dtype=float))
         if isinstance(self.geometry, Line):
             d = self.geometry.direction
             t = (points - self.geometry.origin) @ d / (d @ d)
-            return self.fractions(np.clip(t, self.first, self.last))
+            return np.clip(t, self.first, self.last)
+        if isinstance(self.geometry, Ellipse) and self.constant_speed:
+            arm = points - self.geometry.center
+            t = np.arctan2(arm @ self.geometry.y_axis, arm @ self.geometry.x_axis)
+            # Into the turn around the middle of the arc: beyond its ends the nearer end is nearest.
+            t -= 2.0 * np.pi * np.round((t - (self.first + self.last) / 2.0) / (2.0 * np.pi))
+            return np.clip(t, self.first, self.last)
         from scipy.spatial import cKDTree
 
         samples, places = self._samples
-        nearest = cKDTree(places).query(points)[1]
+        nearest = cKDTree(places).query(np.where(np.isfinite(points), points, 0.0))[1]
         t = samples[nearest]
         lower, upper = samples[np.maximum(nearest - 1, 0)], samples[np.minimum(nearest + 1, len(samples) - 1)]
         for _ in range(30):
@@ -254,4 +268,4 @@ class EdgeCurve:
             t = new
             if moved <= 1e-15 * (abs(self.first) + abs(self.last)):
                 break
-        return np.clip(self.fractions(t), 0.0, 1.0)
+        return t

@@ -28,7 +28,7 @@ from ..topology import Edge, Face, FloatArray, Loop, Solid
 from .angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
 from .curves import EdgeCurve, Parametric, Reparametrised
 from .face_surface import FaceSurface
-from .geometry import read_curve, read_curve_2d, read_surface, surface_kind
+from .geometry import distances_from, read_curve, read_curve_2d, read_surface, surface_kind
 from .measure import Measure, measure_face
 from .shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
 
@@ -203,7 +203,14 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
         known = None if curve is None else _in_range(read_curve_2d(curve), curves[number], edge, face)
         in_parameters[number] = (curves[number], known, _into_branch(known, curves[number], geometry.periods, box))
     outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
-    return FaceSurface(geometry=geometry, outward=outward, box=box, limits=limits, curves=in_parameters)
+    return FaceSurface(
+        geometry=geometry,
+        outward=outward,
+        box=box,
+        limits=limits,
+        curves=in_parameters,
+        second_opinion=distances_from(surface, box),
+    )
 
 
 def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:

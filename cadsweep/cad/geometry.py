@@ -6,6 +6,7 @@ numpy counterpart (offsets, parabolas, hyperbolas) are called point by point.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
 from OCP.Geom2dConvert import Geom2dConvert
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Curve, GeomAdaptor_Surface
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Pnt, gp_Vec
 
@@ -111,6 +113,24 @@ def read_surface(surface: Any) -> surfaces.Geometry:
     if kind == _S.GeomAbs_OffsetSurface:
         return _offset(surface)
     return surfaces.Called(function=_surface_function(surface), periods=_periods(adaptor))
+
+
+def distances_from(surface: Any, box: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """OpenCASCADE's own distances (m,) of points (m, 3) from a ``Geom_Surface`` over a box of parameters.
+
+    0.2 ms a point, and infinite where it finds no foot: for the few points that are in doubt.
+    """
+
+    def distances(points: FloatArray) -> FloatArray:
+        (u0, v0), (u1, v1) = box.tolist()
+        found = np.full(len(points), np.inf)
+        for i in np.flatnonzero(np.isfinite(points).all(axis=1)):
+            feet = GeomAPI_ProjectPointOnSurf(gp_Pnt(*points[i].tolist()), surface, u0, u1, v0, v1)
+            if feet.NbPoints():
+                found[i] = feet.LowerDistance()
+        return found
+
+    return distances
 
 
 def surface_kind(surface: Any) -> str:

@@ -26,7 +26,7 @@ from .curves import EdgeCurve
 from .face_surface import FaceSurface
 from .geometry import read_curve_2d, read_surface
 from .shapes import EDGE, explore
-from .surfaces import Cone, Extruded, Geometry, Offset, Plane, Spline, Torus
+from .surfaces import Cone, Geometry, Plane, Torus, knots_of
 
 
 class _Rule(NamedTuple):
@@ -208,7 +208,7 @@ def _integrands(surface: FaceSurface, uv: FloatArray, origin: FloatArray) -> Flo
 def _panels(surface: FaceSurface, n_parts: int) -> FloatArray:
     """Ends of the panels in u, each in `n_parts`: the knots where there are few, else even ones."""
     left, right = surface.box[:, 0]
-    knots = _u_knots(surface.geometry)
+    knots, _ = knots_of(surface.geometry)
     inner = knots[(knots > left) & (knots < right)]
     if 3 <= len(inner) <= _MOST_PANELS:
         stops = np.concatenate([[left], inner, [right]])
@@ -221,13 +221,3 @@ def _panels(surface: FaceSurface, n_parts: int) -> FloatArray:
 
 def _n_panels(geometry: Geometry) -> int:
     return _ELEMENTARY_PANELS if isinstance(geometry, (Plane, Cone, Torus)) else _PANELS
-
-
-def _u_knots(geometry: Geometry) -> FloatArray:
-    while isinstance(geometry, Offset):
-        geometry = geometry.basis
-    if isinstance(geometry, Spline):
-        return np.unique(geometry.spline.u_knots)
-    if isinstance(geometry, Extruded):
-        return np.asarray(getattr(geometry.curve, "breaks", np.empty(0)))
-    return np.empty(0)

@@ -141,6 +141,14 @@ class BSplineSurface:
         """Points (m, 3) at the parameters (m, 2)."""
         return self._partials(uv, ((0, 0),))[0]
 
+    def evaluate_grid(self, u: FloatArray, v: FloatArray) -> FloatArray:
+        """Points (m, n, 3) at all pairs of parameters `u` (m,) and `v` (n,)."""
+        in_u, in_v = _all_functions(self.u_knots, self.degrees[0], u), _all_functions(self.v_knots, self.degrees[1], v)
+        weights = np.ones(self.poles.shape[:2]) if self.weights is None else self.weights
+        homogeneous = np.concatenate([self.poles * weights[..., None], weights[..., None]], axis=2)
+        points = np.einsum("mi,ijc,nj->mnc", in_u, homogeneous, in_v, optimize=True)
+        return np.asarray(points[..., :3] / points[..., 3:])
+
     def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Points and partial derivatives by u and v, each (m, 3)."""
         point, by_u, by_v = self._partials(uv, ((0, 0), (1, 0), (0, 1)))
@@ -173,3 +181,13 @@ class BSplineSurface:
         w0 = values[0][:, 3:]
         point = values[0][:, :3] / w0
         return [point] + [(d[:, :3] - d[:, 3:] * point) / w0 for d in values[1:]]
+
+
+def _all_functions(knots: FloatArray, degree: int, parameters: FloatArray) -> FloatArray:
+    """All basis functions (m, n_poles) at parameters (m,), most of them 0."""
+    spans = find_spans(knots, degree, parameters)
+    functions = np.zeros((len(parameters), len(knots) - degree - 1))
+    np.put_along_axis(
+        functions, spans[:, None] + np.arange(-degree, 1), basis(knots, degree, spans, parameters), axis=1
+    )
+    return functions

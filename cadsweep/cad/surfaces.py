@@ -291,3 +291,24 @@ class Called:
         """Points and partial derivatives."""
         rows = np.array([self.function(float(u), float(v)) for u, v in uv], dtype=float).reshape(-1, 3, 3)
         return rows[:, 0], rows[:, 1], rows[:, 2]
+
+
+def knots_of(geometry: Geometry) -> tuple[FloatArray, FloatArray]:
+    """Parameters in u and in v between which the surface is smooth; none where there is no such place."""
+    none: FloatArray = np.empty(0)
+    if isinstance(geometry, Offset):
+        return knots_of(geometry.basis)
+    if isinstance(geometry, Spline):
+        return np.unique(geometry.spline.u_knots), np.unique(geometry.spline.v_knots)
+    if isinstance(geometry, Extruded):
+        return np.asarray(getattr(geometry.curve, "breaks", none)), none
+    if isinstance(geometry, Revolved):
+        return none, np.asarray(getattr(geometry.curve, "breaks", none))
+    return none, none
+
+
+def grid_points(geometry: Geometry, u: FloatArray, v: FloatArray) -> FloatArray:
+    """Points (len(u) * len(v), 3) of a grid of parameters, v running faster."""
+    if isinstance(geometry, Spline) and geometry.periods == (None, None):
+        return geometry.spline.evaluate_grid(u, v).reshape(-1, 3)
+    return geometry.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2))

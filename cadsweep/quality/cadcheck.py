@@ -25,9 +25,6 @@ LARGEST_TURN = np.pi / 3
 LEAST_RELATIVE = 1e-6
 SAFETY = 4.0
 
-MOST_PROJECTED = 10_000
-"""Boundary nodes that are projected to their CAD faces; of more, evenly spread ones (a B-spline takes 30 us a node)."""
-
 
 def cad_problems(
     points: FloatArray,
@@ -38,7 +35,6 @@ def cad_problems(
     volume: float | None,
     size: float,
     cad: CadReference,
-    notes: list[str],
 ) -> list[str]:
     """Say where a mesh deviates from its CAD model by more than its facets explain.
 
@@ -52,8 +48,6 @@ def cad_problems(
     size : float
         Diagonal of the mesh's bounding box.
     cad : CadReference
-    notes : list of str
-        Gets what is worth knowing and not wrong.
     """
     problems = []
     if cad.euler is not None and euler is not None and euler != cad.euler:
@@ -67,36 +61,79 @@ def cad_problems(
         odd = _odd_figures(areas, volume, slack, cad)
     problems += odd
     if cad.distance is not None:
-        problems += _distance_problems(points, boundaries, cad.distance, cad.tolerance * size, notes)
+        problems += _face_problems(points, boundaries, cad.distance, cad.tolerance * size)
+    if cad.rim_distance is not None:
+        problems += _rim_problems(points, boundaries, cad.rim_distance, cad.tolerance * size)
     return problems
 
 
-def _distance_problems(
+def _face_problems(
     points: FloatArray,
     boundaries: Mapping[str, IntArray],
-    distance: Callable[[FloatArray, str], FloatArray],
+    distance: Callable[[FloatArray, str, float], FloatArray],
     tolerance: float,
-    notes: list[str],
 ) -> list[str]:
     """Boundaries with nodes off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
     problems = []
-    nodes_of = {name: np.unique(quads) for name, quads in boundaries.items()}
-    total = sum(len(nodes) for nodes in nodes_of.values())
-    step = -(-total // MOST_PROJECTED) if total else 1
-    if step > 1:
-        notes.append(f"one in {step} of the {total} boundary nodes was held against its CAD face")
-    for name, all_nodes in nodes_of.items():
-        nodes = all_nodes[::step]
-        far = np.abs(distance(points[nodes], name))
-        off = ~(far <= tolerance)
-        if np.any(off):
-            worst = int(np.argmax(np.where(np.isfinite(far), far, np.inf)))
-            place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
-            problems.append(
-                f"{np.count_nonzero(off)} nodes of '{name}' are off their CAD face, "
-                f"the farthest is node {nodes[worst]} at ({place}), by {far[worst]:.3g}"
+    for name, quads in boundaries.items():
+        nodes = _used(quads, len(points))
+        problems += _off(points, nodes, distance(points[nodes], name, tolerance), tolerance, f"of '{name}'", "face")
+    return problems
+
+
+def _rim_problems(
+    points: FloatArray,
+    boundaries: Mapping[str, IntArray],
+    distance: Callable[[FloatArray, frozenset[str]], FloatArray],
+    tolerance: float,
+) -> list[str]:
+    """Nodes of two boundaries off the edges, and nodes of more off the vertices, where these meet."""
+    names = list(boundaries)
+    used = [_used(quads, len(points)) for quads in boundaries.values()]
+    nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
+    owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
+    order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
+    nodes, owners = nodes[order], owners[order]
+    shared, first, count = np.unique(nodes, return_index=True, return_counts=True)
+    problems = []
+    for n in np.unique(count[count > 1]):
+        some = np.flatnonzero(count == n)
+        groups, member = np.unique(owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True)
+        for i, group in enumerate(groups):
+            here = shared[some[member.ravel() == i]]
+            meeting = [names[j] for j in group]
+            where = "where " + " and ".join(f"'{name}'" for name in meeting) + " meet"
+            problems += _off(
+                points,
+                here,
+                distance(points[here], frozenset(meeting)),
+                tolerance,
+                where,
+                "edge" if n == 2 else "vertex",
             )
     return problems
+
+
+def _used(quads: IntArray, n_points: int) -> IntArray:
+    """Nodes of quads, ascending."""
+    used = np.zeros(n_points, dtype=np.bool_)
+    used[quads] = True
+    return np.flatnonzero(used)
+
+
+def _off(  # noqa: PLR0917
+    points: FloatArray, nodes: IntArray, distances: FloatArray, tolerance: float, where: str, what: str
+) -> list[str]:
+    """Say which nodes are farther from their CAD entity than the tolerance, if any is."""
+    off = ~(distances <= tolerance)
+    if not np.any(off):
+        return []
+    worst = int(np.argmax(np.where(off, np.where(np.isnan(distances), np.inf, distances), -1.0)))
+    place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
+    return [
+        f"{np.count_nonzero(off)} nodes {where} are off their CAD {what}, "
+        f"the farthest is node {nodes[worst]} at ({place}), by {distances[worst]:.3g}"
+    ]
 
 
 def _odd_figures(

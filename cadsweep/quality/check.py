@@ -98,7 +98,6 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         problems=problems + surface.problems,
         areas=surface.areas,
         euler=surface.euler,
-        notes=tuple(surface.notes),
         limit=limit,
     )
 
@@ -111,7 +110,6 @@ def make_report(
     problems: list[str] | tuple[str, ...] = (),
     areas: Mapping[str, float] | None = None,
     euler: int | None = None,
-    notes: tuple[str, ...] = (),
     limit: BoundaryLimit | None = None,
 ) -> QualityReport:
     """Turn running metrics and findings into a report; inverted hexahedra come first among the problems."""
@@ -132,7 +130,6 @@ def make_report(
         areas=dict(areas or {}),
         euler=euler,
         problems=tuple(found),
-        notes=notes,
         limit=limit,
     )
 
@@ -145,13 +142,12 @@ class SurfaceFindings:
     ----------
     areas : dict of str to float
     euler : int or None
-    problems, notes : list of str
+    problems : list of str
     """
 
     areas: dict[str, float] = field(default_factory=dict)
     euler: int | None = None
     problems: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
 
 
 def check_surface(
@@ -209,7 +205,7 @@ def check_surface(
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
     if cad is not None:
         found.problems += cad_problems(
-            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad, notes=found.notes
+            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
         )
     return found
 

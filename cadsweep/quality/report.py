@@ -30,8 +30,11 @@ class CadReference:
     euler : int or None
         Euler characteristic of the solid's surface: 2 for a ball, 0 for a ring.
     distance : callable or None
-        ``distance(points, name)`` gives the distances (m,) of points (m, 3) from the faces of a
-        boundary. The points are those of the boundary's quads.
+        ``distance(points, name, close)`` gives the distances (m,) of points (m, 3) from the faces of a
+        boundary. What comes out larger than `close` has been made sure of by slower ways.
+    rim_distance : callable or None
+        ``rim_distance(points, names)`` gives the distances (m,) of points where several boundaries meet: from
+        the edges that two of them share, from the vertices where three or more do.
     tolerance : float
         Largest distance of a boundary node from its face, over the part's size.
     relative : float or None
@@ -43,7 +46,8 @@ class CadReference:
     areas: Mapping[str, float] = field(default_factory=dict)
     joint_areas: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     euler: int | None = None
-    distance: Callable[[FloatArray, str], FloatArray] | None = None
+    distance: Callable[[FloatArray, str, float], FloatArray] | None = None
+    rim_distance: Callable[[FloatArray, frozenset[str]], FloatArray] | None = None
     tolerance: float = 1e-6
     relative: float | None = None
 
@@ -128,8 +132,6 @@ class QualityReport:
         Euler characteristic of the boundary surface.
     problems : tuple of str
         What is wrong, a sentence each; empty for a valid mesh.
-    notes : tuple of str
-        What is worth knowing and not wrong.
     limit : BoundaryLimit or None
         The worst corner of boundary nodes alone, which no smoothing can mend and nothing can exceed. None for
         a mesh without structure, and where no hexahedron is poor (0.5).
@@ -147,7 +149,6 @@ class QualityReport:
     areas: dict[str, float]
     euler: int | None = None
     problems: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
     limit: BoundaryLimit | None = None
 
     @property
@@ -199,7 +200,6 @@ class QualityReport:
             lines.append("worst hexahedra:")
             lines += ["  " + str(h) for h in self.worst]
         lines += [f"problem: {p}" for p in self.problems]
-        lines += [f"note: {n}" for n in self.notes]
         return "\n".join(lines)
 
     def _bars(self) -> list[str]:

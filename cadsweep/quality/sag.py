@@ -17,7 +17,7 @@ from ..topology import FloatArray, IntArray
 
 
 def measure_slack(
-    points: FloatArray, boundaries: Mapping[str, IntArray], distance: Callable[[FloatArray, str], FloatArray]
+    points: FloatArray, boundaries: Mapping[str, IntArray], distance: Callable[[FloatArray, str, float], FloatArray]
 ) -> dict[str, tuple[float, float]]:
     """Volume and area that the facets of each boundary can gain or lose.
 
@@ -40,9 +40,9 @@ def measure_slack(
             continue
         corners = points[quads]
         areas = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
-        volume = float(np.sum(areas * np.abs(distance(corners.mean(axis=1), name))))
+        volume = float(np.sum(areas * np.abs(distance(corners.mean(axis=1), name, np.inf))))
         ends = np.roll(corners, -1, axis=1)
-        sags = np.abs(distance(((corners + ends) / 2).reshape(-1, 3), name)).reshape(-1, 4)
+        sags = np.abs(distance(((corners + ends) / 2).reshape(-1, 3), name, np.inf)).reshape(-1, 4)
         lengths = np.linalg.norm(ends - corners, axis=2)
         ratios = np.minimum(sags / np.where(lengths > 0, lengths, np.inf), 1.0) ** 2
         area = float(np.sum(areas[:, None] * (8 / 3) * ratios))
@@ -58,7 +58,10 @@ def _rim(quads: IntArray) -> IntArray:
 
 
 def _rim_bulge(
-    points: FloatArray, name: str, rims: Mapping[str, IntArray], distance: Callable[[FloatArray, str], FloatArray]
+    points: FloatArray,
+    name: str,
+    rims: Mapping[str, IntArray],
+    distance: Callable[[FloatArray, str, float], FloatArray],
 ) -> float:
     """Area between the rim of a boundary and the faces on its other side."""
     total = 0.0
@@ -72,6 +75,6 @@ def _rim_bulge(
             middles = (start + end) / 2
             # The edge lies off its chord by d. Its distances from the two faces show d only as far as they stand
             # upright on one another; twice their sum bounds it down to angles of 30 degrees between them.
-            sags = 2 * (np.abs(distance(middles, other)) + np.abs(distance(middles, name)))
+            sags = 2 * (np.abs(distance(middles, other, np.inf)) + np.abs(distance(middles, name, np.inf)))
             total += float(np.sum((2 / 3) * np.linalg.norm(end - start, axis=1) * sags))
     return total

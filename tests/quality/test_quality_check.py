@@ -312,7 +312,7 @@ def cylinder(n_around, n_layers, *, radius=1.0):
 def reference(**changes):
     """The cylinder of radius 1 and height 2."""
 
-    def distance(points, name):
+    def distance(points, name, close):
         if name == "side":
             return np.abs(np.hypot(points[:, 0], points[:, 1]) - 1)
         return np.abs(points[:, 2] - (0 if name == "source" else 2))
@@ -357,19 +357,41 @@ def test_the_cad_volume_in_the_mesh_is_used():
     assert not check_mesh(replace(mesh, info={"cad_volume": 37.0})).valid
 
 
-def test_of_many_boundary_nodes_evenly_spread_ones_are_projected():
-    from cadsweep.quality.cadcheck import MOST_PROJECTED
-
+@pytest.mark.parametrize("name", ["side", "source", "target"])
+def test_one_node_among_many_is_found(name):
     mesh = cylinder(128, 400)  # 400 layers of 128 ring nodes
-    asked = []
+    nodes = np.unique(mesh.boundaries[name])
+    outward = [0, 0, 1] if name != "side" else [1, 1, 0]
+    for node in nodes[np.random.default_rng(0).integers(len(nodes), size=2)]:
+        off = moved(mesh, node, mesh.points[node] + 1e-4 * np.where(outward, np.sign(mesh.points[node]) + 0.5, 0))
+        problems = check_mesh(off, cad=reference()).problems
+        assert any(p.startswith("1 nodes of") and f"node {node} " in p for p in problems), problems
 
-    def distance(points, name):
-        asked.append(len(points))
-        return reference().distance(points, name)
 
-    report = check_mesh(mesh, cad=reference(distance=distance))
-    assert report.problems == ()
-    assert sum(asked) <= MOST_PROJECTED + 3
-    assert any("boundary nodes was held against" in note for note in report.notes)
-    grown = replace(mesh, points=mesh.points * [1.01, 1.01, 1])
-    assert any("off their CAD face" in p for p in check_mesh(grown, cad=reference()).problems)
+def test_rims_are_held_against_the_edges_and_vertices_they_meet_in():
+    mesh = swept_block()  # 4 x 3 x 3
+    asked = {}
+
+    def rim_distance(points, names):
+        asked[names] = len(points)
+        return np.where(points[:, 0] == 4, 0.1, 0.0)  # as if the edges at x = 4 were elsewhere
+
+    left = (mesh.points[mesh.boundaries["side"], 0] == 0).all(axis=1)
+    boundaries = mesh.boundaries | {"side": mesh.boundaries["side"][~left], "left": mesh.boundaries["side"][left]}
+    report = check_mesh(
+        replace(mesh, boundaries=boundaries),
+        cad=reference(areas={}, volume=36.0, distance=None, rim_distance=rim_distance),
+    )
+    # Two upright edges of 2 inner nodes; caps' edges of 3 - 1 inner nodes at x = 0; the other three sides of each cap.
+    assert asked == {
+        frozenset({"side", "left"}): 2 * 2,
+        frozenset({"source", "left"}): 2,
+        frozenset({"target", "left"}): 2,
+        frozenset({"source", "side"}): 3 + 2 + 3 + 2,
+        frozenset({"target", "side"}): 3 + 2 + 3 + 2,
+        frozenset({"source", "side", "left"}): 2,
+        frozenset({"target", "side", "left"}): 2,
+    }
+    off = [p for p in report.problems if "off their CAD" in p]
+    assert len(off) == 2  # 4 nodes of either cap's rim lie at x = 4
+    assert all(p.startswith("4 nodes where") and "'side'" in p for p in off)

@@ -28,7 +28,7 @@ def sector(n):
     return HexMesh(points=points, hexes=hexes, boundaries=sides)
 
 
-def distance(points, name):
+def distance(points, name, close):
     """From the exact faces."""
     radius = np.hypot(points[:, 0], points[:, 1])
     along = {"start": points[:, 1], "end": np.sin(ANGLE) * points[:, 0] - np.cos(ANGLE) * points[:, 1]}
