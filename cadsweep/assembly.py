@@ -4,8 +4,9 @@ Place in the flow: after ``projection`` and ``smoothing``, before ``quality``. A
 the whole mesh in a few megabytes: the factors, the moved nodes, and the owner of every boundary quad.
 It is what a file of factors holds, what MPI ranks share, and what slabs are streamed from.
 
-Every boundary quad belongs to exactly one CAD face, and every CAD face to exactly one name, so the
-boundaries of a mesh never overlap.
+Every boundary quad belongs to exactly one CAD face, or patch of a merged face. These may have several names
+(their own, and those of groups they are in): what has the same names has one *owner*; the quads of owners never
+overlap, and a boundary is all quads of the owners with its name.
 """
 
 from __future__ import annotations
@@ -26,47 +27,65 @@ if TYPE_CHECKING:
     from .projection import FactoredSweep
 
 
-def name_faces(sweep: Sweep) -> dict[int, str]:
-    """Name every face of the solid.
+def name_pieces(sweep: Sweep) -> dict[tuple[int, int], tuple[str, ...]]:
+    """Name every face of the solid, and every patch of a face.
 
-    A face keeps the name that its user gave it. The others are ``source``, ``target`` and
+    They keep the names that their user gave them. The others are ``source``, ``target`` and
     ``side_1``, ``side_2``, ... in the order of the loops; a cap of several unnamed faces is
     ``source_1``, ``source_2``, ... Pieces of one divided face share a name.
 
     Returns
     -------
-    dict of int to str
-        Face id to boundary name.
+    dict of (int, int) to tuple of str
+        Boundary names of the faces (face id, -1) and of their patches (face id, number).
     """
-    return {f: name for (f, j), name in _name_pieces(sweep).items() if j < 0}
-
-
-def _name_pieces(sweep: Sweep) -> dict[tuple[int, int], str]:
-    """Names of the faces (face id, -1) and of their patches (face id, number)."""
     faces = sweep.solid.faces
     roles = [("source", sweep.source), ("target", sweep.target), ("side", [s.face for s in sweep.linking_sides])]
-    names: dict[tuple[int, int], str] = {}
-    pieces: list[tuple[str, list[tuple[tuple[int, int], str | None, str]]]] = []
+    names: dict[tuple[int, int], tuple[str, ...]] = {}
+    pieces: list[tuple[str, list[tuple[tuple[int, int], tuple[str, ...], str]]]] = []
     for role, ids in roles:
-        own: list[tuple[tuple[int, int], str | None, str]] = []
+        own: list[tuple[tuple[int, int], tuple[str, ...], str]] = []
         for i in ids:
-            own.append(((i, -1), faces[i].name, faces[i].key or f"face {i}"))
-            own += [((i, j), patch.name, patch.key) for j, patch in enumerate(faces[i].patches)]
+            own.append(((i, -1), faces[i].names, faces[i].key or f"face {i}"))
+            own += [((i, j), patch.names, patch.key) for j, patch in enumerate(faces[i].patches)]
         pieces.append((role, own))
-    taken = {name for _, own in pieces for _, name, _ in own if name}
+    taken = {name for _, own in pieces for _, given, _ in own for name in given}
     for role, own in pieces:
         numbers: dict[str, int] = {}
-        for _, name, key in own:
-            if not name:
+        for _, given, key in own:
+            if not given:
                 numbers.setdefault(key, len(numbers) + 1)
         for place, given, key in own:
-            name = given
-            if not name:
+            names[place] = given
+            if not given:
                 name = role if role != "side" and len(numbers) == 1 else f"{role}_{numbers[key]}"
                 while name in taken:
                     name += "_"
-            names[place] = name
+                names[place] = (name,)
     return names
+
+
+def pieces_by_name(sweep: Sweep) -> dict[str, list[tuple[int, int]]]:
+    """Faces and patches of every boundary."""
+    found: dict[str, list[tuple[int, int]]] = {}
+    for piece, names in name_pieces(sweep).items():
+        for name in names:
+            found.setdefault(name, []).append(piece)
+    return found
+
+
+def find_colors(sweep: Sweep, part: str) -> dict[str, dict[str, str]]:
+    """Colours of the CAD model: ``boundaries`` and ``parts`` by name, empty where there are none.
+
+    A boundary has a colour where all its faces are of that one, and not by being of the part's.
+    """
+    solid = sweep.solid
+    boundaries = {}
+    for name, pieces in pieces_by_name(sweep).items():
+        own = {(solid.faces[i] if j < 0 else solid.faces[i].patches[j]).color for i, j in pieces}
+        if len(own) == 1 and None not in own:
+            boundaries[name] = str(own.pop())
+    return {"boundaries": boundaries, "parts": {} if solid.color is None else {part: solid.color}}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,8 +97,8 @@ class FactoredMesh:
     sweep : FactoredSweep
         Places of the nodes, working units.
     structure : SweptStructure
-    names : tuple of str
-        Boundary names; the owners below are indices into it.
+    owner_names : tuple of tuple of str
+        Boundary names of every owner; the owners below are indices into it.
     source_owners, target_owners : (q,) int64
         Owner of the quad of the source and of the target cap.
     side_owners : (n_layers, b) int64
@@ -97,7 +116,7 @@ class FactoredMesh:
 
     sweep: FactoredSweep
     structure: SweptStructure
-    names: tuple[str, ...]
+    owner_names: tuple[tuple[str, ...], ...]
     source_owners: IntArray
     target_owners: IntArray
     side_owners: IntArray
@@ -136,8 +155,8 @@ class FactoredMesh:
             points = np.add(points, self.offset, out=points)
         return points
 
-    def boundaries(self) -> dict[str, IntArray]:
-        """Outward boundary quads (m, 4) by name: source, target, sides."""
+    def owned_quads(self) -> list[tuple[tuple[str, ...], IntArray]]:
+        """Names and outward quads (m, 4) of the owners: source, target, sides; an owner may come more than once."""
         s = self.structure
         sides = side_quads(s.loops, s.n_nodes, s.n_layers, periodic=s.periodic).reshape(-1, 4)
         blocks = [(sides, self.side_owners.reshape(-1))]
@@ -147,13 +166,17 @@ class FactoredMesh:
                 (s.quads + s.n_layers * s.n_nodes, self.target_owners),
                 *blocks,
             ]
-        groups: dict[str, list[IntArray]] = {}
+        found = []
         for quads, owners in blocks:
             order = np.argsort(owners, kind="stable")
             ids, starts = np.unique(owners[order], return_index=True)
             for owner, chosen in zip(ids, np.split(order, starts[1:]), strict=True):
-                groups.setdefault(self.names[int(owner)], []).append(quads[chosen])
-        return {name: np.concatenate(parts) for name, parts in groups.items()}
+                found.append((self.owner_names[int(owner)], quads[chosen]))
+        return found
+
+    def boundaries(self) -> dict[str, IntArray]:
+        """Outward boundary quads (m, 4) by name."""
+        return unite_quads(self.owned_quads())
 
     def to_mesh(self) -> HexMesh:
         """Multiply out."""
@@ -170,6 +193,15 @@ class FactoredMesh:
         )
 
 
+def unite_quads(owned: Iterable[tuple[tuple[str, ...], IntArray]]) -> dict[str, IntArray]:
+    """Quads of every name, from the names and quads of owners."""
+    groups: dict[str, list[IntArray]] = {}
+    for names, quads in owned:
+        for name in names:
+            groups.setdefault(name, []).append(quads)
+    return {name: np.concatenate(pieces) for name, pieces in groups.items()}
+
+
 def factor_mesh(
     sweep: Sweep,
     surfaces: SurfaceMesh,
@@ -183,14 +215,14 @@ def factor_mesh(
     info: dict[str, Any] | None = None,
 ) -> FactoredMesh:
     """Join the placed layers with the names of the CAD faces."""
-    pieces = _name_pieces(sweep)
-    names = tuple(dict.fromkeys(pieces.values()))
-    index = {name: i for i, name in enumerate(names)}
+    pieces = name_pieces(sweep)
+    owner_names = tuple(dict.fromkeys(pieces.values()))
+    index = {names: i for i, names in enumerate(owner_names)}
     table = np.zeros(len(sweep.solid.faces), dtype=np.int64)
-    patches = {place: index[name] for place, name in pieces.items() if place[1] >= 0}
-    for (face, j), name in pieces.items():
+    patches = {place: index[names] for place, names in pieces.items() if place[1] >= 0}
+    for (face, j), names in pieces.items():
         if j < 0:
-            table[face] = index[name]
+            table[face] = index[names]
     source = surfaces.source
     structure = SweptStructure(
         quads=source.quads,
@@ -201,13 +233,14 @@ def factor_mesh(
     )
     info = {} if info is None else info
     owners = {}
+    first_names = [names[0] for names in owner_names]
     for role, ids, corners in _boundary_quads(surfaces, placed, target_faces):
         owners[role], shares = own_quads(ids, corners, sweep.solid.faces, table, patches)
-        info["notes"] = [*info.get("notes", []), *(share.describe(sweep.solid.faces, names) for share in shares)]
+        info["notes"] = [*info.get("notes", []), *(share.describe(sweep.solid.faces, first_names) for share in shares)]
     return FactoredMesh(
         sweep=placed,
         structure=structure,
-        names=names,
+        owner_names=owner_names,
         source_owners=owners["source"],
         target_owners=owners["target"],
         side_owners=owners["side"],
@@ -249,14 +282,20 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
     """Collect what the CAD model says the mesh must be, in model units."""
     solid = sweep.solid
     ring = is_ring(sweep)
-    by_name: dict[str, list[int]] = {}
-    mixed: list[set[str]] = []  # names that share faces, so that only their common area is known
-    for (face, _), name in _name_pieces(sweep).items():
-        if not (ring and face in (*sweep.source, *sweep.target)):
-            by_name.setdefault(name, []).append(face)
+    by_name: dict[str, set[int]] = {}
+    mixed: list[set[str]] = []  # names of which the mesh knows no lines between: only their common area is known
+    for name, pieces in pieces_by_name(sweep).items():
+        faces = {i for i, _ in pieces if not (ring and i in (*sweep.source, *sweep.target))}
+        if faces:
+            by_name[name] = faces
+        for i in faces:
+            if sum(1 for face, _ in pieces if face == i) < 1 + len(solid.faces[i].patches):
+                mixed.append({name})
+                break
+    parted = set().union(*mixed)
     for one in solid.faces:
         joined = {name for name, ids in by_name.items() if one.id in ids}
-        if len(joined) > 1:
+        if joined & parted:
             joined.update(*(names for names in mixed if names & joined))
             mixed = [names for names in mixed if not names & joined] + [joined]
 
@@ -279,32 +318,43 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
 
     return CadReference(
         volume=solid.volume * part.scale**3,
-        areas={name: area([name]) for name in by_name if not any(name in names for names in mixed)},
+        areas={name: area([name]) for name in by_name if name not in parted},
         joint_areas={tuple(sorted(names)): area(names) for names in mixed},
         euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
         distance=distance,
-        rim_distance=_make_rim_distance(part, solid, by_name, mixed),
+        rim_distance=_make_rim_distance(part, sweep, set().union(*by_name.values())),
         tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
     )
 
 
 def _make_rim_distance(
-    part: Part, solid: Solid, by_name: dict[str, list[int]], mixed: list[set[str]]
-) -> Callable[[FloatArray, frozenset[str]], FloatArray]:
-    """Distances from the edges that two boundaries share, and from the vertices where more of them meet."""
-    # Between boundaries that share a face there may be no edge: they count as one.
-    group_of = {name: min(next((names for names in mixed if name in names), {name})) for name in by_name}
-    groups = {face: group_of[name] for name, faces in by_name.items() for face in faces}
-    edges: dict[frozenset[str], list[int]] = {}
-    vertices: dict[int, set[str]] = {}
+    part: Part, sweep: Sweep, faces: set[int]
+) -> Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray]:
+    """Distances from the edges between two owners of quads, and from the vertices where more of them meet.
+
+    An owner is known by its set of names. Between those that share a face there may be no edge: they count as one.
+    """
+    solid = sweep.solid
+    owners: dict[int, set[frozenset[str]]] = {}
+    for (face, _), names in name_pieces(sweep).items():
+        if face in faces:
+            owners.setdefault(face, set()).add(frozenset(names))
+    joined: list[set[frozenset[str]]] = []
+    for own in owners.values():
+        merged = own.union(*(others for others in joined if others & own))
+        joined = [others for others in joined if not others & own] + [merged]
+    group_of = {owner: j for j, group in enumerate(joined) for owner in group}
+    groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
+    edges: dict[frozenset[int], list[int]] = {}
+    vertices: dict[int, set[int]] = {}
     for edge in solid.edges:
         around = frozenset(groups[face] for face in edge.faces if face in groups)
         edges.setdefault(around, []).append(edge.id)
         for vertex in (edge.start, edge.end):
             vertices.setdefault(vertex, set()).update(around)
 
-    def rim_distance(points: FloatArray, names: frozenset[str]) -> FloatArray:
-        meeting = frozenset(group_of[name] for name in names)
+    def rim_distance(points: FloatArray, meeting_owners: frozenset[frozenset[str]]) -> FloatArray:
+        meeting = frozenset(group_of[owner] for owner in meeting_owners)
         if len(meeting) == 1:
             return np.zeros(len(points))
         places = (points - part.offset) / part.scale

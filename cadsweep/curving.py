@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .assembly import name_faces
-from .mesh import HexMesh, SurfaceMesh
+from .assembly import FactoredMesh, name_pieces
+from .mesh import SurfaceMesh
 from .topology import FloatArray, IntArray, Part, Sweep
 
 Projection = Callable[[FloatArray], FloatArray]
@@ -36,12 +36,12 @@ def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tu
     ]
 
 
-def project_to_faces(part: Part, sweep: Sweep, mesh: HexMesh) -> list[tuple[IntArray, Projection]]:
-    """Quads (q, 4) of each boundary, with the projection to the nearest of its faces, model units."""
-    by_name: dict[str, list[int]] = {}
-    for face, name in name_faces(sweep).items():
-        by_name.setdefault(name, []).append(face)
-    return [(quads, _on_faces(part, sweep, by_name[name])) for name, quads in mesh.boundaries.items()]
+def project_to_faces(part: Part, sweep: Sweep, factored: FactoredMesh) -> list[tuple[IntArray, Projection]]:
+    """Quads (q, 4) of each owner on the boundary, with the projection to the nearest of its faces, model units."""
+    faces: dict[tuple[str, ...], list[int]] = {}
+    for (face, _), names in name_pieces(sweep).items():
+        faces.setdefault(names, []).append(face)
+    return [(quads, _on_faces(part, sweep, sorted(set(faces[names])))) for names, quads in factored.owned_quads()]
 
 
 def _on_curve(part: Part, sweep: Sweep, edge: int) -> Projection:

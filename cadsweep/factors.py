@@ -30,7 +30,7 @@ def save_factors(factored: FactoredMesh, stream: BinaryIO) -> None:
     """Write `factored` as a numpy archive."""
     structure = factored.structure
     text = {
-        "names": list(factored.names),
+        "owner_names": factored.owner_names,
         "part": factored.part,
         "periodic": structure.periodic,
         "scale": factored.scale,
@@ -71,7 +71,7 @@ def load_factors(path: str | PathLike[str]) -> FactoredMesh:
                 n_layers=sweep.n_layers,
                 periodic=bool(text["periodic"]),
             ),
-            names=tuple(text["names"]),
+            owner_names=tuple(tuple(names) for names in text["owner_names"]),
             source_owners=arrays[_PREFIX + "source_owners"].astype(np.int64),
             target_owners=arrays[_PREFIX + "target_owners"].astype(np.int64),
             side_owners=arrays[_PREFIX + "side_owners"].astype(np.int64),

@@ -126,7 +126,8 @@ class HexMesh:
     structure : SweptStructure or None
         Quads times layers, where the mesh is one sweep of order 1.
     info : dict
-        What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``.
+        What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``;
+        ``colors``: those of the CAD model, ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
     """
 
     points: FloatArray

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .assembly import FactoredMesh
+from .assembly import FactoredMesh, unite_quads
 from .io.slabs import PieceSizes, SlabWriter
 from .mesh import sweep_hexes
 from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report, structure_problems
@@ -95,9 +95,9 @@ def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> Su
         layer, node = np.divmod(nodes, n)
         return np.where(on_ring[node] >= 0, layer * b + on_ring[node], on_cap[node] + (layer > 0) * len(inside))
 
-    boundaries = {name: renumbered(quads) for name, quads in factored.boundaries().items()}
-    quads = np.concatenate(list(boundaries.values()))
-    return check_surface(points, quads, boundaries, cad=reference, volume=enclosed_volume(points, quads))
+    owned = [(names, renumbered(quads)) for names, quads in factored.owned_quads()]
+    quads = np.concatenate([quads for _, quads in owned])
+    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=enclosed_volume(points, quads))
 
 
 def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
@@ -133,7 +133,9 @@ class BoundaryMarks:
     def __init__(self, factored: FactoredMesh, order: tuple[str, ...]) -> None:
         structure = factored.structure
         rank = {name: i for i, name in enumerate(order)}
-        number = np.array([rank.get(name, len(order)) for name in factored.names], dtype=np.int32)
+        number = np.array(
+            [min(rank.get(name, len(order)) for name in names) for names in factored.owner_names], dtype=np.int32
+        )
         self._none = np.int32(len(order))
         self._structure = structure
         self._source, self._target = number[factored.source_owners], number[factored.target_owners]

@@ -149,8 +149,9 @@ class Patch:
 
     Attributes
     ----------
-    name : str or None
+    names : tuple of str
     key : str
+    color : str or None
         As for :class:`Face`.
     area : float
     place : (3,) float64
@@ -159,8 +160,9 @@ class Patch:
         ``contains(points)`` says of points (m, 3) on the face's surface which lie in the patch, (m,) bool.
     """
 
-    name: str | None
+    names: tuple[str, ...]
     key: str
+    color: str | None
     area: float
     place: FloatArray
     contains: Callable[[FloatArray], npt.NDArray[np.bool_]]
@@ -186,7 +188,11 @@ class Face:
         Outer loop first.
     surface : Surface
     name : str or None
-        The user's name for the face, if there is one.
+        The user's name for the face, if there is one; of several, the one that names the fewest faces.
+    groups : tuple of str
+        Its other names, which it shares with more faces.
+    color : str or None
+        The face's own colour in the CAD model, sRGB as ``#rrggbb`` or ``#rrggbbaa``; None where it has the part's.
     key : str
         A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
         of a divided face share it.
@@ -202,8 +208,15 @@ class Face:
     loops: tuple[Loop, ...]
     surface: Surface
     name: str | None = None
+    groups: tuple[str, ...] = ()
+    color: str | None = None
     key: str = ""
     patches: tuple[Patch, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the face."""
+        return self.groups if self.name is None else (self.name, *self.groups)
 
     @property
     def edges(self) -> tuple[int, ...]:
@@ -242,6 +255,8 @@ class Solid:
         Ids within the whole part: equal keys in two solids mean the same, shared entity.
     name : str or None
     material : str or None
+    color : str or None
+        The part's colour in the CAD model, as in ``Face.color``.
     """
 
     vertices: FloatArray
@@ -256,6 +271,7 @@ class Solid:
     face_keys: IntArray
     name: str | None = None
     material: str | None = None
+    color: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,11 +12,12 @@ from typing import Any
 
 from ..errors import CadError, CadSweepError
 from ..topology import Part
+from .colors import split_colors
 from .divide import divide_closed
-from .extract import Labels, extract_solid
+from .extract import FaceLabel, Labels, extract_solid
 from .heal import mend, take_solid
 from .model import Model, Named
-from .names import plain
+from .names import declare_words
 from .naming import declare_names
 from .seams import part_seams
 from .shapes import EDGE, FACE, SOLID, index_map, subshapes
@@ -43,12 +44,15 @@ def make_part(model: Model) -> Part:
     with _stage(model, "reading names"):
         faces, lost_faces = declare_names(model.names, model.shape, FACE)
         edges, lost_edges = declare_names(model.names, model.shape, EDGE)
-    naming_notes = faces.notes + edges.notes + lost_faces + lost_edges
-    for note in naming_notes:
-        logger.warning("%s: %s", model.source, note)
     with _stage(model, "choosing the solid"):
         notes += take_solid(traced)
-    name, material = _first_name(model.names, traced.shape), _first_name(model.materials, traced.shape)
+    color, face_colors = split_colors(model.colors, traced.shape, model.shape)
+    (name, material), of_solid = declare_words(
+        (_first_name(model.names, traced.shape), "part"), (_first_name(model.materials, traced.shape), "material")
+    )
+    naming_notes = faces.notes + edges.notes + lost_faces + lost_edges + of_solid.notes
+    for note in naming_notes:
+        logger.warning("%s: %s", model.source, note)
     with _stage(model, "healing"):
         notes += mend(traced)
     with _stage(model, "normalising units"):
@@ -65,16 +69,19 @@ def make_part(model: Model) -> Part:
     for name_lost in _lost(faces.by_entity, face_origins):
         notes.append(f"name '{name_lost}' is lost: its face was a sliver, or no part of the solid")
     labels = Labels(
-        [f"face {j}" if j is not None else "" for j in face_origins],
-        [faces.by_entity.get(j) if j is not None else None for j in face_origins],
-        [edges.by_entity.get(j) if j is not None else None for j in edge_origins],
+        [
+            FaceLabel() if j is None else FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j))
+            for j in face_origins
+        ],
+        [next(iter(edges.by_entity.get(j, ())), None) if j is not None else None for j in edge_origins],
     )
     with _stage(model, "reading the geometry"):
         extracted = extract_solid(
             solid,
             labels=labels,
-            name=None if name is None else plain(name, "part"),
-            material=None if material is None else plain(material, "material"),
+            name=name,
+            material=material,
+            color=color,
         )
     return Part(
         solids=(extracted,),
@@ -82,7 +89,7 @@ def make_part(model: Model) -> Part:
         scale=model.scale * scale,
         offset=model.scale * offset,
         notes=tuple(notes + naming_notes),
-        names={**edges.originals, **faces.originals},
+        names={**of_solid.originals, **edges.originals, **faces.originals},
     )
 
 
@@ -103,10 +110,10 @@ def _stage(model: Model, doing: str) -> Iterator[None]:
         ) from error
 
 
-def _lost(names: Mapping[int, str], origins: Sequence[int | None]) -> list[str]:
+def _lost(names: Mapping[int, tuple[str, ...]], origins: Sequence[int | None]) -> list[str]:
     """Names that no face of the result carries."""
-    carried = {names.get(j) for j in origins if j is not None}
-    return [name for name in dict.fromkeys(names.values()) if name not in carried]
+    carried = {name for j in origins if j is not None for name in names.get(j, ())}
+    return [name for name in dict.fromkeys(name for own in names.values() for name in own) if name not in carried]
 
 
 def _first_name(named: list[Named], solid: Any) -> str | None:

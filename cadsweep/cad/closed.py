@@ -35,7 +35,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from ..errors import CadError
 from ..topology import FloatArray, Part, Solid
 from .divide import divide_closed
-from .extract import Labels, extract_solid
+from .extract import Labels, extract_solid, label_of
 from .shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, index_map, subshapes, typed
 from .tracing import Traced
 from .validate import check_closed
@@ -144,11 +144,8 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     divide_closed(traced)
     found = index_map(traced.shape, FACE)
     first_face = [origins[k] if k is not None else None for k in traced.face_origins(found)]
-    labels = Labels(
-        [solid.faces[j].key if j is not None else "" for j in first_face],
-        [solid.faces[j].name if j is not None else None for j in first_face],
-    )
-    opened = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material)
+    labels = Labels([label_of(None if j is None else solid.faces[j]) for j in first_face])
+    opened = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
     if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
         return None
     note = "the closed ring is cut open; its source and target are one and the same place"

@@ -40,12 +40,24 @@ _OPEN = 1e-4
 _EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
+class FaceLabel(NamedTuple):
+    """What is known of a face besides geometry: fields of ``topology.Face``."""
+
+    key: str = ""
+    names: tuple[str, ...] = ()
+    color: str | None = None
+
+
 class Labels(NamedTuple):
     """What is known of the parts of a solid besides geometry; no ``edge_names`` means that no edge has one."""
 
-    face_keys: Sequence[str]
-    face_names: Sequence[str | None]
+    faces: Sequence[FaceLabel]
     edge_names: Sequence[str | None] = ()
+
+
+def label_of(face: Face | None) -> FaceLabel:
+    """The label of a face, for one that is made of it; an empty one for a face that comes from none."""
+    return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color)
 
 
 def extract_solid(
@@ -54,6 +66,7 @@ def extract_solid(
     labels: Labels | None = None,
     name: str | None = None,
     material: str | None = None,
+    color: str | None = None,
     part_maps: tuple[Any, Any, Any] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
@@ -63,8 +76,8 @@ def extract_solid(
     shape : TopoDS_Solid
         Divided and checked; lengths in working units.
     labels : Labels, optional
-        Keys and names of its faces and edges, by id.
-    name, material : str, optional
+        Keys, names and colours of its faces and edges, by id.
+    name, material, color : str, optional
     part_maps : three maps, optional
         Vertices, edges and faces of the whole part, for the keys that tell shared entities.
 
@@ -79,7 +92,7 @@ def extract_solid(
     )
     n_faces = len(holder.faces)
     if labels is None:
-        labels = Labels([f"face {j}" for j in range(n_faces)], [None] * n_faces)
+        labels = Labels([FaceLabel(f"face {j}") for j in range(n_faces)])
     edge_names = labels.edge_names or [None] * len(holder.edges)
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
     curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
@@ -131,8 +144,7 @@ def extract_solid(
             surface=surfaces[j],
             loops=loops[j],
             measure=measures[j],
-            key=labels.face_keys[j],
-            name=labels.face_names[j],
+            label=labels.faces[j],
         )
         for j in range(n_faces)
     )
@@ -150,6 +162,7 @@ def extract_solid(
         face_keys=_keys(shared[2], holder.faces),
         name=name,
         material=material,
+        color=color,
     )
 
 
@@ -362,8 +375,7 @@ def _face(
     surface: FaceSurface,
     loops: tuple[Loop, ...],
     measure: Measure,
-    key: str,
-    name: str | None,
+    label: FaceLabel,
 ) -> Face:
     return Face(
         id=number,
@@ -373,8 +385,10 @@ def _face(
         normal=surface.normals(surface.project(measure.center[None]))[0],
         loops=loops,
         surface=surface,
-        name=name,
-        key=key,
+        name=label.names[0] if label.names else None,
+        groups=label.names[1:],
+        color=label.color,
+        key=label.key,
     )
 
 

@@ -24,6 +24,7 @@ from OCP.TopAbs import TopAbs_State
 
 from ..errors import CadError
 from ..topology import Face, FloatArray, Part, Patch
+from .colors import common_color
 from .extract import extract_solid
 from .naming import inner_point
 from .same_surface import dividing_edges, group_faces, share_surface
@@ -83,7 +84,7 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
             for new in list(history.Modified(old)) or [old]:
                 if found.Contains(new):
                     pieces[found.FindIndex(new) - 1].append(face)
-        merged = extract_solid(shape, name=solid.name, material=solid.material)
+        merged = extract_solid(shape, name=solid.name, material=solid.material, color=solid.color)
     except (CadError, ValueError):
         return None  # the part as it was is refused with its own reasons
     n_less = len(solid.faces) - len(merged.faces)
@@ -98,16 +99,23 @@ def _labelled(face: Face, pieces: Sequence[Face], holder: SolidShape) -> Face:
     """A merged face with the name and key of its largest piece, and a patch for every other name."""
     if not pieces:
         return replace(face, key="")
-    by_name: dict[str | None, list[Face]] = {}
+    by_names: dict[tuple[str, ...], list[Face]] = {}
     for piece in pieces:
-        by_name.setdefault(piece.name, []).append(piece)
-    (name, main), *others = sorted(by_name.items(), key=lambda item: -sum(piece.area for piece in item[1]))
-    patches = tuple(_patch(name, own, holder) for name, own in others)
+        by_names.setdefault(piece.names, []).append(piece)
+    (names, main), *others = sorted(by_names.items(), key=lambda item: -sum(piece.area for piece in item[1]))
+    patches = tuple(_patch(own_names, own, holder) for own_names, own in others)
     largest = max(main, key=lambda piece: piece.area)
-    return replace(face, name=name, key=largest.key, patches=patches)
+    return replace(
+        face,
+        name=names[0] if names else None,
+        groups=names[1:],
+        color=common_color([piece.color for piece in main]),
+        key=largest.key,
+        patches=patches,
+    )
 
 
-def _patch(name: str | None, pieces: Sequence[Face], holder: SolidShape) -> Patch:
+def _patch(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> Patch:
     largest = max(pieces, key=lambda piece: piece.area)
     inside = inner_point(holder.faces[largest.id])
     place = largest.center if inside is None else np.array([inside[0].X(), inside[0].Y(), inside[0].Z()])
@@ -118,7 +126,14 @@ def _patch(name: str | None, pieces: Sequence[Face], holder: SolidShape) -> Patc
             found |= _lie_inside(holder.faces[piece.id], piece.surface.project(points))
         return found
 
-    return Patch(name=name, key=largest.key, area=sum(p.area for p in pieces), place=place, contains=contains)
+    return Patch(
+        names=names,
+        key=largest.key,
+        color=common_color([piece.color for piece in pieces]),
+        area=sum(p.area for p in pieces),
+        place=place,
+        contains=contains,
+    )
 
 
 def _lie_inside(face: Any, uv: FloatArray) -> npt.NDArray[np.bool_]:

@@ -16,6 +16,13 @@ class Named(NamedTuple):
     name: str
 
 
+class Colored(NamedTuple):
+    """A colour (``cadsweep.cad.colors``) of a face or solid where it lies in the model."""
+
+    shape: Any
+    color: str
+
+
 @dataclass(kw_only=True, eq=False)
 class Model:
     """A shape and its names, before healing.
@@ -32,6 +39,8 @@ class Model:
         need not be a face of `shape` itself: a tag is set before later operations.
     materials : list of Named
         Materials of solids.
+    colors : list of Colored
+        Colours of solids and faces; the first of a shape counts.
     scale : float
         Model units per unit of `shape`.
     notes : list of str
@@ -42,5 +51,6 @@ class Model:
     name: str = ""
     names: list[Named] = field(default_factory=list)
     materials: list[Named] = field(default_factory=list)
+    colors: list[Colored] = field(default_factory=list)
     scale: float = 1.0
     notes: list[str] = field(default_factory=list)

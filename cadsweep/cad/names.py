@@ -12,10 +12,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from typing import NamedTuple, TypeVar
-
-Key = TypeVar("Key", bound=Hashable)
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 MATERIAL_PREFIX = "mat:"
 _MEANINGLESS = re.compile(
@@ -27,7 +25,7 @@ _UUID = re.compile(r"^[0-9a-f]{8}-([0-9a-f]{4}-){3}[0-9a-f]{12}$", re.I)
 class Declared(NamedTuple):
     """Names by entity, declared name to user's name, and notes on what was changed."""
 
-    by_entity: dict[int, str]
+    by_entity: dict[int, tuple[str, ...]]
     originals: dict[str, str]
     notes: list[str]
 
@@ -83,7 +81,7 @@ def make_plain_names(names: Iterable[str], fallback: str = "name") -> tuple[dict
 
 
 def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") -> Declared:
-    """Decide the name of every entity.
+    """Decide the names of every entity.
 
     Parameters
     ----------
@@ -95,38 +93,40 @@ def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") 
     Returns
     -------
     Declared
-        An entity with several names takes the one that names the fewest entities, then the first.
+        An entity keeps all its names: first the one that names the fewest entities, then in the order given.
     """
     united: dict[str, dict[int, None]] = {}
     for name, entities in groups:
         united.setdefault(name, {}).update(dict.fromkeys(entities))
     united = {name: entities for name, entities in united.items() if entities}
-    order = sorted(united, key=lambda name: len(united[name]))
-    chosen: dict[int, str] = {}
-    notes: list[str] = []
-    for name in order:
+    plain_names, changes = make_plain_names(united)
+    by_entity: dict[int, tuple[str, ...]] = {}
+    overlaps: dict[tuple[str, str], int] = {}
+    for name in sorted(united, key=lambda name: len(united[name])):
         for entity in united[name]:
-            if entity in chosen:
-                notes.append(
-                    f"{what} {entity} has the names '{chosen[entity]}' and '{name}': '{chosen[entity]}' is kept"
-                )
-            else:
-                chosen[entity] = name
-    used = set(chosen.values())
-    for name in united:
-        if name not in used:
-            notes.append(f"name '{name}' is lost: each of its {what}s has a name of its own")
-    plain_names, changes = make_plain_names([name for name in united if name in used])
-    return Declared(
-        {entity: plain_names[name] for entity, name in sorted(chosen.items())},
-        {new: old for old, new in plain_names.items()},
-        notes + changes,
-    )
+            own = by_entity.get(entity, ())
+            for other in own:
+                overlaps[other, plain_names[name]] = overlaps.get((other, plain_names[name]), 0) + 1
+            by_entity[entity] = (*own, plain_names[name])
+    notes = [f"the names '{one}' and '{other}' share {n} {what}(s)" for (one, other), n in overlaps.items()]
+    return Declared(dict(sorted(by_entity.items())), {new: old for old, new in plain_names.items()}, notes + changes)
 
 
-def invert(mapping: Mapping[int, Key]) -> dict[Key, list[int]]:
-    """Entities by name."""
-    out: dict[Key, list[int]] = {}
-    for entity, name in mapping.items():
-        out.setdefault(name, []).append(entity)
-    return out
+def declare_words(*words: tuple[str | None, str]) -> tuple[list[str | None], Declared]:
+    """Decide the names of things that need not differ, such as a part and its material.
+
+    Parameters
+    ----------
+    words : (name or None, fallback)
+
+    Returns
+    -------
+    list of str or None
+        The names as they are written.
+    Declared
+        What was changed, and why.
+    """
+    written = [None if name is None else plain(name, fallback) for name, fallback in words]
+    changed = {new: old for new, (old, _) in zip(written, words, strict=True) if new is not None and old is not None}
+    notes = [f"name '{old}' is written as '{new}'" for new, old in changed.items() if new != old]
+    return written, Declared({}, {new: old for new, old in changed.items() if new != old}, notes)

@@ -2,7 +2,8 @@
 
 Place in the flow: one of the readers. CadQuery itself is not imported: its objects are known by
 what they offer. Tags of a Workplane and sub-shape names of an Assembly become names of faces and
-edges; names and materials of an Assembly's parts become those of solids.
+edges; names, materials and colours of an Assembly's parts become those of solids. As in CadQuery, a part
+without a colour has that of the assembly it is in.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 
 from ..errors import CadError, InputError
+from .colors import color_of, object_color
 from .model import Model, Named
 from .names import MATERIAL_PREFIX, is_meaningful, join_part
 from .shapes import EDGE, FACE, SOLID, compound, subshapes
@@ -39,6 +41,9 @@ def read_object(source: Any) -> Model | None:
         label = getattr(source, "label", None)
         if isinstance(label, str) and is_meaningful(label):
             model.name = label
+        color = object_color(getattr(source, "color", None))
+        if color is not None:
+            model.colors = color_of(model.shape, color)
         return model
     if hasattr(source, "vals") and hasattr(source, "workplane"):
         return _read_workplane(source, name)
@@ -107,7 +112,7 @@ def _add_name(model: Model, shape: Any, name: str, part: str | None) -> None:
 def _read_assembly(source: Any) -> Model:
     model = Model(shape=None, source=type(source).__name__)
     parts: list[Any] = []
-    _walk(model, parts, source, TopLoc_Location())
+    _walk(model, parts, source, TopLoc_Location(), color=None)
     if not parts:
         raise CadError(f"The assembly '{source.name}' holds no shape.")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
@@ -118,14 +123,21 @@ def _read_assembly(source: Any) -> Model:
     return model
 
 
-def _walk(model: Model, parts: list[Any], node: Any, location: Any) -> None:
+def _walk(model: Model, parts: list[Any], node: Any, location: Any, *, color: str | None) -> None:
     own = getattr(node.loc, "wrapped", None)
     if own is not None:
         location = location.Multiplied(own)
+    color = object_color(getattr(node, "color", None)) or color
+    for shape, given in getattr(node, "_subshape_colors", {}).items():
+        own_color = object_color(given)
+        if own_color is not None:
+            model.colors += color_of(shape.wrapped.Moved(location), own_color)
     for shape in _shapes(node.obj):
         placed = shape.Moved(location)
         parts.append(placed)
         solids = subshapes(placed, SOLID)
+        if color is not None:
+            model.colors += color_of(placed, color)
         name = str(node.name)
         if name.startswith(MATERIAL_PREFIX):
             model.materials.extend(Named(solid, name[len(MATERIAL_PREFIX) :]) for solid in solids)
@@ -140,4 +152,4 @@ def _walk(model: Model, parts: list[Any], node: Any, location: Any) -> None:
         _add_name(model, shape.wrapped.Moved(location), str(name), part)
     _collect_tags(model, node.obj, part=part, location=location)
     for child in node.children:
-        _walk(model, parts, child, location)
+        _walk(model, parts, child, location, color=color)

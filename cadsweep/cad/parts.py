@@ -1,6 +1,6 @@
 """One solid of a model that holds several: chosen by name or number, or asked for with a list.
 
-Place in the flow: after reading, before healing. Names and materials of the other solids go with them.
+Place in the flow: after reading, before healing. Names, materials and colours of the other solids go with them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..errors import CadError, InputError
-from .model import Model, Named
+from .model import Colored, Model, Named
 from .names import plain
 from .shapes import EDGE, FACE, SOLID, bounds, index_map, subshapes
 
@@ -85,7 +85,7 @@ def _only(model: Model, solid: Any) -> Model:
     kept = {kind: index_map(solid, kind) for kind in (SOLID, FACE, EDGE)}
     every = {kind: index_map(model.shape, kind) for kind in (SOLID, FACE, EDGE)}
 
-    def belongs(entry: Named) -> bool:
+    def belongs(entry: Named | Colored) -> bool:
         kind = entry.shape.ShapeType()
         return kind in kept and (kept[kind].Contains(entry.shape) or not every[kind].Contains(entry.shape))
 
@@ -94,4 +94,5 @@ def _only(model: Model, solid: Any) -> Model:
         shape=solid,
         names=[entry for entry in model.names if belongs(entry)],
         materials=[entry for entry in model.materials if belongs(entry)],
+        colors=[entry for entry in model.colors if belongs(entry)],
     )

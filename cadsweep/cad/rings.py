@@ -31,7 +31,7 @@ from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 from ..errors import CadError
 from ..topology import FloatArray, Part, Solid
 from .divide import divide_closed
-from .extract import Labels, extract_solid
+from .extract import Labels, extract_solid, label_of
 from .face_surface import FaceSurface
 from .naming import inner_point
 from .shapes import FACE, SolidShape, explore, index_map, mapped, subshapes
@@ -121,11 +121,8 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
     found = index_map(traced.shape, FACE)
     caps = [first.FirstShape(), second.LastShape()]
     origins = [_nearest(face, holder.faces, caps) for face in mapped(found, FACE)]
-    labels = Labels(
-        [solid.faces[j].key if j is not None else "" for j in origins],
-        [solid.faces[j].name if j is not None else None for j in origins],
-    )
-    cut = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material)
+    labels = Labels([label_of(None if j is None else solid.faces[j]) for j in origins])
+    cut = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
         raise CadError(
             f"'{part.name}': the ring has the volume {cut.volume:.6g} after it was cut open, "

@@ -51,13 +51,13 @@ def select_faces(part: Part, selector: str | int) -> tuple[int, ...]:
 def _in_solid(part: Part, solid: Solid, selector: str | int) -> tuple[int, ...]:
     text = str(selector).strip()
     tests = [
-        lambda face: face.name == text,
-        lambda face: face.name is not None and part.names.get(face.name) == text,
+        lambda face: text in face.names,
+        lambda face: any(part.names.get(name) == text for name in face.names),
         # An assembly's "{part}_{name}" is also found by the name alone.
-        lambda face: face.name is not None and part.names.get(face.name, "").endswith(f"_{text.lstrip('~')}"),
+        lambda face: any(part.names.get(name, "").endswith(f"_{text.lstrip('~')}") for name in face.names),
         lambda face: str(face.id) == text,
         lambda face: bool(face.key) and face.key == text,
-        lambda face: any(patch.name and text in (patch.name, part.names.get(patch.name)) for patch in face.patches),
+        lambda face: any(text in (name, part.names.get(name)) for patch in face.patches for name in patch.names),
     ]
     if isinstance(selector, int):
         tests = tests[3:4]

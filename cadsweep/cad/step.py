@@ -8,7 +8,9 @@ of one, since OpenCASCADE works with absolute tolerances of 1e-7; ``Model.scale`
 
 Names: products become parts; in an assembly a face called F of a part P is ``P_F``. Two structures
 are met: products with named ADVANCED_FACEs, and CadQuery's assemblies, which wrap each object as
-``NAME`` and ``NAME_part``.
+``NAME`` and ``NAME_part``. CadQuery writes each byte of a name's UTF-8 as a letter; such a name is put right.
+
+Colours: of a face before those of its solid, of an instance before those of its part and of its assembly.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from typing import Any
 
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
+from OCP.Quantity import Quantity_ColorRGBA
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TColStd import TColStd_SequenceOfAsciiString
@@ -29,9 +32,17 @@ from OCP.TDataStd import TDataStd_Name, TDataStd_TreeNode
 from OCP.TDF import TDF_Label, TDF_LabelSequence
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopLoc import TopLoc_Location
-from OCP.XCAFDoc import XCAFDoc, XCAFDoc_DocumentTool, XCAFDoc_Material, XCAFDoc_ShapeTool
+from OCP.XCAFDoc import (
+    XCAFDoc,
+    XCAFDoc_ColorTool,
+    XCAFDoc_ColorType,
+    XCAFDoc_DocumentTool,
+    XCAFDoc_Material,
+    XCAFDoc_ShapeTool,
+)
 
 from ..errors import CadError
+from .colors import color_of, color_text
 from .model import Model, Named
 from .names import MATERIAL_PREFIX, is_meaningful, join_part
 from .shapes import EDGE, FACE, SOLID, bounds, compound, subshapes
@@ -79,6 +90,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     reader = STEPCAFControl_Reader()
     reader.SetNameMode(True)
     reader.SetMatMode(True)
+    reader.SetColorMode(True)
     document = TDocStd_Document(TCollection_ExtendedString("cadsweep"))
     with _sub_shape_names():
         try:
@@ -99,7 +111,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         labels = TDF_LabelSequence()
         XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(labels)
         for label in _each(labels):
-            _walk(model, parts, label, TopLoc_Location(), prefix=None)
+            _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None)
     parts = [part for part in parts if not part.IsNull()]
     if not parts:
         raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
@@ -148,11 +160,15 @@ def _file_units(reader: Any) -> list[str]:
     return [str(lengths.Value(j).ToCString()) for j in range(1, lengths.Length() + 1)]
 
 
-def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: str | None) -> None:
-    """Collect the shapes and names under a label; `prefix` is the name of the part it stands for."""
+def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: str | None, color: str | None) -> None:
+    """Collect the shapes, names and colours under a label.
+
+    `prefix` is the name of the part that the label stands for, `color` what it has where it has no other.
+    """
     tool = XCAFDoc_ShapeTool
     name = _name(label)
     material = _material(label)
+    own_color = _color(label)
     if tool.IsReference_s(label):
         location = location.Multiplied(tool.GetLocation_s(label))
         referred = TDF_Label()
@@ -160,11 +176,13 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         label = referred
         name = name if is_meaningful(name) else _name(label)
         material = material or _material(label)
+        own_color = own_color or _color(label)
+    color = own_color or color
     if tool.IsAssembly_s(label):
         components = TDF_LabelSequence()
         tool.GetComponents_s(label, components)
         for component in _each(components):
-            _walk(model, parts, component, location, prefix=name if is_meaningful(name) else "")
+            _walk(model, parts, component, location, prefix=name if is_meaningful(name) else "", color=color)
         return
     shape = tool.GetShape_s(label).Moved(location)
     parts.append(shape)
@@ -178,18 +196,27 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         model.names.extend(Named(solid, name) for solid in solids)
     if material:
         model.materials.extend(Named(solid, material.removeprefix(MATERIAL_PREFIX)) for solid in solids)
-    in_assembly = prefix is not None
+    _add_sub_shapes(model, label, location, part=name if prefix is not None else None)
+    if color is not None:  # after those of its sub-shapes: the first counts
+        model.colors += color_of(shape, color)
+
+
+def _add_sub_shapes(model: Model, label: Any, location: Any, *, part: str | None) -> None:
+    """Collect the names and colours of the faces, edges and solids under a shape's label."""
+    tool = XCAFDoc_ShapeTool
     inner = TDF_LabelSequence()
     tool.GetSubShapes_s(label, inner)
     for sub in _each(inner):
-        sub_name = _name(sub)
-        sub_shape = tool.GetShape_s(sub).Moved(location)
-        if not is_meaningful(sub_name):
+        name, color = _name(sub), _color(sub)
+        shape = tool.GetShape_s(sub).Moved(location)
+        if color is not None:
+            model.colors += color_of(shape, color)
+        if not is_meaningful(name):
             continue
-        if sub_shape.ShapeType() in (FACE, EDGE):
-            model.names.append(Named(sub_shape, join_part(name if in_assembly else None, sub_name)))
-        elif sub_shape.ShapeType() == SOLID:
-            model.names.append(Named(sub_shape, sub_name))
+        if shape.ShapeType() in (FACE, EDGE):
+            model.names.append(Named(shape, join_part(part, name)))
+        elif shape.ShapeType() == SOLID:
+            model.names.append(Named(shape, name))
 
 
 def _each(labels: Any) -> Iterator[Any]:
@@ -199,7 +226,23 @@ def _each(labels: Any) -> Iterator[Any]:
 
 def _name(label: Any) -> str:
     attribute = _attribute(label, TDataStd_Name.GetID_s(), TDataStd_Name())
-    return "" if attribute is None else str(attribute.Get().ToExtString()).strip()
+    return "" if attribute is None else decoded(str(attribute.Get().ToExtString()).strip())
+
+
+def decoded(name: str) -> str:
+    """A name whose every letter is a byte of UTF-8, as CadQuery writes them, in letters; another name as it is."""
+    try:
+        return name.encode("latin-1").decode("utf-8")
+    except UnicodeError:
+        return name
+
+
+def _color(label: Any) -> str | None:
+    found = Quantity_ColorRGBA()
+    for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
+        if XCAFDoc_ColorTool.GetColor_s(label, kind, found):
+            return color_text(found)
+    return None
 
 
 def _material(label: Any) -> str | None:

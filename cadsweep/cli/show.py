@@ -46,14 +46,12 @@ def print_info(data: dict[str, Any]) -> None:
             [row for row in data[name] if row["solid"] == index] for name in ("faces", "sweeps", "rejected")
         )
         title = f"{solid['name']}{f' ({index + 1})' if several else ''}"
-        console.print(f"{title}: {len(faces)} faces, volume {solid['volume']:.6g}", markup=False, highlight=False)
-        console.print(
-            _table(
-                "Faces",
-                ("id", "name", "type", "area", "center", "role"),
-                ((f["id"], f["name"], f["type"], f"{f['area']:.6g}", _place(f["center"]), f["role"]) for f in faces),
-            )
-        )
+        known = "".join(f", {word} {solid[word]}" for word in ("material", "color") if solid[word])
+        line = f"{title}: {len(faces)} faces, volume {solid['volume']:.6g}{known}"
+        console.print(line, markup=False, highlight=False)
+        colored = ("color",) if any(f["color"] for f in faces) else ()
+        columns = ("id", "name", "type", "area", "center", "role", *colored)
+        console.print(_table("Faces", columns, (_face_row(f)[: len(columns)] for f in faces)))
         if sweeps:
             columns = ("", "source", "target", "sides", "stations", "length", "score", "notes")
             console.print(_table("Sweeps, best first", columns, (_row(n, s) for n, s in enumerate(sweeps, 1))))
@@ -62,6 +60,18 @@ def print_info(data: dict[str, Any]) -> None:
         if rejected:
             reasons = ((row["face"], row["reason"]) for row in rejected)
             console.print(_table("Why the others are no caps", ("face", "reason"), reasons))
+
+
+def _face_row(face: dict[str, Any]) -> tuple[Any, ...]:
+    return (
+        face["id"],
+        ", ".join([face["name"], *face["groups"]]),
+        face["type"],
+        f"{face['area']:.6g}",
+        _place(face["center"]),
+        face["role"],
+        face["color"] or "",
+    )
 
 
 def _row(number: int, sweep: dict[str, Any]) -> tuple[Any, ...]:

@@ -114,7 +114,8 @@ def describe_part(
         for name, rows in tables.items():
             data[name] += [{"solid": index, **row} for row in rows]
         volume = solid.volume * loaded.scale**3
-        data["solids"].append({"name": solid.name or loaded.name, "volume": volume, "error": error})
+        known = {"name": solid.name or loaded.name, "material": solid.material, "color": solid.color}
+        data["solids"].append({**known, "volume": volume, "error": error})
     return plain(data)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import cad, estimate, intervals, surface
-from ..assembly import FactoredMesh, factor_mesh, is_ring
+from ..assembly import FactoredMesh, factor_mesh, find_colors, is_ring
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
@@ -49,13 +49,14 @@ def factor_sweep(
             target_points=target.points,
             residual=options.residual,
         )
+    name = sweep.solid.name or part.name
     factored = factor_mesh(
         sweep,
         surfaces,
         placed,
         target.faces,
         periodic=is_ring(sweep),
-        part=sweep.solid.name or part.name,
+        part=name,
         scale=part.scale,
         offset=part.offset,
         info={
@@ -63,6 +64,7 @@ def factor_sweep(
             "cad_volume": sweep.solid.volume * part.scale**3,
             "sweeps": [_describe(sweep, len(surfaces.rings) - 1)],
             "names": dict(part.names),
+            "colors": find_colors(sweep, name),
             "notes": [*part.notes, *sweep.notes, *surfaces.notes, *target.notes],
             "seconds": run.seconds,
         },

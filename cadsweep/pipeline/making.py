@@ -93,7 +93,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made
                 mesh,
                 nodes=options.nodes,
                 curves=project_to_edges(part, sweep, surfaces),
-                surfaces=project_to_faces(part, sweep, mesh),
+                surfaces=project_to_faces(part, sweep, factored),
                 allow_inverted=options.allow_inverted,
             )
         with run.stage("quality"):

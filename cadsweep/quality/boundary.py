@@ -1,10 +1,13 @@
 """Named boundary quads against the faces that have one user.
 
 Place in the flow: called by :func:`cadsweep.quality.check_mesh`. A quad is known again, wherever it
-begins, by its least node, the node across, and the two others in order.
+begins, by its least node, the node across, and the two others in order. Boundaries may overlap (a face and a
+group that it is in); within one boundary a quad comes once.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -48,24 +51,25 @@ def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
         return problems
     have, want = _pairs(named_keys), _pairs(expected_keys)
     turned = _pairs(_keys(named[:, ::-1], n))
-    names = np.repeat([o[0] for o in owners], [o[1] for o in owners]) if owners else np.zeros(0, dtype=str)
+    owner = np.repeat(np.arange(len(owners)), [n_quads for _, n_quads in owners])
     inward = np.isin(turned, want)
     foreign = ~np.isin(have, want) & ~inward
     if len(mesh.parts) > 1 and np.any(foreign):
         foreign &= ~_interfaces(mesh, named, n)
-    _, first = np.unique(have, return_index=True)
-    twice = np.ones(len(have), dtype=bool)
-    twice[first] = False
+    order = np.lexsort((owner, have["b"], have["a"]))
+    again = (have[order[1:]] == have[order[:-1]]) & (owner[order[1:]] == owner[order[:-1]])
+    twice = np.zeros(len(have), dtype=bool)
+    twice[order[1:]] = again
     missing = ~np.isin(want, have) & ~np.isin(want, turned)
     for rows, text in (
         (inward, "boundary quads turn inward"),
         (foreign, "boundary quads are not on the boundary of the hexahedra"),
-        (twice, "boundary quads are named twice"),
+        (twice, "boundary quads come twice in one boundary"),
     ):
         if np.any(rows):
             i = int(np.flatnonzero(rows)[0])
             problems.append(
-                f"{np.count_nonzero(rows)} {text}, the first is {named[i].tolist()} of '{names[i]}' "
+                f"{np.count_nonzero(rows)} {text}, the first is {named[i].tolist()} of '{owners[owner[i]][0]}' "
                 f"at {place(mesh.points[named[i]].mean(axis=0))}"
             )
     if np.any(missing):
@@ -75,6 +79,39 @@ def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
             f"at {place(mesh.points[expected[i]].mean(axis=0))}"
         )
     return problems
+
+
+def boundary_blocks(boundaries: Mapping[str, IntArray], n: int) -> dict[tuple[str, ...], IntArray]:
+    """Quads by the set of boundaries that they are in, each once.
+
+    Parameters
+    ----------
+    boundaries : mapping of name to (q, 4) int64
+    n : int
+        Number of nodes.
+
+    Returns
+    -------
+    dict of tuple of str to (q, 4) int64
+        Where none overlap, the boundaries under their own names.
+    """
+    names = list(boundaries)
+    stacked = np.concatenate([*boundaries.values(), np.zeros((0, 4), dtype=np.int64)])
+    keys = _keys(stacked, max(n, 1))
+    mixed = np.sort(keys[0] * np.int64(0x9E3779B97F4A7C1) + keys[1])  # quads with different values are different
+    if np.all(mixed[1:] != mixed[:-1]):
+        return {(name,): boundaries[name] for name in names}
+    _, first, ids = np.unique(_pairs(keys), return_index=True, return_inverse=True)
+    owner = np.repeat(np.arange(len(names)), [len(quads) for quads in boundaries.values()])
+    holders = np.zeros((len(first), len(names)), dtype=bool)
+    holders[ids.reshape(-1), owner] = True
+    sets, block = np.unique(np.packbits(holders, axis=1), axis=0, return_inverse=True)
+    block = block.reshape(-1)
+    blocks = {}
+    for j in range(len(sets)):
+        inside = np.flatnonzero(block == j)
+        blocks[tuple(names[i] for i in np.flatnonzero(holders[inside[0]]))] = stacked[first[inside]]
+    return blocks
 
 
 def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
@@ -92,10 +129,12 @@ def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]
 
 
 def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:
-    """Which quads lie between hexahedra of two different parts."""
-    part = np.full(mesh.n_hexes, -1)
-    for i, ids in enumerate(mesh.parts.values()):
-        part[ids] = i
+    """Which quads lie between hexahedra that are not in the same parts."""
+    part = np.zeros(mesh.n_hexes, dtype=np.int64)
+    for ids in mesh.parts.values():
+        inside = np.zeros(mesh.n_hexes, dtype=np.int64)
+        inside[ids] = 1
+        part = np.unique(2 * part + inside, return_inverse=True)[1].reshape(-1)  # a number for each set of parts
     faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
     keys = _pairs(_keys(faces, n))
     order = np.argsort(keys)

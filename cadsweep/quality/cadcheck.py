@@ -16,6 +16,8 @@ import numpy as np
 
 from ..topology import FloatArray, IntArray
 from . import surface_kernels
+from .boundary import boundary_blocks
+from .metrics import quad_areas
 from .report import CadReference
 from .sag import measure_slack
 
@@ -53,17 +55,29 @@ def cad_problems(
     if cad.euler is not None and euler is not None and euler != cad.euler:
         problems.append(f"the boundary's Euler characteristic is {euler}, the CAD solid's {cad.euler}")
     slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
-    odd = _odd_figures(areas, volume, slack, cad)
+    blocks = boundary_blocks(boundaries, len(points))
+    overlaps = {(one, other) for names in blocks for one in names for other in names if one != other}
+    block_areas = {names: float(np.sum(quad_areas(points, quads))) for names, quads in blocks.items()}
+    found = {(name,): area for name, area in areas.items()} | {
+        joint: sum(area for names, area in block_areas.items() if set(names) & set(joint)) for joint in cad.joint_areas
+    }
+    volume_slack = {names: _slack(points, quads)[0] for names, quads in blocks.items()}
+    odd = _odd_figures(found, volume, slack, cad, sum(volume_slack.values()))
     if odd and cad.distance is not None and cad.relative is None:
         # Angles say nothing where a curved face is one facet wide; the face itself does.
-        measured = measure_slack(points, boundaries, cad.distance)
+        measured = measure_slack(points, boundaries, cad.distance, overlaps)
         slack = {name: (max(slack[name][0], m[0]), max(slack[name][1], m[1])) for name, m in measured.items()}
-        odd = _odd_figures(areas, volume, slack, cad)
+        if overlaps:
+            away = cad.distance
+            by_names = {" ".join(names): quads for names, quads in blocks.items()}
+            measured = measure_slack(points, by_names, lambda p, names, close: away(p, names.split()[0], close))
+        total = sum(max(volume_slack[names], measured[" ".join(names)][0]) for names in blocks)
+        odd = _odd_figures(found, volume, slack, cad, total)
     problems += odd
     if cad.distance is not None:
         problems += _face_problems(points, boundaries, cad.distance, cad.tolerance * size)
     if cad.rim_distance is not None:
-        problems += _rim_problems(points, boundaries, cad.rim_distance, cad.tolerance * size)
+        problems += _rim_problems(points, blocks, cad.rim_distance, cad.tolerance * size)
     return problems
 
 
@@ -83,13 +97,13 @@ def _face_problems(
 
 def _rim_problems(
     points: FloatArray,
-    boundaries: Mapping[str, IntArray],
-    distance: Callable[[FloatArray, frozenset[str]], FloatArray],
+    blocks: Mapping[tuple[str, ...], IntArray],
+    distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray],
     tolerance: float,
 ) -> list[str]:
-    """Nodes of two boundaries off the edges, and nodes of more off the vertices, where these meet."""
-    names = list(boundaries)
-    used = [_used(quads, len(points)) for quads in boundaries.values()]
+    """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
+    names = list(blocks)
+    used = [_used(quads, len(points)) for quads in blocks.values()]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
@@ -102,11 +116,11 @@ def _rim_problems(
         for i, group in enumerate(groups):
             here = shared[some[member.ravel() == i]]
             meeting = [names[j] for j in group]
-            where = "where " + " and ".join(f"'{name}'" for name in meeting) + " meet"
+            where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
             problems += _off(
                 points,
                 here,
-                distance(points[here], frozenset(meeting)),
+                distance(points[here], frozenset(map(frozenset, meeting))),
                 tolerance,
                 where,
                 "edge" if n == 2 else "vertex",
@@ -137,24 +151,28 @@ def _off(  # noqa: PLR0917
 
 
 def _odd_figures(
-    areas: Mapping[str, float], volume: float | None, slack: Mapping[str, tuple[float, float]], cad: CadReference
+    areas: Mapping[tuple[str, ...], float],
+    volume: float | None,
+    slack: Mapping[str, tuple[float, float]],
+    cad: CadReference,
+    volume_slack: float,
 ) -> list[str]:
     """Volume and areas that differ from the CAD model's by more than the slack allows."""
     problems = []
     if cad.volume is not None and volume is not None:
-        allowed = _allowed(cad, cad.volume, sum(s[0] for s in slack.values()), known=bool(slack))
+        allowed = _allowed(cad, cad.volume, volume_slack, known=bool(slack))
         if not abs(volume - cad.volume) <= allowed:
             problems.append(
                 f"the volume is {volume:.8g}, the CAD solid's {cad.volume:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
     for names, area in [*(((name,), area) for name, area in cad.areas.items()), *cad.joint_areas.items()]:
-        missing = [name for name in names if name not in areas]
+        missing = [name for name in names if name not in slack]
         if missing:
             problems.append(f"the mesh has no boundary '{missing[0]}', which the CAD model has")
             continue
         allowed = _allowed(cad, area, sum(slack[name][1] for name in names), known=True)
-        found = sum(areas[name] for name in names)
+        found = areas[names]
         called = " and ".join(f"'{name}'" for name in names)
         if not abs(found - area) <= allowed:
             problems.append(

@@ -33,8 +33,9 @@ class CadReference:
         ``distance(points, name, close)`` gives the distances (m,) of points (m, 3) from the faces of a
         boundary. What comes out larger than `close` has been made sure of by slower ways.
     rim_distance : callable or None
-        ``rim_distance(points, names)`` gives the distances (m,) of points where several boundaries meet: from
-        the edges that two of them share, from the vertices where three or more do.
+        ``rim_distance(points, blocks)`` gives the distances (m,) of points where several blocks of quads meet:
+        from the edges that two of them share, from the vertices where three or more do. A block is all quads
+        with the same set of names, and known by it.
     tolerance : float
         Largest distance of a boundary node from its face, over the part's size.
     relative : float or None
@@ -47,7 +48,7 @@ class CadReference:
     joint_areas: Mapping[tuple[str, ...], float] = field(default_factory=dict)
     euler: int | None = None
     distance: Callable[[FloatArray, str, float], FloatArray] | None = None
-    rim_distance: Callable[[FloatArray, frozenset[str]], FloatArray] | None = None
+    rim_distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray] | None = None
     tolerance: float = 1e-6
     relative: float | None = None
 

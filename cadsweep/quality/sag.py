@@ -9,7 +9,7 @@ an area of (2 / 3) l s; a facet that lies s off cuts off its area times s.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 
 import numpy as np
 
@@ -17,7 +17,10 @@ from ..topology import FloatArray, IntArray
 
 
 def measure_slack(
-    points: FloatArray, boundaries: Mapping[str, IntArray], distance: Callable[[FloatArray, str, float], FloatArray]
+    points: FloatArray,
+    boundaries: Mapping[str, IntArray],
+    distance: Callable[[FloatArray, str, float], FloatArray],
+    overlapping: Set[tuple[str, str]] = frozenset(),
 ) -> dict[str, tuple[float, float]]:
     """Volume and area that the facets of each boundary can gain or lose.
 
@@ -27,6 +30,8 @@ def measure_slack(
     boundaries : mapping of name to (q, 4) int64
     distance : callable
         See :class:`cadsweep.quality.report.CadReference`.
+    overlapping : set of (str, str)
+        Boundaries that share quads: neither lies on the other side of the other's rim.
 
     Returns
     -------
@@ -46,7 +51,8 @@ def measure_slack(
         lengths = np.linalg.norm(ends - corners, axis=2)
         ratios = np.minimum(sags / np.where(lengths > 0, lengths, np.inf), 1.0) ** 2
         area = float(np.sum(areas[:, None] * (8 / 3) * ratios))
-        found[name] = (volume, area + _rim_bulge(points, name, rims, distance))
+        beside = {other: rim for other, rim in rims.items() if (name, other) not in overlapping}
+        found[name] = (volume, area + _rim_bulge(points, name, beside, distance))
     return found
 
 

@@ -115,8 +115,8 @@ def describe(solid: Solid, result: Sequence[Sweep] | NotSweepableError) -> dict[
     Returns
     -------
     dict
-        ``faces``: id, name, type, area, center, role (``source``, ``target``, ``linking side``, or
-        ``-``) in the best sweep. ``sweeps``: source, target, n_linking_sides, n_stations, length,
+        ``faces``: id, name, groups (its other names), color, type, area, center, role (``source``, ``target``,
+        ``linking side``, or ``-``) in the best sweep. ``sweeps``: source, target, n_linking_sides, n_stations, length,
         score, notes. ``rejected``: face, reason.
     """
     from .find import search_sweeps
@@ -130,6 +130,8 @@ def describe(solid: Solid, result: Sequence[Sweep] | NotSweepableError) -> dict[
         {
             "id": face.id,
             "name": face.name or "",
+            "groups": list(face.groups),
+            "color": face.color,
             "type": face.kind,
             "area": face.area,
             "center": tuple(float(c) for c in face.center),

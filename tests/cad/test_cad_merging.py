@@ -56,7 +56,7 @@ def test_an_imprint_on_any_surface_is_merged_and_stays_a_patch(kind, through_fil
     assert len(after.faces) == len(as_drawn.faces)
     assert after.volume == pytest.approx(before.volume, rel=1e-6)
     patches = [(face, patch) for face in after.faces for patch in face.patches]
-    assert {patch.name for _, patch in patches} == {"pad"}
+    assert {patch.names for _, patch in patches} == {("pad",)}
     pieces = [face for face in before.faces if face.name == "pad"]
     assert sum(patch.area for _, patch in patches) == pytest.approx(sum(piece.area for piece in pieces))
     for face, patch in patches:

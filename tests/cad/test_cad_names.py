@@ -25,16 +25,16 @@ def test_plain_names_stay_apart_also_without_case():
     assert len(notes) == 3
 
 
-def test_the_smaller_of_two_overlapping_names_wins():
+def test_overlapping_names_are_all_kept_the_smallest_first():
     declared = declare([("wall", [0, 1, 2]), ("inlet", [1]), ("wall", [3])])
-    assert declared.by_entity == {0: "wall", 1: "inlet", 2: "wall", 3: "wall"}
-    assert any("inlet" in note and "wall" in note for note in declared.notes)
+    assert declared.by_entity == {0: ("wall",), 1: ("inlet", "wall"), 2: ("wall",), 3: ("wall",)}
+    assert any("'inlet' and 'wall' share 1 face" in note for note in declared.notes)
 
 
-def test_a_name_that_is_covered_is_said_to_be_lost():
-    declared = declare([("a", [0]), ("b", [0])])
-    assert declared.by_entity == {0: "a"}
-    assert any("'b' is lost" in note for note in declared.notes)
+def test_two_names_for_one_face_are_both_kept():
+    declared = declare([("a", [0]), ("b b", [0])])
+    assert declared.by_entity == {0: ("a", "b_b")}
+    assert declared.originals == {"a": "a", "b_b": "b b"}
 
 
 def test_part_prefixes():
@@ -154,6 +154,71 @@ def test_a_name_of_several_solids_asks_for_a_number(cq):
     with pytest.raises(InputError, match=r"'feet' names 2 solids: there are 0 'feet' .*1 'feet'.*number"):
         load(whole, part="feet")
     assert load(whole, part="1").solids[0].vertices[:, 0].min() > 1
+
+
+def colors(part):
+    (solid,) = part.solids
+    found = {tuple(round(float(c) * part.scale, 6) for c in face.center): face.color for face in solid.faces}
+    return solid.color, {place: color for place, color in found.items() if color}
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("form", ["object", "file"])
+def test_colours_of_a_part_and_its_faces(cq, tmp_path, form):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(2, 4, 6)
+    source = cq.Assembly(work, name="block", color=cq.Color(0.2, 0.4, 0.6))
+    source.addSubshape(work.faces(">X").val(), name="hot", color=cq.Color("red"))
+    source.addSubshape(work.faces(">Y").val(), color=cq.Color(0, 1, 0, 0.6))
+    source.addSubshape(work.faces(">Z").val(), color=cq.Color(0.2, 0.4, 0.6))  # the part's own: says nothing of it
+    if form == "file":
+        source.export(str(tmp_path / "block.step"))
+        source = tmp_path / "block.step"
+    # 0.2, 0.4, 0.6 of 255 are 51, 102, 153.
+    assert colors(load(source)) == ("#336699", {(1, 0, 0): "#ff0000", (0, 2, 0): "#00ff0099"})
+
+
+@pytest.mark.cad
+def test_a_part_has_the_colour_of_its_assembly_unless_it_has_its_own(cq, tmp_path):
+    from cadsweep.cad import load
+
+    whole = cq.Assembly(name="whole", color=cq.Color(0, 0, 1))
+    whole.add(cq.Workplane().box(1, 1, 1), name="plain")
+    whole.add(cq.Workplane().box(2, 1, 1), name="own", loc=cq.Location((5, 0, 0)), color=cq.Color(1, 1, 0))
+    assert colors(load(whole, part="plain")) == ("#0000ff", {})
+    assert colors(load(whole, part="own")) == ("#ffff00", {})
+
+
+@pytest.mark.cad
+def test_a_colour_that_all_faces_have_is_the_parts(cq):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(1, 2, 3)
+    whole = cq.Assembly(work, name="block")
+    for face in work.faces().vals():
+        whole.addSubshape(face, color=cq.Color(1, 1, 0))
+    assert colors(load(whole)) == ("#ffff00", {})
+
+
+@pytest.mark.cad
+def test_names_beyond_ascii_survive_a_step_file_of_cadquery(cq, tmp_path):
+    """CadQuery writes the bytes of a name as letters: ü becomes two of them."""
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(1, 2, 3)
+    whole = cq.Assembly(work, name="Gehäuse 入口", material=cq.Material("Stahl weiß"))
+    whole.addSubshape(work.faces(">X").val(), name="Größe 入口")
+    whole.addSubshape(work.faces("<X").val(), name="Große")
+    whole.export(str(tmp_path / "case.step"))
+    for source in (whole, tmp_path / "case.step"):
+        part = load(source)
+        faces = {face.name for face in part.solids[0].faces} - {None}
+        assert {part.names[name].split("_")[-1] for name in faces} == {"Größe 入口", "Große"}
+        assert all(PLAIN.fullmatch(name) for name in faces)
+        assert part.solids[0].name == "Gehause"
+        assert part.solids[0].material == "Stahl_weiss"
+        assert any("'Gehäuse 入口' is written as 'Gehause'" in note for note in part.notes)
 
 
 @pytest.mark.cad

@@ -54,6 +54,15 @@ def test_reading_gives_the_mesh_back(tmp_path, suffix, nodes, options):
     np.testing.assert_array_equal(back.parts["box"], np.arange(mesh.n_hexes))
 
 
+@pytest.mark.parametrize(("suffix", "nodes", "options"), FILES)
+def test_a_mesh_that_is_fine_is_fine_when_it_is_read_back(tmp_path, suffix, nodes, options):
+    meshes = [bent_box(nodes)] if nodes > 8 else [bent_box(nodes), two_parts()]
+    for mesh in meshes:
+        assert mesh.quality().problems == ()
+        io.write(mesh, tmp_path / f"part{suffix}", **options)
+        assert io.read(tmp_path / f"part{suffix}").quality().problems == ()
+
+
 @pytest.mark.parametrize("suffix", sorted({s for s, _, _ in FILES}))
 def test_overlapping_groups_and_interleaved_parts(tmp_path, suffix):
     mesh = two_parts()

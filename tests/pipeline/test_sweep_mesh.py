@@ -27,6 +27,29 @@ def test_every_boundary_quad_has_one_name(plate):
     assert len(mesh.boundaries["source"]) == len(mesh.boundaries["target"]) == n_quads
 
 
+def test_overlapping_names_are_all_boundaries(tmp_path):
+    work = cq.Workplane().box(4, 4, 2)
+    work.faces("|Z").tag("caps")
+    work.faces(">Z").tag("top")
+    work.faces(">Z or >X").tag("corner")
+    mesh = cs.sweep_mesh(work, size=1.0, layers=2, order=2, nodes=27)
+    areas = mesh.quality().areas
+    assert {name: areas[name] for name in ("caps", "top", "corner")} == pytest.approx(
+        {"caps": 32, "top": 16, "corner": 24}
+    )
+    assert set(areas) == {"caps", "top", "corner", "side_1", "side_2", "side_3"}
+    assert mesh.info["quality"].valid
+    assert any("'top' and 'caps' share 1 face" in note for note in mesh.info["notes"])
+    cs.pipeline.write_factors(work, tmp_path / "block.sweep.npz", size=1.0, layers=2)
+    factored = cs.pipeline.expand(tmp_path / "block.sweep.npz")
+    cs.stream_mesh(work, tmp_path / "block.vtkhdf", size=1.0, layers=2)
+    for other in (factored, cs.read(tmp_path / "block.vtkhdf")):
+        assert other.quality().valid
+        assert {name: len(quads) for name, quads in other.boundaries.items()} == {
+            name: len(quads) for name, quads in mesh.boundaries.items()
+        }
+
+
 def test_size_is_a_length_of_the_model(plate):
     coarse, fine = (cs.sweep_mesh(plate, size=s, layers=1) for s in (3.0, 1.5))
     # Halving the edge length makes four times as many quads; the boundary and the hole blur it.

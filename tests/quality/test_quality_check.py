@@ -11,6 +11,7 @@ from quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh
 
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import CadReference, check_mesh, positive_inside
+from cadsweep.quality.boundary import boundary_blocks
 
 
 def bent(k, xy):
@@ -149,7 +150,8 @@ def fault_boundary_inward(mesh):
 
 
 def fault_boundary_twice(mesh):
-    return replace(mesh, boundaries=mesh.boundaries | {"again": mesh.boundaries["side"][:1]})
+    side = mesh.boundaries["side"]
+    return replace(mesh, boundaries=mesh.boundaries | {"side": np.concatenate([side, np.roll(side[:1], 1, axis=1)])})
 
 
 def fault_boundary_inside(mesh):
@@ -175,10 +177,34 @@ FAULTS = {
     fault_torn: "coincide",
     fault_boundary_missing: "have no name",
     fault_boundary_inward: "turn inward",
-    fault_boundary_twice: "named twice",
+    fault_boundary_twice: "come twice",
     fault_boundary_inside: "not on the boundary",
     fault_boundary_out_of_range: "outside",
 }
+
+
+def test_boundaries_may_overlap():
+    mesh = swept_block(4, 3, 3)
+    caps = np.concatenate([mesh.boundaries["source"], mesh.boundaries["target"]])
+    half = np.concatenate([mesh.boundaries["target"], mesh.boundaries["side"][::2]])
+    grouped = replace(mesh, boundaries=mesh.boundaries | {"caps": caps, "half": half})
+    for candidate in (grouped, without_structure(grouped)):
+        assert check_mesh(candidate).problems == ()
+
+
+def test_overlapping_boundaries_fall_into_blocks_in_which_every_quad_comes_once():
+    mesh = swept_block(4, 3, 3)
+    names = dict(mesh.boundaries)
+    assert boundary_blocks(names, mesh.n_nodes) == {(name,): quads for name, quads in names.items()}
+    names["caps"] = np.concatenate([names["source"], np.roll(names["target"], 1, axis=1)])
+    names["most"] = np.concatenate([names["side"][1:], names["target"]])
+    blocks = boundary_blocks(names, mesh.n_nodes)
+    assert {key: len(quads) for key, quads in blocks.items()} == {
+        ("source", "caps"): len(names["source"]),
+        ("target", "caps", "most"): len(names["target"]),
+        ("side", "most"): len(names["side"]) - 1,
+        ("side",): 1,
+    }
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f.__name__)
@@ -372,8 +398,8 @@ def test_rims_are_held_against_the_edges_and_vertices_they_meet_in():
     mesh = swept_block()  # 4 x 3 x 3
     asked = {}
 
-    def rim_distance(points, names):
-        asked[names] = len(points)
+    def rim_distance(points, blocks):
+        asked[frozenset(name for (name,) in blocks)] = len(points)
         return np.where(points[:, 0] == 4, 0.1, 0.0)  # as if the edges at x = 4 were elsewhere
 
     left = (mesh.points[mesh.boundaries["side"], 0] == 0).all(axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.assembly import make_reference, name_faces
+from cadsweep.assembly import make_reference, pieces_by_name
 from cadsweep.quality import check_mesh
 
 cq = pytest.importorskip("cadquery")
@@ -60,7 +60,7 @@ PARTS = {
 def meshed(request):
     part = cadsweep.load(PARTS[request.param]())
     mesh = cadsweep.sweep_mesh(part, max_hexes=40_000, smoothing=False, layers=60 if request.param == "spring" else 6)
-    sweep = next(s for s in cadsweep.find_sweeps(part) if set(name_faces(s).values()) == set(mesh.boundaries))
+    sweep = next(s for s in cadsweep.find_sweeps(part) if set(pieces_by_name(s)) == set(mesh.boundaries))
     return mesh, make_reference(part, sweep)
 
 
