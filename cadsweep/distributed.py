@@ -24,6 +24,7 @@ from .errors import CadSweepError, InputError
 from .io import pvtu
 from .io.atomic import check_place, replaced_file
 from .io.slabs import PieceSizes, SlabWriter
+from .io.vtk_cells import color_fields
 from .mesh import sweep_hexes
 from .pipeline import (
     SMOOTH_BELOW,
@@ -163,6 +164,7 @@ class Piece:
             name: _own_quads(quads, n, own, first, structure.n_layers) for name, quads in boundaries.items()
         }
         self.part = factored.part
+        self.colors = color_fields(factored.info.get("colors", {}), self.names, [self.part])
 
     def node_arrays(self) -> dict[str, np.ndarray]:
         """Data of the points."""
@@ -183,6 +185,7 @@ class Piece:
             "part_names": np.array([self.part], dtype=str),
             "boundary_names": np.array(self.names, dtype=str),
             **{f"boundary:{name}": quads for name, quads in self.boundaries.items()},
+            **self.colors,
         }
 
 
@@ -249,6 +252,7 @@ def _write_partitions(comm: Any, path: Path, factored: FactoredMesh, own: tuple[
             "part_names": np.array([factored.part], dtype=str),
             "boundary_names": np.array(tuple(whole), dtype=str),
             **{f"boundary:{name}": quads for name, quads in whole.items()},
+            **piece.colors,
         }
         with replaced_file(path) as stream:
             writer = SlabWriter(

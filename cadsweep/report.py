@@ -26,7 +26,7 @@ from .errors import CadSweepError
 from .mesh import HexMesh
 from .quality import QualityReport
 from .topology import FloatArray, IntArray
-from .view import boundary_colors, kept_by_clip, skin, write_whole
+from .view import kept_by_clip, mesh_colors, skin, write_whole
 
 MOST_QUADS = 150_000
 """Quads of the outside above which cuts and edges are left out."""
@@ -41,6 +41,7 @@ td.n, th.n { text-align: right; font-variant-numeric: tabular-nums }
 .bar button { font: inherit; padding: .3rem .8rem; margin: 0 .4rem .5rem 0; border: 1px solid #9aa6b2;
   border-radius: 5px; background: #fff; cursor: pointer } .bar button.on { background: #1f5fa8; color: #fff }
 .valid { color: #1b7a3d } .invalid { color: #b3261e } code { background: #eef1f4; padding: .1rem .35rem }
+.swatch { display: inline-block; width: .8em; height: .8em; border: 1px solid #9aa6b2 }
 .columns { display: flex; flex-wrap: wrap; gap: 0 4rem }
 """
 _SCRIPT = """
@@ -185,7 +186,15 @@ def _sweeps(mesh: HexMesh) -> str:
 
 
 def _boundaries(mesh: HexMesh) -> str:
-    return _table([(escape(name), f"{len(quads):,} quads") for name, quads in mesh.boundaries.items()])
+    """Names with the colours of the view, what the user called them, and their size."""
+    originals = mesh.info.get("names", {})
+    rows = []
+    for (name, quads), color in zip(mesh.boundaries.items(), mesh_colors(mesh), strict=True):
+        meant = originals.get(name, name)
+        swatch = f'<span class="swatch" style="background: {color}"></span> '
+        label = escape(name) + (f" (named {escape(meant)})" if meant != name else "")
+        rows.append((swatch + label, f"{len(quads):,} quads"))
+    return _table(rows)
 
 
 def _worst(report: QualityReport) -> str:
@@ -246,8 +255,7 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         views["quality"] += always
     if mesh.boundaries:
         views["boundaries"] = [*views["quality"][1:], *range(len(traces), len(traces) + len(mesh.boundaries))]
-        colors = boundary_colors(len(mesh.boundaries))
-        for i, (name, color) in enumerate(zip(mesh.boundaries, colors, strict=True)):
+        for i, (name, color) in enumerate(zip(mesh.boundaries, mesh_colors(mesh), strict=True)):
             traces.append(_faces(points, quads[owners == i], color=color, name=name))
     for axis in "xyz" if small else "":
         kept = kept_by_clip(mesh, axis)

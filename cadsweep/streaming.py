@@ -15,6 +15,7 @@ import numpy as np
 
 from .assembly import FactoredMesh, unite_quads
 from .io.slabs import PieceSizes, SlabWriter
+from .io.vtk_cells import color_fields
 from .mesh import sweep_hexes
 from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report, structure_problems
 from .quality.check import SurfaceFindings
@@ -172,6 +173,7 @@ def open_writer(stream: BinaryIO, factored: FactoredMesh) -> tuple[SlabWriter, B
         "part_names": np.array([factored.part], dtype=str),
         "boundary_names": np.array(names, dtype=str),
         **{f"boundary:{name}": quads for name, quads in boundaries.items()},
+        **color_fields(factored.info.get("colors", {}), names, [factored.part]),
     }
     sizes = PieceSizes(
         n_points=factored.n_node_layers * structure.n_nodes, n_hexes=structure.n_layers * len(structure.quads)

@@ -77,16 +77,16 @@ def check(*, mesh_file: str, timeout: float, max_memory: float | None, as_json: 
 )
 @click.option(
     "--color",
-    type=click.Choice(["quality", "boundary"]),
+    type=click.Choice(["quality", "boundary", "cad"]),
     default="quality",
     show_default=True,
-    help="By scaled Jacobian, or by the names of the boundaries.",
+    help="By scaled Jacobian, by boundary, or as the CAD model is coloured (.vtu, .vtkhdf).",
 )
 @QUIET
 def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str, quiet: bool) -> None:
-    """Show a mesh file in a window, coloured by scaled Jacobian, with its boundaries by name."""
+    """Show a mesh file in a window, coloured by scaled Jacobian, with its boundaries by name and CAD colour."""
     timeout = float("inf") if screenshot is None else DEFAULT_TIMEOUT
-    options = {"clip": clip, "scalars": "boundary" if color == "boundary" else "scaled_jacobian"}
+    options = {"clip": clip, "scalars": "scaled_jacobian" if color == "quality" else color}
     run("view_file", mesh_file, screenshot=screenshot, options=options, output=screenshot, timeout=timeout, quiet=quiet)
 
 

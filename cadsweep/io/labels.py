@@ -191,11 +191,12 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
         if ids.ndim != 1:
             raise InputError(f"part {name!r} should hold hex ids in one dimension, not {ids.shape}")
         _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
+    info = {**mesh.info, "colors": _recolored(mesh.info, mesh.boundaries, boundaries, mesh.parts, parts)}
     boundaries, parts = _without_empty(boundaries, "boundary"), _without_empty(parts, "part")
     quads, faces = _face_blocks(boundaries, n_corners[0])
     faces = replace(faces, max_name=max_name)
     volumes = replace(_volume_blocks(parts, len(hexes)), max_name=max_name)
-    return LabelledMesh(points=points, hexes=hexes, quads=quads, faces=faces, volumes=volumes, info=mesh.info)
+    return LabelledMesh(points=points, hexes=hexes, quads=quads, faces=faces, volumes=volumes, info=info)
 
 
 def check_nodes(ids: np.ndarray, n_points: int) -> None:
@@ -219,6 +220,16 @@ def _check_ids(ids: IntArray, n: int, what: str, of: str) -> None:
 def _renamed(groups: Mapping[str, Any], max_name: int, reserved: Collection[str]) -> dict[str, IntArray]:
     names = portable_names(groups, max_length=max_name, reserved=reserved)
     return {names[name]: np.asarray(ids, dtype=np.int64) for name, ids in groups.items()}
+
+
+def _recolored(info: Mapping[str, Any], *groups: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Colours of the CAD model by the names that are written; `groups`: old and new boundaries, old and new parts."""
+    colors = info.get("colors", {})
+    return {
+        kind: {new: colors[kind][old] for old, new in zip(groups[i], groups[i + 1], strict=True) if old in colors[kind]}
+        for i, kind in ((0, "boundaries"), (2, "parts"))
+        if kind in colors
+    }
 
 
 def _without_empty(groups: dict[str, IntArray], what: str) -> dict[str, IntArray]:

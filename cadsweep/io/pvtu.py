@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
@@ -33,7 +33,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from ..topology import FloatArray, IntArray
 from . import vtu
-from .vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, hexes_of_cells
+from .vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, colors_of_fields, hexes_of_cells
 
 _POINT_ARRAYS = ((NODE_IDS, "Int64"), (GHOSTS, "UInt8"))
 _CELL_ARRAYS = ((HEX_IDS, "Int64"), (GHOSTS, "UInt8"), ("part", "Int32"), ("boundary", "Int32"))
@@ -90,6 +90,7 @@ def read(stream: BinaryIO) -> HexMesh:
     node_ids, hex_ids, points, hexes = [], [], [], []
     boundaries: dict[str, list[IntArray]] = {}
     part = "volume"
+    info: dict[str, Any] = {}
     for element in root.findall("./PUnstructuredGrid/Piece"):
         path = folder / element.get("Source", "")
         try:
@@ -108,6 +109,7 @@ def read(stream: BinaryIO) -> HexMesh:
         hexes.append(ids[local[own]])
         fields = arrays["field_data"]
         part = next(iter(fields.get("part_names", [part])))
+        info = colors_of_fields(fields)
         for name in fields.get("boundary_names", []):
             quads = np.asarray(fields.get(f"boundary:{name}", ()), dtype=np.int64).reshape(-1, 4)
             boundaries.setdefault(str(name), []).append(ids[quads])
@@ -123,4 +125,5 @@ def read(stream: BinaryIO) -> HexMesh:
         hexes=all_hexes,
         boundaries={name: np.concatenate(quads) for name, quads in boundaries.items()},
         parts={str(part): np.arange(len(all_hexes), dtype=np.int64)},
+        info=info,
     )

@@ -5,6 +5,8 @@ The layout of the arrays is drawn in :mod:`cadsweep.io.vtu`.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -20,6 +22,8 @@ CELL_TYPES = {8: 12, 20: 25, 27: 29}
 
 NODE_IDS, HEX_IDS, GHOSTS = "GlobalNodeIds", "GlobalHexIds", "vtkGhostType"
 """Data arrays of a grid in pieces; see :mod:`cadsweep.io.pvtu`."""
+
+_COLOR = re.compile(r"#[0-9a-f]{6}([0-9a-f]{2})?\Z")
 
 _FLAT_TYPES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 68, 69, 70}
 """Cells of fewer than three dimensions, which may stand beside the hexes."""
@@ -47,7 +51,29 @@ def grid_arrays(
     if len(mesh.volumes.names) > 1:
         for name in mesh.volumes.names:
             fields[f"part:{name}"] = mesh.volumes.named(name)
+    fields |= color_fields(mesh.info.get("colors", {}), mesh.faces.names, mesh.volumes.names)
     return cells, fields, {}
+
+
+def color_fields(
+    colors: Mapping[str, Mapping[str, str]], boundaries: Sequence[str], parts: Sequence[str]
+) -> dict[str, np.ndarray]:
+    """Field arrays with the colours of the CAD model; none where there are no colours."""
+    fields = {}
+    for key, kind, names in (("boundary", "boundaries", boundaries), ("part", "parts", parts)):
+        known = colors.get(kind, {})
+        if any(name in known for name in names):
+            fields[f"{key}_colors"] = np.array([known.get(name, "") for name in names], dtype=str)
+    return fields
+
+
+def colors_of_fields(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """What ``HexMesh.info`` holds of the colours in field arrays."""
+    colors: dict[str, dict[str, str]] = {}
+    for key, kind in (("boundary", "boundaries"), ("part", "parts")):
+        pairs = zip(fields.get(f"{key}_names", ()), fields.get(f"{key}_colors", ()), strict=False)
+        colors[kind] = {str(name): str(color) for name, color in pairs if _COLOR.match(str(color))}
+    return {"colors": colors} if any(colors.values()) else {}
 
 
 def grid_mesh(
@@ -76,7 +102,8 @@ def grid_mesh(
         for j, name in enumerate(names):
             stored = field_data.get(f"part:{name}")
             parts[name] = np.flatnonzero(of_hex == j) if stored is None else np.asarray(stored, dtype=np.int64)
-    return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
+    info = colors_of_fields(field_data)
+    return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts, info=info)
 
 
 def join_pieces(
@@ -150,6 +177,8 @@ __all__ = [
     "GHOSTS",
     "HEX_IDS",
     "NODE_IDS",
+    "color_fields",
+    "colors_of_fields",
     "find_sides",
     "grid_arrays",
     "grid_mesh",

@@ -10,6 +10,7 @@ The grid's cells are the hexes and nothing else, so ``n_cells`` is the number of
 | ``part`` | cells, int32 | which of ``part_names`` the hex belongs to |
 | ``boundary`` | cells, int32 | the first of ``boundary_names`` that the hex touches, -1 inside: to colour by |
 | ``boundary_names``, ``part_names`` | field, string | the names |
+| ``boundary_colors``, ``part_colors`` | field, string | those of the CAD model, ``#rrggbb``; empty: none |
 | ``boundary:<name>`` | field, int64 (q, 4, 8 or 9) | node ids of the boundary's quads, outward |
 | ``part:<name>`` | field, int64 | hex ids of the part |
 

@@ -11,7 +11,7 @@ pyvista is the extra ``view`` and is imported when first needed.
 """
 
 from .display import can_open_window, check_drawing, quiet_vtk, write_whole
-from .grid import Clip, boundaries_to_pyvista, boundary_colors, kept_by_clip, outline, skin, to_pyvista
+from .grid import Clip, boundaries_to_pyvista, boundary_colors, kept_by_clip, mesh_colors, outline, skin, to_pyvista
 from .picture import add_mesh, plot, save_screenshot
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "can_open_window",
     "check_drawing",
     "kept_by_clip",
+    "mesh_colors",
     "outline",
     "plot",
     "quiet_vtk",

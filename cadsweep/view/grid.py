@@ -100,7 +100,8 @@ def skin(mesh: HexMesh, kept: np.ndarray | None = None) -> tuple[Any, IntArray]:
     pyvista.PolyData
         Quads with the cell data ``scaled_jacobian`` and ``hex`` of the hexahedron behind them.
     (m,) int64
-        Boundary that each quad belongs to, as an index into ``mesh.boundaries``; -1 inside the mesh.
+        Boundary that each quad belongs to, the smallest of several, as an index into ``mesh.boundaries``; -1 inside
+        the mesh.
     """
     pv = import_pyvista()
     from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
@@ -120,7 +121,10 @@ def skin(mesh: HexMesh, kept: np.ndarray | None = None) -> tuple[Any, IntArray]:
     owners = np.full(len(seen), -1, dtype=np.int64)
     if mesh.boundaries:
         named = np.concatenate([quads[:, :4] for quads in mesh.boundaries.values()])
-        names = np.repeat(np.arange(len(mesh.boundaries)), [len(quads) for quads in mesh.boundaries.values()])
+        sizes = np.array([len(quads) for quads in mesh.boundaries.values()])
+        names = np.repeat(np.arange(len(sizes)), sizes)
+        small_last = np.argsort(-sizes[names], kind="stable")  # of boundaries that overlap the smallest is seen
+        named, names = named[small_last], names[small_last]
         _, inverse = np.unique(np.concatenate([np.sort(named, axis=1), seen]), axis=0, return_inverse=True)
         inverse = inverse.reshape(-1)  # numpy 2.0 alone gives it a second axis
         table = np.full(len(inverse), -1, dtype=np.int64)
@@ -172,3 +176,37 @@ def boundary_colors(n: int) -> list[str]:
     golden = 0.618033988749895  # neighbours in the list lie far apart on the circle of hues
     tones = [hls_to_rgb((0.58 + i * golden) % 1, (0.45, 0.6, 0.32)[i // 8 % 3], 0.75) for i in range(n)]
     return ["#" + "".join(f"{round(255 * c):02x}" for c in tone) for tone in tones]
+
+
+def mesh_colors(mesh: HexMesh) -> list[str]:
+    """Return a colour for every boundary: that of its CAD face, or where it has none one unlike those."""
+    cad = mesh.info.get("colors", {}).get("boundaries", {})
+    given = {_rgb(color) for color in cad.values()}
+    n = len(mesh.boundaries)
+    # Of more colours than are needed those too near to a colour of the model are left out.
+    spare = boundary_colors(n + 8 * len(given))
+    apart = [c for c in spare if all(sum(abs(a - b) for a, b in zip(_rgb(c), g, strict=True)) > 90 for g in given)]
+    others = iter(apart if len(apart) >= n else spare)
+    return [cad[name][:7] if name in cad else next(others) for name in mesh.boundaries]
+
+
+def cad_colors(mesh: HexMesh, plain: str) -> list[str]:
+    """Return the colours that the CAD model shows: of its faces, else of the part, else `plain`.
+
+    The last one is that of what belongs to no boundary.
+    """
+    colors = mesh.info.get("colors", {})
+    whole = next(iter(colors.get("parts", {}).values()), plain)
+    return [colors.get("boundaries", {}).get(name, whole)[:7] for name in mesh.boundaries] + [plain]
+
+
+def legible(color: str) -> str:
+    """A colour that can be read on white: light ones are darkened."""
+    red, green, blue = _rgb(color)
+    lightness = (0.2126 * red + 0.7152 * green + 0.0722 * blue) / 255
+    share = min(1.0, 0.65 / lightness) if lightness else 1.0
+    return "#" + "".join(f"{round(share * c):02x}" for c in (red, green, blue))
+
+
+def _rgb(color: str) -> tuple[int, ...]:
+    return tuple(int(color[i : i + 2], 16) for i in (1, 3, 5))

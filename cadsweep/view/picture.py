@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .display import can_open_window, check_drawing, in_notebook, quiet_vtk, write_whole
-from .grid import Clip, boundary_colors, import_pyvista, kept_by_clip, outline, skin
+from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_colors, outline, skin
 
 _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
@@ -54,14 +54,14 @@ def add_mesh(
     scale : bool or dict
         Draw the colour scale, or not; a dict overrides how pyvista draws it.
     """
-    if scalars not in (None, "scaled_jacobian", "boundary"):
-        raise InputError(f"scalars must be 'scaled_jacobian', 'boundary' or None, not {scalars!r}")
+    if scalars not in (None, "scaled_jacobian", "boundary", "cad"):
+        raise InputError(f"scalars must be 'scaled_jacobian', 'boundary', 'cad' or None, not {scalars!r}")
     kept = None if clip is None else kept_by_clip(mesh, clip)
     hexes = mesh.hexes if kept is None else mesh.hexes[kept]
     if not len(hexes):
         raise InputError(f"clip = {clip!r} takes every hexahedron away; turn its normal round or move its origin")
     names = list(mesh.boundaries)
-    colors = boundary_colors(len(names))
+    colors = mesh_colors(mesh)
     edge_width = 1.0 if mesh.n_hexes < 50_000 else 0.3
     style = {"show_edges": True, "edge_color": "#303030", "line_width": edge_width, "ambient": 0.35, "diffuse": 0.75}
     surface, owners = skin(mesh, kept)
@@ -78,15 +78,16 @@ def add_mesh(
             scalar_bar_args=_SCALE | below | (scale if isinstance(scale, dict) else {}),
             **style,
         )
-    elif scalars == "boundary" and names:
-        for i, color in enumerate([*colors, _PLAIN]):  # the index -1 of what the clip laid open comes last
+    elif scalars is not None and names:
+        # The index -1 of what the clip laid open comes last.
+        for i, color in enumerate(cad_colors(mesh, _PLAIN) if scalars == "cad" else [*colors, _PLAIN]):
             patch = np.flatnonzero(owners == (i if i < len(names) else -1))
             if len(patch):
                 plotter.add_mesh(surface.extract_cells(patch), color=color, **style)
     else:
         plotter.add_mesh(surface, color=_PLAIN, **style)
     if show_boundaries and names:
-        _add_boundaries(plotter, mesh, colors)
+        _add_boundaries(plotter, mesh, [legible(color) for color in colors])
 
 
 def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str]) -> None:
@@ -121,8 +122,9 @@ def plot(
     ----------
     screenshot : path, optional
         Write a PNG instead of opening a window; needs no display. A notebook needs none either.
-    scalars : "scaled_jacobian", "boundary" or None
-        What the faces are coloured by.
+    scalars : "scaled_jacobian", "boundary", "cad" or None
+        What the faces are coloured by. Boundaries have the colours of their CAD faces, where they have any, and
+        others elsewhere; with "cad" all is as the CAD model shows it.
     clip : str or (normal, origin), optional
         Take away what lies on the side of the normal: ``"x"``, ``"-z"`` through the middle, or any plane.
     show_boundaries : bool

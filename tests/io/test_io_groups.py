@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import string
+from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from io_meshes import box
@@ -53,6 +55,19 @@ def test_blocks_are_disjoint_and_lose_nothing(groups):
             np.testing.assert_array_equal(blocks.cells(block), np.sort(groups[name]))
         else:
             assert name not in groups
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf"])
+def test_colours_of_the_cad_go_with_the_names(tmp_path, suffix):
+    base = box()
+    colors = {"boundaries": {"in let": "#12ab34", "target": "#00000080"}, "parts": {"box": "#ffffff"}}
+    boundaries = {"in let": base.boundaries["source"], "target": base.boundaries["target"]}
+    mesh = replace(base, boundaries=boundaries, info={"colors": colors})
+    io.write(mesh, tmp_path / f"part{suffix}")
+    back = io.read(tmp_path / f"part{suffix}").info["colors"]
+    assert back == {"boundaries": {"in_let": "#12ab34", "target": "#00000080"}, "parts": {"box": "#ffffff"}}
+    io.write(base, tmp_path / f"plain{suffix}")
+    assert "colors" not in io.read(tmp_path / f"plain{suffix}").info
 
 
 @settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

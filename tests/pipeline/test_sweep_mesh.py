@@ -50,6 +50,21 @@ def test_overlapping_names_are_all_boundaries(tmp_path):
         }
 
 
+def test_colours_of_the_cad_reach_the_mesh_and_its_files(tmp_path):
+    work = cq.Workplane().box(4, 4, 2)
+    part = cq.Assembly(work, name="block", color=cq.Color(0, 0, 1))
+    part.addSubshape(work.faces(">Z").val(), name="~hot", color=cq.Color(1, 0, 0))
+    part.addSubshape(work.faces(">X").val(), name="~walls", color=cq.Color(0, 1, 0))
+    part.addSubshape(work.faces("<X").val(), name="~walls")
+    expected = {"boundaries": {"hot": "#ff0000"}, "parts": {"block": "#0000ff"}}  # the walls are of two colours
+    mesh = cs.sweep_mesh(part, size=1.0, layers=2)
+    assert mesh.info["colors"] == expected
+    mesh.write(tmp_path / "block.vtu")
+    cs.stream_mesh(part, tmp_path / "block.vtkhdf", size=1.0, layers=2)
+    for suffix in (".vtu", ".vtkhdf"):
+        assert cs.read(tmp_path / f"block{suffix}").info["colors"] == expected
+
+
 def test_size_is_a_length_of_the_model(plate):
     coarse, fine = (cs.sweep_mesh(plate, size=s, layers=1) for s in (3.0, 1.5))
     # Halving the edge length makes four times as many quads; the boundary and the hole blur it.

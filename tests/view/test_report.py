@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from view_blocks import twisted_block
+from view_blocks import painted_block, twisted_block
 from view_browser import find_browser, opened
 
 from cadsweep.errors import CadSweepError
@@ -63,6 +63,15 @@ def test_a_browser_draws_the_page_and_does_not_complain(page, tmp_path):
         assert len(set(pictures)) == 3
         assert tab.errors() == []
         assert [a for a in tab.requests() if not a.startswith(("file:", "data:", "blob:"))] == []
+
+
+def test_the_page_has_the_colours_and_names_of_the_cad(tmp_path):
+    mesh = painted_block()
+    mesh.info["names"] = {"side_1": "Seite größer"}
+    text = write_report(mesh, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert '"color":"#ff0000"' in text
+    assert '"color":"#00ff00"' in text
+    assert "side_1 (named Seite größer)" in text
 
 
 def test_an_invalid_mesh_says_so():

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from view_blocks import of_order_2, twisted_block, unit_cube
+from view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
-from cadsweep.view import boundary_colors, kept_by_clip, outline, plot, skin
+from cadsweep.view import boundary_colors, kept_by_clip, mesh_colors, outline, plot, skin
+from cadsweep.view.grid import legible
 
 pytest.importorskip("pyvista")
 
@@ -79,8 +80,28 @@ class TestGrid:
         assert len(outline(mesh.boundaries["source"])) == 16
         assert len(outline(mesh.boundaries["side_1"])) == 2 * (4 + 6)
 
+    def test_legends_can_be_read_on_white(self):
+        assert legible("#ffffff") == "#a6a6a6"  # 0.65 of 255 is 166
+        assert legible("#0000ff") == "#0000ff"
+
+    def test_of_overlapping_boundaries_the_smallest_is_seen(self):
+        mesh = painted_block()
+        _, owners = skin(mesh)
+        assert {list(mesh.boundaries)[i] for i in np.unique(owners)} == set(mesh.boundaries) - {"caps"}
+
     def test_colours_of_boundaries_differ(self):
         assert len(set(boundary_colors(24))) == 24
+
+    def test_boundaries_have_the_colours_of_the_cad_and_the_others_are_unlike_those(self):
+        mesh = painted_block()
+        colors = dict(zip(mesh.boundaries, mesh_colors(mesh), strict=True))
+        assert (colors["source"], colors["target"]) == ("#ff0000", "#00ff00")
+        assert len(set(colors.values())) == len(colors)
+        for name in set(colors) - {"source", "target"}:
+            red, green, blue = (int(colors[name][i : i + 2], 16) for i in (1, 3, 5))
+            assert abs(255 - red) + green + blue > 90
+            assert red + abs(255 - green) + blue > 90
+        assert mesh_colors(twisted_block()) == boundary_colors(6)
 
 
 class TestPicture:
@@ -95,6 +116,18 @@ class TestPicture:
         assert image.shape == (240, 300, 3)
         assert (image.min(axis=-1) < 250).mean() > 0.08
         assert sorted(p.name for p in tmp_path.iterdir()) == ["block.png"]
+
+    @pytest.mark.parametrize(("scalars", "seen"), [("cad", [True, True]), ("boundary", [True, False])])
+    def test_the_colours_of_the_cad_are_drawn(self, tmp_path, scalars, seen):
+        camera = [(6, -8, -10), (0, 0, 2), (0, 0, 1)]  # the source and two sides are in sight
+        plot(
+            painted_block(), screenshot=tmp_path / "a.png", scalars=scalars, show_boundaries=False,
+            window_size=(300, 300), camera=camera,
+        )  # fmt: skip
+        image = pixels(tmp_path / "a.png")
+        others = [image[..., [1, 2]].max(axis=-1), image[..., [0, 1]].max(axis=-1)]
+        found = [((image[..., c] > 60) & (other < 10)).mean() > 0.02 for c, other in zip((0, 2), others, strict=True)]
+        assert found == seen
 
     def test_an_inverted_hexahedron_is_red(self, tmp_path):
         mesh = twisted_block()

@@ -32,6 +32,14 @@ def twisted_block(n=4, n_layers=6, *, turn=0.8):
     )
 
 
+def painted_block():
+    """The twisted block with a red source and a green target, blue elsewhere; ``caps`` are the two together."""
+    mesh = twisted_block()
+    caps = np.concatenate([mesh.boundaries["source"], mesh.boundaries["target"]])
+    colors = {"boundaries": {"source": "#ff0000", "target": "#00ff0080"}, "parts": {"block": "#0000ff"}}
+    return replace(mesh, boundaries=mesh.boundaries | {"caps": caps}, info=mesh.info | {"colors": colors})
+
+
 def unit_cube():
     """One hexahedron."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
