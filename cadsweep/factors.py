@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import zipfile
 from os import PathLike
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -57,6 +58,8 @@ def load_factors(path: str | PathLike[str]) -> FactoredMesh:
     InputError
         The file is missing, damaged, or something else.
     """
+    if Path(path).is_file() and not zipfile.is_zipfile(path):  # numpy would talk of pickles
+        raise InputError(f"{path}: not a file of sweep factors (.sweep.npz), or a damaged one")
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}

@@ -1,8 +1,8 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
 ``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` and
-``cut_closed`` open a full ring, ``find_mergeable`` and
-``merge_faces`` undo divisions of one surface.
+``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one
+surface, and ``find_crossing`` says where a solid runs into itself.
 """
 
 from typing import TYPE_CHECKING
@@ -11,11 +11,11 @@ from .loading import load
 from .selection import select_faces
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
-    from ..topology import Part
+    from ..topology import Part, Solid
 
-__all__ = ["cut_closed", "cut_ring", "find_mergeable", "load", "merge_faces", "select_faces"]
+__all__ = ["cut_closed", "cut_ring", "find_crossing", "find_mergeable", "load", "merge_faces", "select_faces"]
 
 
 def cut_ring(part: "Part") -> "Part | None":
@@ -45,3 +45,10 @@ def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None
     from .merging import merge_faces as merge
 
     return merge(part, groups)
+
+
+def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tuple[int, int] | None:
+    """Find two faces that cross each other (:func:`cadsweep.cad.crossing.find_crossing`)."""
+    from .crossing import find_crossing as find
+
+    return find(solid, coincident=coincident)

@@ -58,8 +58,9 @@ def _sew(traced: Traced) -> str:
     sewn = sewing.SewedShape()
     free = [] if sewn is None or sewn.IsNull() else [sewing.FreeEdge(j) for j in range(1, sewing.NbFreeEdges() + 1)]
     if free:
+        its = f"its {len(faces)} faces do" if len(faces) > 1 else "its one face does"
         raise CadError(
-            f"there is no solid, and its {len(faces)} faces do not close to one: {len(free)} edges bound "
+            f"there is no solid, and {its} not close to one: {len(free)} edges bound "
             f"one face only, the first at {place(free[0])}. A face is missing, or faces do not meet."
         )
     shells = [] if sewn is None or sewn.IsNull() else subshapes(sewn, SHELL)

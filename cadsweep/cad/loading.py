@@ -63,6 +63,8 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
     """Read the source as it is, without healing."""
     if isinstance(source, (str, PathLike)):
         path = Path(fspath(source)).expanduser()
+        if path.is_dir():
+            raise InputError(f"{path}: this is a folder; name a file in it.")
         suffix = path.suffix.lower()
         if suffix not in SCRIPTS + FILES:
             raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")

@@ -19,7 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ..errors import InputError
+from ..errors import CadError, InputError
 from .model import Model
 from .objects import read_object
 
@@ -133,7 +133,10 @@ def _shown(path: Path, results: list[Any]) -> Model:
             "solids that belong together can be one cq.Assembly."
         )
     shown = results[0].shape
-    model = read_object(shown)
+    try:
+        model = read_object(shown)
+    except (InputError, CadError) as error:
+        raise type(error)(f"{path}: {error}") from error
     if model is None:
         raise InputError(
             f"{path}: the script shows a {type(shown).__name__}, which is no shape. "

@@ -117,7 +117,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
     model.name = path.stem
-    foreign = [u for u in units if u.lower() not in ("millimetre", "millimeter", "mm")]
+    foreign = [u.lower() for u in units if u.lower() not in ("millimetre", "millimeter", "mm")]
     if foreign:
         model.notes.append(f"the file is in {', '.join(foreign)}; lengths here are in millimetres")
     return model

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import smoothing
-from ..assembly import FactoredMesh, make_reference
+from .. import cad, smoothing
+from ..assembly import FactoredMesh, is_ring, make_reference
 from ..curving import project_to_edges, project_to_faces
 from ..elevate import elevate
-from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection import corrected
@@ -66,7 +66,7 @@ def first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: Run,
         if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
             break
     if not tried:
-        raise failures[0]
+        raise explained(sweeps[0], failures[0])
     best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
     best.factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
     return best
@@ -129,6 +129,22 @@ def refusal(report: QualityReport) -> InvertedHexError:
     )
 
 
+def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
+    """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
+    solid = sweep.solid
+    caps = (*sweep.source, *sweep.target) if is_ring(sweep) else ()
+    crossing = cad.find_crossing(solid, coincident=caps)
+    if crossing is None:
+        return failure
+    first, second = (solid.faces[f].label() for f in crossing)
+    error = CadError(
+        f"{first} and {second} cross each other, so the model runs into itself and no mesh of it is valid. "
+        "Repair it in its CAD program."
+    )
+    error.__cause__ = failure
+    return error
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan:
     """A mesh before any of its inner layers is made, and what its boundary is found to be."""
@@ -152,7 +168,7 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
             continue
         factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
         return Plan(factored=factored, surface=check_boundary(factored, make_reference(part, sweep)))
-    raise failures[0]
+    raise explained(sweeps[0], failures[0])
 
 
 def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:

@@ -274,5 +274,6 @@ class _Graph:
         if len(self.groups) == 1:
             return f"beyond its linking sides all faces hang together, from {self._name(self.groups[0])}"
         names = [self._name(group) for group in self.groups]
-        more = f" and {len(names) - 3} others" if len(names) > 3 else ""
+        n_more = len(names) - 3
+        more = f" and {n_more} other{'s' if n_more > 1 else ''}" if n_more > 0 else ""
         return f"its linking sides leave {len(names)} caps instead of 2: {'; '.join(names[:3])}{more}"

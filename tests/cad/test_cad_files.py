@@ -187,8 +187,15 @@ def test_wrong_parameters_list_the_right_ones(params, script):
     ],
 )
 def test_scripts_that_fail_say_where(text, reason, script):
-    with pytest.raises((InputError, CadError), match=reason):
-        load(script(text))
+    path = script(text)
+    with pytest.raises((InputError, CadError), match=reason) as refusal:
+        load(path)
+    assert str(refusal.value).startswith(str(path))
+
+
+def test_a_folder_is_called_one(tmp_path):
+    with pytest.raises(InputError, match="this is a folder"):
+        load(tmp_path)
 
 
 def test_a_script_that_prints_without_end_fills_nothing(script, capfd, caplog):

@@ -48,6 +48,10 @@ def test_damaged_factors_are_an_error(plate, tmp_path):
     path.write_bytes(path.read_bytes()[:-200])
     with pytest.raises(cs.InputError, match="damaged"):
         expand(path)
+    path.write_text("a mesh")
+    with pytest.raises(cs.InputError, match="not a file of sweep factors") as refusal:
+        expand(path)
+    assert "pickle" not in str(refusal.value)
 
 
 @pytest.mark.parametrize("part", ["elbow", "plate", "ring"])

@@ -1,0 +1,45 @@
+"""A solid that runs into itself is known by its faces, where OpenCASCADE's own check passes it."""
+
+import pytest
+
+cq = pytest.importorskip("cadquery")
+
+import cadsweep as cs  # noqa: E402
+from cadsweep.cad import cut_ring, find_crossing, load  # noqa: E402
+
+pytestmark = pytest.mark.cad
+
+
+def ring(*, shift=0.0):
+    """A ring whose section, a bow of two arcs 1 apart, is pinched where its arcs are shifted by more."""
+    section = (
+        cq.Workplane("XZ")
+        .moveTo(20, 0)
+        .threePointArc((24, 5), (20, 10))
+        .lineTo(21, 10)
+        .threePointArc((25 - shift, 5), (21, 0))
+        .close()
+    )
+    return section.revolve(360, (0, 0), (0, 1))
+
+
+@pytest.mark.parametrize("shape", [ring, lambda: cq.Workplane().box(1, 2, 3), lambda: cq.Workplane().sphere(2)])
+def test_a_sound_solid_has_no_crossing(shape):
+    assert find_crossing(load(shape()).solids[0]) is None
+
+
+def test_the_caps_of_a_ring_that_was_cut_open_may_coincide():
+    (solid,) = cut_ring(load(ring())).solids
+    caps = [face.id for face in solid.faces if face.kind == "plane" and abs(face.normal[2]) < 0.5]
+    assert find_crossing(solid) == tuple(caps)
+    assert find_crossing(solid, coincident=caps) is None
+
+
+def test_a_solid_that_runs_into_itself_is_refused_with_the_faces_that_cross():
+    crossed = ring(shift=2.0)
+    assert crossed.val().isValid()  # by OpenCASCADE's word
+    (solid,) = load(crossed).solids
+    first, second = find_crossing(solid)
+    assert {solid.faces[first].kind, solid.faces[second].kind} == {"torus"}
+    with pytest.raises(cs.CadError, match="cross each other"):
+        cs.sweep_mesh(crossed, size=1.0)
