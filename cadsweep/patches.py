@@ -62,29 +62,24 @@ def own_quads(
     shares : list of Share
     """
     owners, shares = table[face_ids], []
-    for f in sorted({f for f, _ in patches}):
-        mine = np.nonzero(face_ids == f)
+    by_patch: dict[int, list[tuple[int, int]]] = {}  # a face that was divided has its patches on both parts
+    for f, j in sorted(patches, key=lambda place: faces[place[0]].patches[place[1]].area):
+        by_patch.setdefault(id(faces[f].patches[j]), []).append((f, j))
+    taken = np.zeros(face_ids.shape, dtype=bool)
+    for places in by_patch.values():
+        f, j = places[0]
+        patch = faces[f].patches[j]
+        mine = np.nonzero(np.isin(face_ids, [f for f, _ in places]) & ~taken)
         if not len(mine[0]):
             continue
         quads = corners[mine]
         middles = quads.mean(axis=1)
-        areas = 0.5 * np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1)
-        free = np.ones(len(quads), dtype=bool)
-        for j in sorted(range(len(faces[f].patches)), key=lambda j: faces[f].patches[j].area):
-            patch = faces[f].patches[j]
-            chosen = patch.contains(middles) & free
-            if not chosen.any() and free.any():
-                away = np.linalg.norm(middles - patch.place, axis=1)
-                chosen[np.argmin(np.where(free, away, np.inf))] = True
-            free &= ~chosen
-            owners[tuple(axis[chosen] for axis in mine)] = patches[f, j]
-            shares.append(
-                Share(
-                    face=f,
-                    patch=j,
-                    owner=patches[f, j],
-                    n_quads=int(chosen.sum()),
-                    area=float(areas[chosen].sum()),
-                )
-            )
+        chosen = patch.contains(middles)
+        if not chosen.any():
+            chosen[np.argmin(np.linalg.norm(middles - patch.place, axis=1))] = True
+        where = tuple(axis[chosen] for axis in mine)
+        owners[where], taken[where] = patches[f, j], True
+        diagonals = np.cross(quads[chosen, 2] - quads[chosen, 0], quads[chosen, 3] - quads[chosen, 1])
+        area = 0.5 * float(np.linalg.norm(diagonals, axis=1).sum())
+        shares.append(Share(face=f, patch=j, owner=patches[f, j], n_quads=int(chosen.sum()), area=area))
     return owners, shares

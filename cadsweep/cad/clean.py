@@ -19,8 +19,8 @@ from .heal import mend, take_solid
 from .model import Model, Named
 from .names import declare_words
 from .naming import declare_names
-from .seams import part_seams
 from .shapes import EDGE, FACE, SOLID, index_map, subshapes
+from .shared_surfaces import part_surfaces
 from .slivers import merge_slivers
 from .tracing import Traced
 from .units import normalise
@@ -60,7 +60,7 @@ def make_part(model: Model) -> Part:
     with _stage(model, "merging slivers"):
         notes += merge_slivers(traced, size)
     with _stage(model, "dividing closed faces"):
-        part_seams(traced)
+        part_surfaces(traced)
         notes += divide_closed(traced)
         solid = subshapes(traced.shape, SOLID)[0]
         check_closed(solid)

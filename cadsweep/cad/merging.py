@@ -4,7 +4,7 @@ Place in the flow: called by the pipeline for a part that has no sweep, or whose
 that do not correspond, as it is; divisions that recognition can use stay as they are.
 
 Method: OpenCASCADE's ``ShapeUpgrade_UnifySameDomain``, kept away from every edge but those to give up:
-both faces lie on one surface (:mod:`.same_surface`), and the edge was not made by dividing a closed face.
+both faces lie on one surface (:mod:`.same_surface`). What is closed thereafter is divided anew.
 A merged face is called after the largest of its pieces; pieces of other names become its patches.
 """
 
@@ -23,12 +23,15 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_State
 
 from ..errors import CadError
-from ..topology import Face, FloatArray, Part, Patch
+from ..topology import Face, FloatArray, Part, Patch, Solid
 from .colors import common_color
+from .divide import divide_closed
 from .extract import extract_solid
 from .naming import inner_point
-from .same_surface import dividing_edges, group_faces, share_surface
+from .same_surface import cutting_edges, dividing_edges, group_faces, is_elementary, share_surface
 from .shapes import FACE, SOLID, SolidShape, index_map, mapped, subshapes, typed
+from .shared_surfaces import part_surfaces
+from .tracing import Traced
 from .validate import check_closed
 
 
@@ -55,18 +58,27 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
     Part or None
         The same solid with fewer faces; None where OpenCASCADE cannot merge them.
     """
+    solid = part.solids[0]
+    group_of = {f: k for k, group in enumerate(groups) for f in group}
+    inside = [edge.id for edge in solid.edges if edge.faces[0] in group_of
+              and group_of[edge.faces[0]] == group_of.get(edge.faces[1])]  # fmt: skip
+    dividing = [e for e in inside if e in set(dividing_edges(solid))]
+    cuts = cutting_edges(solid, dividing)
+    # OpenCASCADE closes some surfaces again, which are then divided anew, and others not.
+    attempts = [set(dividing) - cuts]
+    if cuts:
+        attempts.append({e for e in dividing if e not in cuts or is_elementary(solid, solid.edges[e].faces[0])})
+    merged = [found for found in (_unified(part, given_up) for given_up in attempts if given_up) if found is not None]
+    return min(merged, key=lambda found: (len(found.solids[0].faces), len(found.solids[0].edges)), default=None)
+
+
+def _unified(part: Part, given_up: set[int]) -> Part | None:
+    """The part without the given edges; None where OpenCASCADE cannot do without them."""
     solid, holder = part.solids[0], part.solids[0].write_brep
     assert isinstance(holder, SolidShape)
-    group_of = {f: k for k, group in enumerate(groups) for f in group}
-    given_up = {
-        e for e in dividing_edges(solid)
-        if group_of.get(solid.edges[e].faces[0], -1) == group_of.get(solid.edges[e].faces[1], -2)
-    }  # fmt: skip
-    if not given_up:
-        return None
     copy = BRepBuilderAPI_Copy(holder.shape)
-    for group in groups:
-        if not hasattr(getattr(solid.faces[group[0]].surface, "geometry", None), "project"):
+    for group in group_faces(solid, sorted(given_up)):
+        if not is_elementary(solid, group[0]):
             share_surface([typed(copy.ModifiedShape(holder.faces[f]), FACE) for f in group])
     tool = ShapeUpgrade_UnifySameDomain(copy.Shape(), True, True, False)
     for edge in solid.edges:
@@ -76,43 +88,56 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
         tool.Build()
         (shape,) = subshapes(tool.Shape(), SOLID)
         check_closed(shape)
-        history = tool.History()
-        found = index_map(shape, FACE)
-        pieces: list[list[Face]] = [[] for _ in mapped(found, FACE)]
-        for face in solid.faces:
-            old = copy.ModifiedShape(holder.faces[face.id])
-            for new in list(history.Modified(old)) or [old]:
-                if found.Contains(new):
-                    pieces[found.FindIndex(new) - 1].append(face)
+        pieces = _pieces(solid, shape, [(copy.ModifiedShape(old), tool.History()) for old in holder.faces])
+        traced = Traced(shape)
+        part_surfaces(traced)
+        divide_closed(traced)
+        (shape,) = subshapes(traced.shape, SOLID)
+        check_closed(shape)
         merged = extract_solid(shape, name=solid.name, material=solid.material, color=solid.color)
+        origins = traced.face_origins(index_map(shape, FACE))
     except (CadError, ValueError):
         return None  # the part as it was is refused with its own reasons
     n_less = len(solid.faces) - len(merged.faces)
     if n_less <= 0 or abs(merged.volume - solid.volume) > 1e-6 * solid.volume:
         return None
-    faces = tuple(_labelled(face, own, holder) for face, own in zip(merged.faces, pieces, strict=True))
+    labels = [_label(own, holder) for own in pieces]
+    faces = tuple(
+        face if j is None else replace(face, **labels[j]) for face, j in zip(merged.faces, origins, strict=True)
+    )
     note = f"faces merged with their neighbours on one surface: {n_less}; edges between them are gone"
     return replace(part, solids=(replace(merged, faces=faces),), notes=(*part.notes, note))
 
 
-def _labelled(face: Face, pieces: Sequence[Face], holder: SolidShape) -> Face:
-    """A merged face with the name and key of its largest piece, and a patch for every other name."""
-    if not pieces:
-        return replace(face, key="")
+def _pieces(solid: Solid, shape: Any, copies: Sequence[tuple[Any, Any]]) -> list[list[Face]]:
+    """For every face of the unified shape the faces it is made of; of each its copy and the history is given."""
+    found = index_map(shape, FACE)
+    pieces: list[list[Face]] = [[] for _ in mapped(found, FACE)]
+    for face, (old, history) in zip(solid.faces, copies, strict=True):
+        for new in list(history.Modified(old)) or [old]:
+            if found.Contains(new):
+                pieces[found.FindIndex(new) - 1].append(face)
+    return pieces
+
+
+def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
+    """Names, colour and key of the largest piece, and a patch for every other set of names.
+
+    These are fields of :class:`~cadsweep.topology.Face`; where a face is divided anew, each part has them all.
+    """
     by_names: dict[tuple[str, ...], list[Face]] = {}
     for piece in pieces:
         by_names.setdefault(piece.names, []).append(piece)
+    if not by_names:
+        return {"key": ""}
     (names, main), *others = sorted(by_names.items(), key=lambda item: -sum(piece.area for piece in item[1]))
-    patches = tuple(_patch(own_names, own, holder) for own_names, own in others)
-    largest = max(main, key=lambda piece: piece.area)
-    return replace(
-        face,
-        name=names[0] if names else None,
-        groups=names[1:],
-        color=common_color([piece.color for piece in main]),
-        key=largest.key,
-        patches=patches,
-    )
+    return {
+        "name": names[0] if names else None,
+        "groups": names[1:],
+        "color": common_color([piece.color for piece in main]),
+        "key": max(main, key=lambda piece: piece.area).key,
+        "patches": tuple(_patch(own_names, own, holder) for own_names, own in others),
+    }
 
 
 def _patch(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> Patch:

@@ -27,34 +27,42 @@ _N_SAMPLES = 7
 
 
 def dividing_edges(solid: Solid) -> list[int]:
-    """Ids of the edges on both sides of which lies one surface.
-
-    Edges that were made by dividing a closed face do not count, nor does what prolongs them.
-    """
+    """Ids of the edges on both sides of which lies one surface, those that divide a closed face among them."""
     known: dict[tuple[int, int], bool] = {}
 
     def is_one(edge: Edge) -> bool:
         f, g = edge.faces
-        if solid.faces[f].key == solid.faces[g].key or abs(edge.dihedral - pi) > _SMOOTH:
+        if abs(edge.dihedral - pi) > _SMOOTH:
             return False
         if (f, g) not in known:
-            known[f, g] = known[g, f] = is_same_surface(solid, f, g)
+            same = solid.faces[f].key == solid.faces[g].key or is_same_surface(solid, f, g)
+            known[f, g] = known[g, f] = same
         return known[f, g]
 
-    found = {edge.id for edge in solid.edges if is_one(edge)}
-    cuts = [e.id for e in solid.edges if solid.faces[e.faces[0]].key == solid.faces[e.faces[1]].key]
+    return [edge.id for edge in solid.edges if is_one(edge)]
+
+
+def cutting_edges(solid: Solid, dividing: Sequence[int]) -> set[int]:
+    """Those of the edges that were made by dividing a closed face, and those that prolong them."""
     at_vertex: dict[int, list[int]] = {}
-    for e in found:
+    for e in dividing:
         for v in (solid.edges[e].start, solid.edges[e].end):
             at_vertex.setdefault(v, []).append(e)
-    while cuts:
-        cut = solid.edges[cuts.pop()]
-        for v in (cut.start, cut.end):
-            for e in at_vertex.get(v, []):
-                if e in found and _direction(cut, v) @ _direction(solid.edges[e], v) < -1.0 + _SMOOTH:
-                    found.remove(e)
+    cuts = [e for e in dividing if len({solid.faces[f].key for f in solid.edges[e].faces}) == 1]
+    found = set(cuts)
+    for cut in cuts:
+        for v in (solid.edges[cut].start, solid.edges[cut].end):
+            for e in at_vertex[v]:
+                straight = _direction(solid.edges[cut], v) @ _direction(solid.edges[e], v) < -1.0 + _SMOOTH
+                if e not in found and straight:
+                    found.add(e)
                     cuts.append(e)
-    return sorted(found)
+    return found
+
+
+def is_elementary(solid: Solid, face: int) -> bool:
+    """Whether a face's surface has a closed form: plane, cylinder, cone, sphere or torus."""
+    return hasattr(getattr(solid.faces[face].surface, "geometry", None), "project")
 
 
 def _direction(edge: Edge, vertex: int) -> FloatArray:
@@ -64,7 +72,7 @@ def _direction(edge: Edge, vertex: int) -> FloatArray:
 
 
 def group_faces(solid: Solid, edges: Sequence[int]) -> list[tuple[int, ...]]:
-    """Groups of two faces and more that hang together across the given edges."""
+    """Groups of faces that hang together across the given edges and were two faces or more in the model."""
     beside: dict[int, set[int]] = {}
     for e in edges:
         f, g = solid.edges[e].faces
@@ -79,7 +87,8 @@ def group_faces(solid: Solid, edges: Sequence[int]) -> list[tuple[int, ...]]:
                 new = sorted(beside[f] - seen)
                 seen.update(new)
                 members += new
-            groups.append(tuple(sorted(members)))
+            if len({solid.faces[f].key for f in members}) > 1:
+                groups.append(tuple(sorted(members)))
     return groups
 
 
@@ -92,7 +101,7 @@ def is_same_surface(solid: Solid, f: int, g: int) -> bool:
         return False
     uv = _samples(other)
     points = other.evaluate(uv)
-    at = one.geometry.project(points) if hasattr(one.geometry, "project") else uv
+    at = one.project(points) if is_elementary(solid, f) else uv
     if ((at < one.limits[0]) | (at > one.limits[1])).any():
         return False
     return bool(np.max(np.linalg.norm(one.evaluate(at) - points, axis=1)) <= _NEAR * solid.size)
@@ -110,12 +119,30 @@ def share_surface(faces: Sequence[Any]) -> None:
     place = TopLoc_Location()
     surface = BRep_Tool.Surface_s(faces[0], place)
     builder = BRep_Builder()
-    for shape in faces[1:]:
+    uses: list[tuple[Any, list[Any]]] = []
+    for shape in faces:
         face = typed(shape.Oriented(TopAbs_Orientation.TopAbs_FORWARD), FACE)
         for edge in explore(face, EDGE):
             curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
             if curve is not None:
-                first, last = BRep_Tool.Range_s(edge, face)
-                builder.UpdateEdge(edge, curve, surface, place, BRep_Tool.Tolerance_s(edge))
-                builder.Range(edge, surface, place, first, last)
-        builder.UpdateFace(face, surface, place, BRep_Tool.Tolerance_s(face))
+                known = next((own for other, own in uses if other.IsSame(edge)), None)
+                if known is None:
+                    known = []
+                    uses.append((edge, known))
+                known.append((edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED, curve.Copy(), face))
+    for edge, known in uses:
+        first, last = BRep_Tool.Range_s(edge, known[0][2])
+        curves = [curve for _, curve, _ in sorted(known, key=lambda use: use[0])]
+        middles = [curve.Value((first + last) / 2) for curve in curves]
+        if len(curves) == 2 and middles[0].Distance(middles[1]) < 1e-3 * _period(surface):
+            curves = curves[:1]  # not on a seam, where the curve of the forward use comes first
+        builder.UpdateEdge(edge, *curves, surface, place, BRep_Tool.Tolerance_s(edge))
+        builder.Range(edge, surface, place, first, last)
+    for shape in faces[1:]:
+        builder.UpdateFace(typed(shape, FACE), surface, place, BRep_Tool.Tolerance_s(shape))
+
+
+def _period(surface: Any) -> float:
+    """Least width of the surface's parameters, to know the two sides of a seam by."""
+    u0, u1, v0, v1 = surface.Bounds()
+    return float(min(u1 - u0, v1 - v0))

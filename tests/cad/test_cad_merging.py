@@ -58,7 +58,8 @@ def test_an_imprint_on_any_surface_is_merged_and_stays_a_patch(kind, through_fil
     patches = [(face, patch) for face in after.faces for patch in face.patches]
     assert {patch.names for _, patch in patches} == {("pad",)}
     pieces = [face for face in before.faces if face.name == "pad"]
-    assert sum(patch.area for _, patch in patches) == pytest.approx(sum(piece.area for piece in pieces))
+    different = {id(patch): patch.area for _, patch in patches}  # parts of a divided face share theirs
+    assert sum(different.values()) == pytest.approx(sum(piece.area for piece in pieces))
     for face, patch in patches:
         distance = np.linalg.norm(face.surface.evaluate(face.surface.project(patch.place[None])) - patch.place)
         assert distance < 1e-6

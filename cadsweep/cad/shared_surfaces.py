@@ -1,10 +1,11 @@
-"""Faces that meet along the seam of the one closed surface both lie on get a surface each.
+"""Faces that share one closed surface get a surface each.
 
 Place in the flow: after healing, before dividing.
 
-A boolean operation that crosses a seam leaves an edge with two parameter curves on one surface, as a
-seam has, though each of two faces uses it once. ``ShapeUpgrade_ShapeDivideClosed`` takes such a face for
-a closed one and loses its parameter curves.
+Where a boolean operation divides a closed face, all pieces refer to one surface, and an edge between two of
+them has its parameter curves there once; one on the seam has two, as if one face used it twice.
+``ShapeUpgrade_ShapeDivideClosed`` then moves one piece's edges to a surface of their own, and the other
+piece loses its parameter curves.
 """
 
 from __future__ import annotations
@@ -20,25 +21,28 @@ from .shapes import EDGE, FACE, explore, subshapes, typed
 from .tracing import Traced
 
 
-def part_seams(traced: Traced) -> None:
-    """Give every face that uses a seam from one side only a copy of its surface, in a copy of the shape."""
-    chosen = [face for face in subshapes(traced.shape, FACE) if _uses_half_a_seam(face)]
+def part_surfaces(traced: Traced) -> None:
+    """Give faces that share a surface with a seam a copy of it each, in a copy of the shape."""
+    by_surface: dict[int, tuple[Any, list[Any]]] = {}
+    for face in subshapes(traced.shape, FACE):
+        surface = BRep_Tool.Surface_s(face, TopLoc_Location())
+        by_surface.setdefault(id(surface), (surface, []))[1].append(face)  # kept, so that its id is its own
+    chosen = [
+        face
+        for _, faces in by_surface.values()
+        if len(faces) > 1 and any(_uses_seam(face) for face in faces)
+        for face in faces[1:]
+    ]
     if not chosen:
         return
     tool = BRepBuilderAPI_Copy(traced.shape)
-    copies = [typed(tool.ModifiedShape(face), FACE) for face in chosen]
-    for face in copies:
-        _own_surface(face)
+    for face in chosen:
+        _own_surface(typed(tool.ModifiedShape(face), FACE))
     traced.replace(tool.Shape(), tool.ModifiedShape)
 
 
-def _uses_half_a_seam(face: Any) -> bool:
-    edges = list(explore(face, EDGE))
-    return any(
-        BRep_Tool.IsClosed_s(edge, face) and sum(edge.IsSame(other) for other in edges) == 1
-        for edge in edges
-        if not BRep_Tool.Degenerated_s(edge)
-    )
+def _uses_seam(face: Any) -> bool:
+    return any(BRep_Tool.IsClosed_s(edge, face) for edge in explore(face, EDGE) if not BRep_Tool.Degenerated_s(edge))
 
 
 def _own_surface(face: Any) -> None:
