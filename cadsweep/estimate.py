@@ -13,6 +13,7 @@ Not handled: quads that the mesher makes smaller than asked for, next to small e
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from .errors import InputError
@@ -96,7 +97,8 @@ def estimate_size(
     *,
     size: float | None = None,
     layers: int | None = None,
-    smallest: float | None = None,
+    edge_sizes: Mapping[int, float] | None = None,
+    edge_counts: Mapping[tuple[int, ...], int] | None = None,
     scale: float = 1.0,
     streamed: bool = False,
 ) -> Estimate | None:
@@ -107,27 +109,43 @@ def estimate_size(
     size : float or None
         Wanted edge length, working units.
     layers : int or None
-    smallest : float or None
-        Least wanted edge length on a named face, working units.
+    edge_sizes : mapping of int to float, optional
+        Wanted edge length of single edges, working units.
+    edge_counts : mapping of tuple of int to int, optional
+        Demanded segments of edges together.
 
     Returns
     -------
     Estimate or None
         None where nothing was asked for: the defaults are always modest.
     """
-    if size is None and layers is None and smallest is None:
+    if size is None and layers is None and not edge_sizes and not edge_counts:
         return None
     area = _cap_area(sweep)
     if size is None:
         size = math.sqrt(area / 100.0)
-    n_edges = 0
-    if smallest is not None and smallest < size:
-        n_edges = _bounded(_loops_length(sweep) / smallest)
-    follow = layers is None
+    n_edges, n_rail = _asked_of_edges(sweep, edge_sizes or {}, edge_counts or {})
+    by_size = max(1, _bounded(_sweep_length(sweep) / size))
+    follow = layers is None and n_rail < by_size
     if layers is None:
-        layers = max(1, _bounded(_sweep_length(sweep) / size))
+        layers = max(n_rail, by_size)
     expected = _from_counts(sweep, size, layers, n_edges, scale=scale, streamed=streamed)
     return replace(expected, layers_follow=follow)
+
+
+def _asked_of_edges(
+    sweep: Sweep, edge_sizes: Mapping[int, float], edge_counts: Mapping[tuple[int, ...], int]
+) -> tuple[int, int]:
+    """Least segments of the source loops, and least layers, that wishes for single edges lead to."""
+    rails = set(sweep.rails)
+    asked = {e: sweep.solid.edges[e].length / size for e, size in edge_sizes.items()}
+    for edges, count in edge_counts.items():
+        asked |= dict.fromkeys(edges, count / len(edges))
+    n_rail = max([n for e, n in asked.items() if e in rails], default=0.0)
+    # Segments of one edge stand in every ring, on the source as well.
+    rings = [[e for loop in loops for e, _ in loop] for loops in (sweep.source_loops, sweep.target_loops)]
+    rings += [[e] for e in asked if e not in rails]
+    return _bounded(max(sum(asked.get(e, 0.0) for e in ring) for ring in rings)), _bounded(n_rail)
 
 
 def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scale: float, streamed: bool) -> Estimate:

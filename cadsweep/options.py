@@ -7,7 +7,7 @@ command line, batches and MPI runs hand it on.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from numbers import Integral, Real
@@ -23,6 +23,20 @@ def _positive(name: str, value: Any) -> None:
     """Refuse what is not a positive, finite number."""
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value) or value <= 0:
         raise InputError(f"{name} must be a positive, finite number, not {value!r}")
+
+
+def _count(name: str, value: Any) -> None:
+    """Refuse what is not a whole number of at least 1."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 1:
+        raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+
+
+def _each(name: str, wishes: Any, what: str, check: Callable[[str, Any], None]) -> None:
+    """Check the wishes for single faces and edges."""
+    if wishes is not None and not isinstance(wishes, Mapping):
+        raise InputError(f"{name} must be a mapping from names of faces or edges to numbers, not {wishes!r}")
+    for word, value in (wishes or {}).items():
+        check(f"{what} of '{word}'", value)
 
 
 def _one_of(name: str, value: Any, choices: Sequence[Any]) -> None:
@@ -61,7 +75,16 @@ class SweepOptions:
     source, target : str, int, sequence of them, or None
         Caps by name, id or CadQuery selector string; None finds them.
     sizes : mapping of str to float
-        Wanted edge length on the edges of named faces.
+        Wanted edge length on edges, each by name, ``"edge 12"`` or ``"edges:|Z"`` (a CadQuery selector), or on
+        all edges of a face. An edge along the sweep sets the layers that its span wants. What is said of an edge
+        itself goes before what is said of its faces.
+    counts : mapping of str to int
+        Segments that an edge must get, by name, id (``"edge 12"``) or CadQuery selector; each edge that a name
+        covers gets as many. An edge that had to be divided gets them in all.
+    rail_layers : mapping of str to int
+        Layers between the ends of an edge along the sweep, by name, id or CadQuery selector, or of a span between
+        stations (``"span 2"``, counted from the source); edges of one name that follow each other get them in
+        all. The other spans share what is left of `layers`.
     params : mapping or None
         Parameters of a CadQuery script.
     part : str, int or None
@@ -89,6 +112,8 @@ class SweepOptions:
     source: Any = None
     target: Any = None
     sizes: Mapping[str, float] | None = None
+    counts: Mapping[str, int] | None = None
+    rail_layers: Mapping[str, int] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     order: int = 1
@@ -101,8 +126,7 @@ class SweepOptions:
         if self.size is not None:
             _positive("size", self.size)
         if self.layers is not None:
-            if isinstance(self.layers, bool) or not isinstance(self.layers, Integral) or self.layers < 1:
-                raise InputError(f"layers must be a whole number of at least 1, not {self.layers!r}")
+            _count("layers", self.layers)
             if self.layers > 10**8:
                 raise InputError(f"layers = {self.layers} is more than any machine holds; try fewer")
         if self.bias is not None:
@@ -119,8 +143,9 @@ class SweepOptions:
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
         _name_or_number("part", self.part)
-        for name, size in (self.sizes or {}).items():
-            _positive(f"the size of '{name}'", size)
+        _each("sizes", self.sizes, "the size", _positive)
+        _each("counts", self.counts, "the count", _count)
+        _each("rail_layers", self.rail_layers, "the number of layers", _count)
         for name in ("max_hexes", "max_memory"):
             if getattr(self, name) is not None:
                 _positive(name, getattr(self, name))

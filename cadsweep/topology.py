@@ -104,6 +104,12 @@ class Edge:
         Unit tangents at the start and at the end, both in the direction start to end.
     curve : Curve
     name : str or None
+        The user's name for the edge, if there is one; of several, the one that names the fewest edges.
+    groups : tuple of str
+        Its other names, which it shares with more edges.
+    key : str
+        The id the edge had in the input, such as ``"edge 7"``; pieces of a divided edge share it. Empty
+        where no edge was there.
     """
 
     id: int
@@ -117,6 +123,17 @@ class Edge:
     tangents: FloatArray
     curve: Curve
     name: str | None = None
+    groups: tuple[str, ...] = ()
+    key: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the edge."""
+        return self.groups if self.name is None else (self.name, *self.groups)
+
+    def label(self) -> str:
+        """How messages name the edge: id, name, kind and place of its middle."""
+        return _label("edge", self.id, self.name, self.kind, self.midpoint)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -224,10 +241,14 @@ class Face:
         return tuple(e for loop in self.loops for e in loop.edges)
 
     def label(self) -> str:
-        """How messages name the face: name, id, kind and place."""
-        x, y, z = (float(f"{c:.4g}") if abs(c) > 1e-9 else 0.0 for c in self.center)
-        name = f" '{self.name}'" if self.name else ""
-        return f"face {self.id}{name} ({self.kind} at {x:g}, {y:g}, {z:g})"
+        """How messages name the face: id, name, kind and place."""
+        return _label("face", self.id, self.name, self.kind, self.center)
+
+
+def _label(what: str, number: int, name: str | None, kind: str, place: FloatArray) -> str:
+    x, y, z = (float(f"{c:.4g}") if abs(c) > 1e-9 else 0.0 for c in place)
+    named = f" '{name}'" if name else ""
+    return f"{what} {number}{named} ({kind} at {x:g}, {y:g}, {z:g})"
 
 
 class BrepWriter(Protocol):

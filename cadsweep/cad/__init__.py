@@ -1,6 +1,6 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
-``load`` reads and cleans, ``select_faces`` finds the faces a user means, ``cut_ring`` and
+``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one
 surface, and ``find_crossing`` says where a solid runs into itself.
 """
@@ -8,14 +8,24 @@ surface, and ``find_crossing`` says where a solid runs into itself.
 from typing import TYPE_CHECKING
 
 from .loading import load
-from .selection import select_faces
+from .selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
     from ..topology import Part, Solid
 
-__all__ = ["cut_closed", "cut_ring", "find_crossing", "find_mergeable", "load", "merge_faces", "select_faces"]
+__all__ = [
+    "cut_closed",
+    "cut_ring",
+    "find_crossing",
+    "find_mergeable",
+    "load",
+    "merge_faces",
+    "select_edges",
+    "select_edges_of",
+    "select_faces",
+]
 
 
 def cut_ring(part: "Part") -> "Part | None":

@@ -14,7 +14,7 @@ from ..errors import CadError, CadSweepError
 from ..topology import Part
 from .colors import split_colors
 from .divide import divide_closed
-from .extract import FaceLabel, Labels, extract_solid
+from .extract import EdgeLabel, FaceLabel, Labels, extract_solid
 from .heal import mend, take_solid
 from .model import Model, Named
 from .names import declare_words
@@ -66,14 +66,15 @@ def make_part(model: Model) -> Part:
         check_closed(solid)
     face_origins = traced.face_origins(index_map(solid, FACE))
     edge_origins = traced.edge_origins(index_map(solid, EDGE))
-    for name_lost in _lost(faces.by_entity, face_origins):
-        notes.append(f"name '{name_lost}' is lost: its face was a sliver, or no part of the solid")
+    for what, names, origins in (("face", faces, face_origins), ("edge", edges, edge_origins)):
+        for name_lost in _lost(names.by_entity, origins):
+            notes.append(f"name '{name_lost}' is lost: its {what} was a sliver, or no part of the solid")
     labels = Labels(
         [
             FaceLabel() if j is None else FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j))
             for j in face_origins
         ],
-        [next(iter(edges.by_entity.get(j, ())), None) if j is not None else None for j in edge_origins],
+        [EdgeLabel() if j is None else EdgeLabel(f"edge {j}", edges.by_entity.get(j, ())) for j in edge_origins],
     )
     with _stage(model, "reading the geometry"):
         extracted = extract_solid(
@@ -111,7 +112,7 @@ def _stage(model: Model, doing: str) -> Iterator[None]:
 
 
 def _lost(names: Mapping[int, tuple[str, ...]], origins: Sequence[int | None]) -> list[str]:
-    """Names that no face of the result carries."""
+    """Names that no face (or edge) of the result carries."""
     carried = {name for j in origins if j is not None for name in names.get(j, ())}
     return [name for name in dict.fromkeys(name for own in names.values() for name in own) if name not in carried]
 

@@ -35,8 +35,9 @@ from OCP.TopTools import TopTools_ListOfShape
 from ..errors import CadError
 from ..topology import FloatArray, Part, Solid
 from .divide import divide_closed
+from .edge_labels import find_edge_labels
 from .extract import Labels, extract_solid, label_of
-from .shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, index_map, subshapes, typed
+from .shapes import EDGE, FACE, SOLID, VERTEX, SolidShape, compound, explore, index_map, mapped, subshapes, typed
 from .tracing import Traced
 from .validate import check_closed
 
@@ -144,7 +145,10 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     divide_closed(traced)
     found = index_map(traced.shape, FACE)
     first_face = [origins[k] if k is not None else None for k in traced.face_origins(found)]
-    labels = Labels([label_of(None if j is None else solid.faces[j]) for j in first_face])
+    labels = Labels(
+        [label_of(None if j is None else solid.faces[j]) for j in first_face],
+        find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
+    )
     opened = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
     if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
         return None

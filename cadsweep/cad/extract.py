@@ -48,11 +48,18 @@ class FaceLabel(NamedTuple):
     color: str | None = None
 
 
+class EdgeLabel(NamedTuple):
+    """What is known of an edge besides geometry: fields of ``topology.Edge``."""
+
+    key: str = ""
+    names: tuple[str, ...] = ()
+
+
 class Labels(NamedTuple):
-    """What is known of the parts of a solid besides geometry; no ``edge_names`` means that no edge has one."""
+    """What is known of the parts of a solid besides geometry, by id."""
 
     faces: Sequence[FaceLabel]
-    edge_names: Sequence[str | None] = ()
+    edges: Sequence[EdgeLabel]
 
 
 def label_of(face: Face | None) -> FaceLabel:
@@ -90,10 +97,11 @@ def extract_solid(
     holder = SolidShape(
         shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
     )
-    n_faces = len(holder.faces)
+    n_faces, n_edges = len(holder.faces), len(holder.edges)
     if labels is None:
-        labels = Labels([FaceLabel(f"face {j}") for j in range(n_faces)])
-    edge_names = labels.edge_names or [None] * len(holder.edges)
+        labels = Labels(
+            [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
+        )
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
     curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
@@ -129,9 +137,9 @@ def extract_solid(
             curve=curves[j],
             uses=uses[j],
             normals=frames,
-            name=edge_names[j],
+            label=labels.edges[j],
         )
-        for j in range(len(holder.edges))
+        for j in range(n_edges)
     )
     measures = [
         _measured(holder.faces[j], surfaces[j], loops[j], {curves[e][1] for e in surfaces[j].curves})
@@ -306,7 +314,7 @@ def _edge(
     curve: tuple[EdgeCurve, str],
     uses: Sequence[tuple[int, bool]],
     normals: Sequence[dict[int, FloatArray]],
-    name: str | None,
+    label: EdgeLabel,
 ) -> Edge:
     geometry, kind = curve
     at = np.array([0.0, 0.5, 1.0])
@@ -331,7 +339,9 @@ def _edge(
         midpoint=points[1],
         tangents=tangents[[0, 2]],
         curve=geometry,
-        name=name,
+        name=label.names[0] if label.names else None,
+        groups=label.names[1:],
+        key=label.key,
     )
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,16 +23,18 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_State
 
 from ..errors import CadError
-from ..topology import Face, FloatArray, Part, Patch, Solid
+from ..topology import Edge, Face, FloatArray, Part, Patch
 from .colors import common_color
 from .divide import divide_closed
 from .extract import extract_solid
 from .naming import inner_point
 from .same_surface import cutting_edges, dividing_edges, group_faces, is_elementary, share_surface
-from .shapes import FACE, SOLID, SolidShape, index_map, mapped, subshapes, typed
+from .shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
 from .shared_surfaces import part_surfaces
 from .tracing import Traced
 from .validate import check_closed
+
+Item = TypeVar("Item", Face, Edge)
 
 
 def find_mergeable(part: Part) -> list[tuple[int, ...]]:
@@ -88,7 +90,11 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
         tool.Build()
         (shape,) = subshapes(tool.Shape(), SOLID)
         check_closed(shape)
-        pieces = _pieces(solid, shape, [(copy.ModifiedShape(old), tool.History()) for old in holder.faces])
+        history = tool.History()
+        pieces = _pieces(
+            solid.faces, index_map(shape, FACE), [copy.ModifiedShape(old) for old in holder.faces], history
+        )
+        lines = _pieces(solid.edges, index_map(shape, EDGE), [copy.ModifiedShape(old) for old in holder.edges], history)
         traced = Traced(shape)
         part_surfaces(traced)
         divide_closed(traced)
@@ -96,6 +102,7 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
         check_closed(shape)
         merged = extract_solid(shape, name=solid.name, material=solid.material, color=solid.color)
         origins = traced.face_origins(index_map(shape, FACE))
+        edge_origins = traced.edge_origins(index_map(shape, EDGE))
     except (CadError, ValueError):
         return None  # the part as it was is refused with its own reasons
     n_less = len(solid.faces) - len(merged.faces)
@@ -106,18 +113,30 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
         face if j is None else replace(face, **labels[j]) for face, j in zip(merged.faces, origins, strict=True)
     )
     note = f"faces merged with their neighbours on one surface: {n_less}; edges between them are gone"
-    return replace(part, solids=(replace(merged, faces=faces),), notes=(*part.notes, note))
+    edges = tuple(
+        replace(edge, **_edge_label([] if j is None else lines[j]))
+        for edge, j in zip(merged.edges, edge_origins, strict=True)
+    )
+    kept = {name for edge in edges for name in edge.names}
+    lost = dict.fromkeys(name for edge in solid.edges for name in edge.names if name not in kept)
+    lost_notes = (f"name '{name}' is lost: its edge lay between merged faces" for name in lost)
+    return replace(part, solids=(replace(merged, faces=faces, edges=edges),), notes=(*part.notes, note, *lost_notes))
 
 
-def _pieces(solid: Solid, shape: Any, copies: Sequence[tuple[Any, Any]]) -> list[list[Face]]:
-    """For every face of the unified shape the faces it is made of; of each its copy and the history is given."""
-    found = index_map(shape, FACE)
-    pieces: list[list[Face]] = [[] for _ in mapped(found, FACE)]
-    for face, (old, history) in zip(solid.faces, copies, strict=True):
+def _pieces(items: Sequence[Item], found: Any, copies: Sequence[Any], history: Any) -> list[list[Item]]:
+    """For every face (or edge) of a map of the unified shape, those it is made of, whose copies are given."""
+    pieces: list[list[Item]] = [[] for _ in range(found.Extent())]
+    for item, old in zip(items, copies, strict=True):
         for new in list(history.Modified(old)) or [old]:
             if found.Contains(new):
-                pieces[found.FindIndex(new) - 1].append(face)
+                pieces[found.FindIndex(new) - 1].append(item)
     return pieces
+
+
+def _edge_label(pieces: Sequence[Edge]) -> dict[str, Any]:
+    """Key of the first and names of all edges that one is made of: fields of :class:`~cadsweep.topology.Edge`."""
+    names = tuple(dict.fromkeys(name for piece in pieces for name in piece.names))
+    return {"key": pieces[0].key if pieces else "", "name": names[0] if names else None, "groups": names[1:]}
 
 
 def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:

@@ -1,9 +1,10 @@
 """Whose names the faces, edges and solids of the healed shape carry.
 
 Place in the flow: after dividing, before extraction. Names hang on sub-shapes of the model as it was
-read (``model.Named``); ``Traced`` knows what those became. A name on a face that is not in the
-model any more (a CadQuery tag, set before a later cut) is matched by place: it goes to the faces
-that lie on the tagged one and look the same way.
+read (``model.Named``); ``Traced`` knows what those became. A name on a face or edge that is not in
+the model any more (a CadQuery tag, set before a later cut) is matched by place: it goes to the faces
+that lie on the tagged one and look the same way, to the edges that lie on the tagged one, or to the
+one that it lies on.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepTools import BRepTools
@@ -68,7 +69,8 @@ def declare_names(named: Sequence[Named], original: Any, kind: Any) -> tuple[Dec
 
 def _by_place(shape: Any, candidates: Sequence[Any], kind: Any) -> list[int]:
     if kind == EDGE:
-        return []
+        on_it = [j for j, edge in enumerate(candidates) if _covers(shape, edge)]
+        return on_it or [j for j, edge in enumerate(candidates) if _covers(edge, shape)]
     tagged = inner_point(shape)
     if tagged is None:
         return []
@@ -83,6 +85,19 @@ def _by_place(shape: Any, candidates: Sequence[Any], kind: Any) -> list[int]:
         elif _lies_on(tagged, face, tolerance):
             it_lies_on.append(j)
     return lie_on_it or it_lies_on
+
+
+def _covers(edge: Any, other: Any) -> bool:
+    """Whether inner points of another edge lie on an edge; two that only cross share one point."""
+    curve = BRepAdaptor_Curve(other)
+    first, last = curve.FirstParameter(), curve.LastParameter()
+    tolerance = 10 * max(BRep_Tool.Tolerance_s(edge), BRep_Tool.Tolerance_s(other))
+    for at in (0.2, 0.5, 0.7):
+        vertex = BRepBuilderAPI_MakeVertex(curve.Value(first + at * (last - first))).Vertex()
+        distance = BRepExtrema_DistShapeShape(vertex, edge)
+        if not distance.IsDone() or distance.Value() > tolerance:
+            return False
+    return True
 
 
 def _lies_on(point: tuple[Any, Any], face: Any, tolerance: float) -> bool:

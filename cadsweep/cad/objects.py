@@ -17,7 +17,7 @@ from ..errors import CadError, InputError
 from .colors import color_of, object_color
 from .model import Model, Named
 from .names import MATERIAL_PREFIX, is_meaningful, join_part
-from .shapes import EDGE, FACE, SOLID, compound, subshapes
+from .shapes import EDGE, FACE, SOLID, WIRE, compound, subshapes
 
 
 def read_object(source: Any) -> Model | None:
@@ -107,6 +107,8 @@ def _add_name(model: Model, shape: Any, name: str, part: str | None) -> None:
         model.materials.extend(Named(solid, name[len(MATERIAL_PREFIX) :]) for solid in solids)
     elif shape.ShapeType() in (FACE, EDGE):
         model.names.append(Named(shape, join_part(part, name)))
+    elif shape.ShapeType() == WIRE:
+        model.names.extend(Named(edge, join_part(part, name)) for edge in subshapes(shape, EDGE))
 
 
 def _read_assembly(source: Any) -> Model:

@@ -31,10 +31,11 @@ from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 from ..errors import CadError
 from ..topology import FloatArray, Part, Solid
 from .divide import divide_closed
+from .edge_labels import find_edge_labels
 from .extract import Labels, extract_solid, label_of
 from .face_surface import FaceSurface
 from .naming import inner_point
-from .shapes import FACE, SolidShape, explore, index_map, mapped, subshapes
+from .shapes import EDGE, FACE, SolidShape, explore, index_map, mapped, subshapes
 from .surfaces import Cone, Plane, Revolved, Torus
 from .tracing import Traced
 from .validate import check_closed
@@ -121,7 +122,10 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
     found = index_map(traced.shape, FACE)
     caps = [first.FirstShape(), second.LastShape()]
     origins = [_nearest(face, holder.faces, caps) for face in mapped(found, FACE)]
-    labels = Labels([label_of(None if j is None else solid.faces[j]) for j in origins])
+    labels = Labels(
+        [label_of(None if j is None else solid.faces[j]) for j in origins],
+        find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
+    )
     cut = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
         raise CadError(

@@ -10,7 +10,7 @@ import click
 
 from .making import PART, checked_options, sweep_options
 from .show import print_info
-from .types import Assignment, is_script, parse_parameter
+from .types import Assignment, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
 
 
@@ -25,6 +25,9 @@ from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
     help="Parameter of a CadQuery script; may be repeated.",
 )
 @PART
+@click.option("--edges", is_flag=True, help="List the edges, too: what --edge-size, --edge-count, --rail-layers name.")
+@click.option("--source", metavar="NAME|ID", help="Only sweeps with this source cap, as for 'cadsweep mesh'.")
+@click.option("--target", metavar="NAME|ID", help="Only sweeps with this target cap.")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
@@ -33,6 +36,9 @@ def info(
     input_file: str,
     params: tuple[tuple[str, str], ...],
     part: str | None,
+    edges: bool,
+    source: str | None,
+    target: str | None,
     timeout: float,
     max_memory: float | None,
     as_json: bool,
@@ -43,12 +49,19 @@ def info(
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {input_file} is none")
     values = {name: parse_parameter(text) for name, text in params} or None
     data = run(
-        "describe_part", input_file, params=values, part=part, timeout=timeout, max_memory=max_memory, quiet=quiet
+        "describe_part",
+        input_file,
+        params=values,
+        part=part,
+        caps=(parse_cap(source), parse_cap(target)),
+        timeout=timeout,
+        max_memory=max_memory,
+        quiet=quiet,
     )
     if as_json:
         click.echo(json.dumps(data))
     else:
-        print_info(data)
+        print_info(data, edges=edges)
 
 
 @click.command(short_help="Check a mesh file.")

@@ -61,10 +61,33 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--face-size",
             "sizes",
-            type=Assignment(Positive()),
+            type=Assignment(Positive(), prefix="faces:"),
             multiple=True,
-            metavar="NAME=SIZE",
-            help="Edge length on the edges of a named face; may be repeated.",
+            metavar="FACE=SIZE",
+            help="Edge length on the edges of a face, by name, id or CadQuery selector; may be repeated.",
+        ),
+        click.option(
+            "--edge-size",
+            "edge_sizes",
+            type=Assignment(Positive(), prefix="edges:"),
+            multiple=True,
+            metavar="EDGE=SIZE",
+            help="Edge length on an edge, by name, id (see 'cadsweep info --edges') or selector; may be repeated.",
+        ),
+        click.option(
+            "--edge-count",
+            "counts",
+            type=Assignment(click.IntRange(min=1)),
+            multiple=True,
+            metavar="EDGE=N",
+            help="Segments that an edge must get; may be repeated.",
+        ),
+        click.option(
+            "--rail-layers",
+            type=Assignment(click.IntRange(min=1)),
+            multiple=True,
+            metavar="EDGE=N",
+            help="Layers along an edge that runs along the sweep, or in a span: 'span 2=8'; may be repeated.",
         ),
         click.option(
             "--param",
@@ -98,7 +121,8 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     if pairs and not is_script(source):
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {source} is none")
     given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
-    given["sizes"] = dict(given["sizes"]) or None
+    given["sizes"] = dict(given["sizes"] + given.pop("edge_sizes")) or None
+    given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)

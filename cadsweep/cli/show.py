@@ -35,8 +35,8 @@ def _number(value: float | None) -> str:
     return "unknown" if value is None else f"{value:.4f}"
 
 
-def print_info(data: dict[str, Any]) -> None:
-    """Faces, sweeps found, and why the others are not."""
+def print_info(data: dict[str, Any], *, edges: bool = False) -> None:
+    """Faces, edges where they are asked for, sweeps found, and why the others are not."""
     console = _console()
     several = len(data["solids"]) > 1
     for note in data["notes"]:
@@ -52,6 +52,10 @@ def print_info(data: dict[str, Any]) -> None:
         colored = ("color",) if any(f["color"] for f in faces) else ()
         columns = ("id", "name", "type", "area", "center", "role", *colored)
         console.print(_table("Faces", columns, (_face_row(f)[: len(columns)] for f in faces)))
+        if edges:
+            columns = ("id", "name", "type", "length", "middle", "faces", "role")
+            rows = (_edge_row(row) for row in data["edges"] if row["solid"] == index)
+            console.print(_table("Edges", columns, rows))
         if sweeps:
             columns = ("", "source", "target", "sides", "stations", "length", "score", "notes")
             console.print(_table("Sweeps, best first", columns, (_row(n, s) for n, s in enumerate(sweeps, 1))))
@@ -85,6 +89,11 @@ def _row(number: int, sweep: dict[str, Any]) -> tuple[Any, ...]:
         f"{sweep['score']:.2f}",
         "; ".join(sweep["notes"]),
     )
+
+
+def _edge_row(edge: dict[str, Any]) -> tuple[Any, ...]:
+    length, middle = f"{edge['length']:.6g}", _place(edge["middle"])
+    return edge["id"], edge["name"], edge["type"], length, middle, _names(edge["faces"]), edge["role"]
 
 
 def _place(center: list[float]) -> str:

@@ -59,21 +59,24 @@ class Numbers(click.ParamType):
 
 
 class Assignment(click.ParamType):
-    """``NAME=VALUE``, a pair; the value is made by `of`."""
+    """``NAME=VALUE``, a pair; the value is made by `of`, and holds no ``=`` then. `prefix` goes before the name."""
 
     name = "name=value"
 
-    def __init__(self, of: click.ParamType | None = None) -> None:
+    def __init__(self, of: click.ParamType | None = None, *, prefix: str = "") -> None:
         self._of = of
+        self._prefix = prefix
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
         if isinstance(value, tuple):
             return value
-        name, sign, text = value.partition("=")
+        name, sign, text = value.partition("=") if self._of is None else value.rpartition("=")
         name = name.strip()
         if not sign or not name:
             self.fail(f"{value!r} is not of the form NAME=VALUE", param, ctx)
-        return name, text if self._of is None else self._of.convert(text, param, ctx)
+        return self._prefix + name.removeprefix(self._prefix), (
+            text if self._of is None else self._of.convert(text, param, ctx)
+        )
 
 
 def parse_parameter(text: str) -> Any:

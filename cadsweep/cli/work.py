@@ -83,12 +83,17 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
 
 
 def describe_part(
-    source: str, *, params: dict[str, Any] | None, part: str | None = None, on_progress: Progress
+    source: str,
+    *,
+    params: dict[str, Any] | None,
+    part: str | None = None,
+    caps: tuple[Any, Any] = (None, None),
+    on_progress: Progress,
 ) -> dict[str, Any]:
-    """Faces, sweeps and reasons of a part, as ``cadsweep info --json`` prints them."""
+    """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
     from ..pipeline import load
-    from ..pipeline.parts import open_and_find
-    from ..recognition import describe, find_sweeps
+    from ..pipeline.parts import open_and_find, resolve_cap
+    from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
     loaded = load(source, params=params, part=part)
@@ -96,16 +101,21 @@ def describe_part(
     if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
         with suppress(NotSweepableError):
-            loaded, _ = open_and_find(loaded, None, None)
+            loaded, _ = open_and_find(loaded, *caps)
+    chosen = [resolve_cap(loaded, cap) for cap in caps]
     data: dict[str, Any] = {"name": loaded.name, "notes": loaded.notes, "names": loaded.names, "solids": []}
-    data.update(faces=[], sweeps=[], rejected=[])
+    data.update(faces=[], edges=[], sweeps=[], rejected=[])
     for index, solid in enumerate(loaded.solids):
         found: Any
         try:
-            found, error = find_sweeps(solid), None
+            found, error = find_sweeps(solid, source=chosen[0], target=chosen[1]), None
         except NotSweepableError as refusal:
             found, error = refusal, str(refusal)
         tables = describe(solid, found)
+        tables["edges"] = describe_edges(solid, None if error is not None else found[0])
+        for edge in tables["edges"]:
+            edge["length"] *= loaded.scale
+            edge["middle"] = loaded.to_model(np.asarray(edge["middle"]))
         for face in tables["faces"]:
             face["area"] *= loaded.scale**2
             face["center"] = loaded.to_model(np.asarray(face["center"]))

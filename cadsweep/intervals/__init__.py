@@ -3,11 +3,12 @@
 Place in the flow: takes a :class:`~cadsweep.topology.Sweep`, gives
 :class:`~cadsweep.topology.Intervals` to ``surface``. :mod:`.sizes` derives the wanted counts,
 :mod:`.layers` settles the edges along the sweep, :mod:`.loops` those along the loops: two integer
-programmes, because no linking side ties the one kind to the other.
+programmes, because no linking side ties the one kind to the other. :mod:`.rails` knows chains of rails and spans.
 
 Not handled: counts that change from layer to layer (a hex mesh swept from one quad mesh cannot).
 """
 
 from .assign import assign_intervals
+from .rails import rail_chains, span_chain
 
-__all__ = ["assign_intervals"]
+__all__ = ["assign_intervals", "rail_chains", "span_chain"]

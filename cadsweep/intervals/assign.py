@@ -12,8 +12,10 @@ import numpy as np
 
 from ..errors import InputError
 from ..topology import Intervals, Sweep
+from .demands import Demand
 from .layers import assign_layers
 from .loops import assign_loops, loop_edges
+from .naming import name_edges
 from .sizes import TURN_LAYER, TURN_SIZED, default_size, path_length, turning, wanted_counts
 
 log = logging.getLogger(__name__)
@@ -28,7 +30,7 @@ def assign_intervals(
     size: float | None = None,
     layers: int | None = None,
     edge_sizes: Mapping[int, float] | None = None,
-    edge_counts: Mapping[int, int] | None = None,
+    edge_counts: Mapping[tuple[int, ...], int] | None = None,
 ) -> Intervals:
     """Choose the number of segments of every edge of a sweep.
 
@@ -41,9 +43,10 @@ def assign_intervals(
         Layers of hexes from source to target, shared among the spans by their length; derived
         from `size` if None.
     edge_sizes : mapping of int to float, optional
-        Target edge length of single edges, working units.
-    edge_counts : mapping of int to int, optional
-        Demanded counts of single edges.
+        Target edge length of single edges, working units. On an edge along the sweep it sets the layers that
+        its span wants; a total that is not demanded follows.
+    edge_counts : mapping of tuple of int to int, optional
+        Demanded counts of edges together: of one, of a chain of rails, of the pieces of a divided edge.
 
     Returns
     -------
@@ -54,9 +57,10 @@ def assign_intervals(
     Raises
     ------
     InputError
-        A size, number or edge id is not what it should be, or there are fewer layers than spans.
+        A size, number or edge id is not what it should be, there are fewer layers than spans, or counts
+        demanded along the sweep contradict each other or `layers`.
     SurfaceMeshError
-        The demanded counts contradict each other.
+        Counts demanded around the loops contradict each other.
     """
     solid = sweep.solid
     wide = max(float(np.linalg.norm(np.ptp(solid.vertices, axis=0))), solid.size)
@@ -65,7 +69,7 @@ def assign_intervals(
     if layers is not None:
         layers = _check_count("layers", layers)
     sizes = {_check_edge(sweep, e): _check_size(f"size of edge {e}", s, wide) for e, s in (edge_sizes or {}).items()}
-    fixed = {_check_edge(sweep, e): _check_count(f"count of edge {e}", n) for e, n in (edge_counts or {}).items()}
+    demands = [_check_demand(sweep, edges, n) for edges, n in (edge_counts or {}).items()]
     target_size = default_size(sweep) if size is None else size
 
     rails = set(sweep.rails)
@@ -74,21 +78,30 @@ def assign_intervals(
         2.0 if size is None else 1.0,
         _rail_turning(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
     )
+    demands_along = [demand for demand in demands if rails.issuperset(demand.edges)]
+    demands_around = [demand for demand in demands if not rails.issuperset(demand.edges)]
+    for demand in demands_around:
+        if not rails.isdisjoint(demand.edges):
+            raise InputError(
+                f"a count of {demand.label(solid)} is demanded, and some of them run along the sweep, some around it: "
+                "demand counts of the ones and of the others"
+            )
     rail_wishes = {e: max(1.0, solid.edges[e].length / s) for e, s in sizes.items() if e in rails}
+    _check_division(sweep, rail_wishes, sizes, target_size)
     rail_counts, n_layers = assign_layers(
         sweep,
         n_wanted=n_wanted,
         n_fixed=layers,
         wanted=rail_wishes,
-        fixed={e: n for e, n in fixed.items() if e in rails},
+        demands=demands_along,
     )
     wanted = wanted_counts(sweep, loop_edges(sweep), target_size, sizes, sized=size is not None)
-    most = max(wanted.values())
-    if most > MOST_SEGMENTS:
-        raise InputError(f"size {target_size:g} would divide an edge into {most:.3g} segments: take a larger size")
-    loop_counts = assign_loops(
-        sweep, wanted=wanted, wished=sizes.keys(), fixed={e: n for e, n in fixed.items() if e not in rails}
-    )
+    for demand in demands_around:
+        total = sum(solid.edges[e].length for e in demand.edges)
+        wanted |= {e: max(1.0, demand.count * solid.edges[e].length / total) for e in demand.edges}
+    _check_division(sweep, wanted, sizes, target_size)
+    wished = sizes.keys() | {e for demand in demands_around for e in demand.edges}
+    loop_counts = assign_loops(sweep, wanted=wanted, wished=wished, demands=demands_around)
     counts = np.zeros(len(solid.edges), dtype=np.int64)
     for e, n in (rail_counts | loop_counts).items():
         counts[e] = n
@@ -99,6 +112,26 @@ def assign_intervals(
 def _rail_turning(sweep: Sweep) -> float:
     """Greatest turn of the way from source to target: over all spans, the most any of their rails turns."""
     return max(sum(max(turning(sweep, sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
+
+
+def _check_division(sweep: Sweep, wanted: Mapping[int, float], sizes: Mapping[int, float], size: float) -> None:
+    """Refuse a size so small that the programme would never end."""
+    edge = max(wanted, key=lambda e: wanted[e], default=None)
+    if edge is not None and wanted[edge] > MOST_SEGMENTS:
+        raise InputError(
+            f"size {sizes.get(edge, size):g} would divide {sweep.solid.edges[edge].label()} into {wanted[edge]:.3g} "
+            "segments: take a larger size"
+        )
+
+
+def _check_demand(sweep: Sweep, edges: tuple[int, ...], count: Any) -> Demand:
+    chosen = tuple(_check_edge(sweep, e) for e in edges)
+    if not chosen:
+        raise InputError("a count is demanded of no edge")
+    count = _check_count(f"count of edge {', '.join(map(str, chosen))}", count)
+    if count < len(chosen):
+        raise InputError(f"{name_edges(sweep.solid, chosen)} need a segment each, and {count} are demanded")
+    return Demand(edges=chosen, count=count)
 
 
 def _check_edge(sweep: Sweep, edge: Any) -> int:

@@ -1,13 +1,8 @@
 """Layers: the counts of the edges along the sweep.
 
-Place in the flow: second step of :mod:`cadsweep.intervals`. All vertices that edges along the
-loops join lie on one *level*; the source cap is level 0, the target cap level ``n_layers``. An edge
-along the sweep gets the difference of its two levels, so opposite sides of every linking side agree
-by construction and only the levels are unknown: an integer programme over a few differences, whose
-matrix is a network's.
-
-Where a linking side is one face beside columns that are divided (a mitre seen from its plane side),
-vertices that answer each other on its left and right are put on one level too, if that can be.
+Place in the flow: second step of :mod:`cadsweep.intervals`. An edge along the sweep gets the difference of the
+places of its two levels (:mod:`.levels`), so opposite sides of every linking side agree by construction and only the
+places are unknown: an integer programme over a few differences, whose matrix is a network's.
 """
 
 from __future__ import annotations
@@ -20,121 +15,14 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from ..errors import InputError
-from ..topology import DirectedEdge, LinkingSide, Solid, Sweep
-from .naming import name_edges
-
-SAME_PLACE = 0.25
-"""Vertices on opposite rails are put on one level where their fractions of the rail differ by less."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Levels:
-    """Levels of the vertices of a sweep.
-
-    Attributes
-    ----------
-    n : int
-        Number of levels; 0 is the source, ``n - 1`` the target.
-    rails : dict of int to (int, int)
-        Lower and upper level of every edge along the sweep.
-    """
-
-    n: int
-    rails: dict[int, tuple[int, int]]
-
-
-def directed_ends(solid: Solid, directed: DirectedEdge) -> tuple[int, int]:
-    """First and last vertex of a directed edge."""
-    edge = solid.edges[directed[0]]
-    return (edge.start, edge.end) if directed[1] else (edge.end, edge.start)
-
-
-def find_levels(sweep: Sweep) -> Levels:
-    """Group the vertices of a sweep into levels."""
-    aligned = _levels(sweep, align=True)
-    return aligned if aligned is not None and _heights(aligned) is not None else _must(_levels(sweep, align=False))
-
-
-def _must(levels: Levels | None) -> Levels:
-    assert levels is not None
-    return levels
-
-
-def _levels(sweep: Sweep, *, align: bool) -> Levels | None:
-    solid = sweep.solid
-    parent = list(range(len(solid.vertices)))
-
-    def find(v: int) -> int:
-        while parent[v] != v:
-            parent[v] = parent[parent[v]]
-            v = parent[v]
-        return v
-
-    def join(a: int, b: int) -> None:
-        parent[find(a)] = find(b)
-
-    for loops in (sweep.source_loops, sweep.target_loops):
-        first = directed_ends(solid, loops[0][0])[0]
-        for loop in loops:
-            for d in loop:
-                join(first, directed_ends(solid, d)[0])
-    for side in sweep.linking_sides:
-        for d in side.bottom + side.top:
-            join(*directed_ends(solid, d))
-        if align:
-            for a, b in _answering(solid, side):
-                join(a, b)
-    source = find(directed_ends(solid, sweep.source_loops[0][0])[0])
-    target = find(directed_ends(solid, sweep.target_loops[0][0])[0])
-    number = {source: 0}
-    rails: dict[int, tuple[int, int]] = {}
-    for side in sweep.linking_sides:
-        for d in side.left + side.right:
-            low, high = (find(v) for v in directed_ends(solid, d))
-            for level in (low, high):
-                if level != target:
-                    number.setdefault(level, len(number))
-            rails[d[0]] = (low, high)
-    number[target] = len(number)
-    if source == target or any(low == high for low, high in rails.values()):
-        return None
-    return Levels(n=len(number), rails={e: (number[a], number[b]) for e, (a, b) in rails.items()})
-
-
-def _answering(solid: Solid, side: LinkingSide) -> list[tuple[int, int]]:
-    """Pairs of inner vertices of the left and right chain at about the same place."""
-    if len(side.left) == 1 or len(side.left) != len(side.right):
-        return []
-    pairs = []
-    for k in range(1, len(side.left)):
-        place = [_fraction(solid, chain, k) for chain in (side.left, side.right)]
-        if abs(place[0] - place[1]) < SAME_PLACE:
-            pairs.append((directed_ends(solid, side.left[k])[0], directed_ends(solid, side.right[k])[0]))
-    return pairs
-
-
-def _fraction(solid: Solid, chain: Sequence[DirectedEdge], k: int) -> float:
-    lengths = [solid.edges[e].length for e, _ in chain]
-    return sum(lengths[:k]) / sum(lengths)
-
-
-def _heights(levels: Levels) -> list[int] | None:
-    """Least number of layers below every level; None where a level would have to lie above itself."""
-    pairs = set(levels.rails.values())
-    height = [0] * levels.n
-    for _ in range(levels.n + 1):
-        changed = False
-        for low, high in pairs:
-            if height[high] < height[low] + 1:
-                height[high] = height[low] + 1
-                changed = True
-        if not changed:
-            return height
-    return None
+from ..topology import FloatArray, Sweep
+from .balance import FIRM, balance
+from .demands import Demand, find_conflict, name_demands
+from .levels import Levels, find_levels, n_least
 
 
 def assign_layers(
-    sweep: Sweep, *, n_wanted: float, n_fixed: int | None, wanted: dict[int, float], fixed: dict[int, int]
+    sweep: Sweep, *, n_wanted: float, n_fixed: int | None, wanted: dict[int, float], demands: Sequence[Demand]
 ) -> tuple[dict[int, int], int]:
     """Choose the counts of all edges along the sweep.
 
@@ -146,8 +34,8 @@ def assign_layers(
         Layers demanded in all.
     wanted : dict of int to float
         Wanted counts of single rails; the others share the layers by length.
-    fixed : dict of int to int
-        Demanded counts of single rails.
+    demands : sequence of Demand
+        Demanded counts of rails.
 
     Returns
     -------
@@ -157,88 +45,123 @@ def assign_layers(
     Raises
     ------
     InputError
-        Fewer layers than spans, or demands that contradict each other.
+        Fewer layers than spans, or demands that contradict each other or `n_fixed`.
     """
-    levels = find_levels(sweep)
-    heights = _heights(levels)
-    if heights is None:
+    choices = find_levels(sweep)
+    if not choices:
         raise InputError("the stacked linking sides of this sweep contradict each other: no layer fits them all")
-    least = max(heights[levels.n - 1], 1)
+    for levels in choices:
+        least = n_least(levels)
+        if n_fixed is not None and n_fixed < least:
+            continue
+        n_start = max(float(least), n_wanted) if n_fixed is None else float(n_fixed)
+        if levels.n == 2 and not demands and not wanted:
+            n = n_fixed if n_fixed is not None else max(1, round(n_start))
+            return dict.fromkeys(levels.rails, n), n
+        # The total that the size asks for gives way to what the user asks of the spans.
+        total = n_fixed is not None or not (demands or wanted)
+        place = _place_levels(_make_problem(sweep, levels, n_start, wanted, total=total), demands, n_fixed)
+        if place is not None:
+            return {e: place[b] - place[a] for e, (a, b) in levels.rails.items()}, place[-1]
+    least = min(n_least(levels) for levels in choices)
     if n_fixed is not None and n_fixed < least:
         raise InputError(f"layers={n_fixed} is fewer than the {least} spans of this sweep{_stations(sweep)}")
-    n_start = max(float(least), n_wanted) if n_fixed is None else float(n_fixed)
-    groups = _group_rails(sweep, levels, n_start, wanted)
-    demands: dict[tuple[int, int], int] = {}
-    for e, n in fixed.items():
-        if e in levels.rails and demands.setdefault(levels.rails[e], n) != n:
-            others = [k for k in fixed if levels.rails.get(k) == levels.rails[e]]
-            raise InputError(f"{name_edges(sweep.solid, others)} need equal counts, and different ones are demanded")
-    if levels.n == 2:
-        n = demands.get((0, 1), n_fixed if n_fixed is not None else max(1, round(groups[0, 1])))
-        if n_fixed is not None and n != n_fixed:
-            raise InputError(f"layers={n_fixed}, but {name_edges(sweep.solid, list(fixed))} demand {n}")
-        return dict.fromkeys(levels.rails, n), n
-    place = _solve(levels.n, groups, demands, n_fixed, n_start)
-    if place is None:
-        raise InputError(
-            f"no layers fit the counts demanded of {name_edges(sweep.solid, [e for e in fixed if e in levels.rails])}"
-            + (f" with layers={n_fixed}" if n_fixed is not None else "")
-            + _stations(sweep)
-        )
-    return {e: place[b] - place[a] for e, (a, b) in levels.rails.items()}, place[-1]
+    raise InputError(_contradiction(sweep, choices[-1], demands, n_fixed))
 
 
-def _group_rails(
-    sweep: Sweep, levels: Levels, n_layers: float, wanted: dict[int, float]
-) -> dict[tuple[int, int], float]:
-    """Mean wanted count between every pair of levels that a rail joins."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Problem:
+    """Levels to place: wanted differences of pairs of levels, and which of them the user has wished for."""
+
+    levels: Levels
+    pairs: list[tuple[int, int]]
+    want: FloatArray
+    firm: FloatArray
+
+
+def _make_problem(sweep: Sweep, levels: Levels, n_layers: float, wanted: dict[int, float], *, total: bool) -> _Problem:
+    """Mean wanted count between every pair of levels that a rail joins; `total`: and between the caps."""
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
     found: dict[tuple[int, int], list[float]] = {}
-    demanded: dict[tuple[int, int], list[float]] = {}
+    wished: dict[tuple[int, int], list[float]] = {}
     for e, pair in levels.rails.items():
         if e in wanted:
-            demanded.setdefault(pair, []).append(wanted[e])
+            wished.setdefault(pair, []).append(wanted[e])
         found.setdefault(pair, []).append(n_layers * sweep.solid.edges[e].length / totals[e])
-    groups = {pair: sum(values) / len(values) for pair, values in (found | demanded).items()}
-    groups.setdefault((0, levels.n - 1), n_layers)
-    return groups
+    groups = {pair: sum(values) / len(values) for pair, values in (found | wished).items()}
+    if total:
+        groups.setdefault((0, levels.n - 1), n_layers)
+    return _Problem(
+        levels=levels,
+        pairs=list(groups),
+        want=np.array(list(groups.values())),
+        firm=np.array([pair in wished for pair in groups]),
+    )
 
 
-def _solve(
-    n: int,
-    groups: dict[tuple[int, int], float],
-    demands: dict[tuple[int, int], int],
-    n_fixed: int | None,
-    n_start: float,
-) -> list[int] | None:
-    """Place the levels: least sum of relative deviations from the wanted differences."""
-    pairs = list(groups)
-    n_pairs = len(pairs)
-    A = np.zeros((2 * n_pairs, n + n_pairs))
-    B = np.zeros((n_pairs, n + n_pairs))
-    want = np.array([groups[p] for p in pairs])
-    for i, (a, b) in enumerate(pairs):
-        B[i, [a, b]] = -1.0, 1.0
-        A[i, [a, b, n + i]] = -1.0, 1.0, -1.0
-        A[n_pairs + i, [a, b, n + i]] = 1.0, -1.0, -1.0
-    low = np.array([float(demands.get(p, 1)) for p in pairs])
-    high = np.array([float(demands.get(p, np.inf)) for p in pairs])
-    upper = np.full(n + n_pairs, np.inf)
-    lower = np.zeros(n + n_pairs)
+def _rows(levels: Levels, pairs: Sequence[Sequence[tuple[int, int]]]) -> FloatArray:
+    """Sums of differences of levels (m, n), as a matrix on the places of the levels."""
+    rows = np.zeros((len(pairs), levels.n))
+    for i, row in enumerate(pairs):
+        for a, b in row:
+            rows[i, a] -= 1.0
+            rows[i, b] += 1.0
+    return rows
+
+
+def _place_levels(problem: _Problem, demands: Sequence[Demand], n_fixed: int | None) -> list[int] | None:
+    """Place the levels: least sum of relative deviations from the wanted differences; None where there is no way."""
+    levels, want, firm = problem.levels, problem.want, problem.firm
+    last = levels.n - 1
+    differences = _rows(levels, [[pair] for pair in problem.pairs])
+    demanded = _rows(levels, [[levels.rails[e] for e in demand.edges] for demand in demands])
+    counts = np.array([float(demand.count) for demand in demands])
+    if demands or firm.any():
+        fixed = np.eye(levels.n)[[0] if n_fixed is None else [0, last]]
+        want = balance(
+            differences,
+            np.maximum(want, 1.0),
+            firm,
+            np.vstack([demanded, fixed]),
+            np.concatenate([counts, [0.0] if n_fixed is None else [0.0, float(n_fixed)]]),
+        )
+    n, n_pairs = levels.n, len(want)
+    apart = np.hstack([differences, np.zeros((n_pairs, n_pairs))])
+    slack = np.hstack([np.zeros((n_pairs, n)), np.eye(n_pairs)])
+    constraints = [
+        LinearConstraint(csr_array(apart - slack), -np.inf, want),
+        LinearConstraint(csr_array(-apart - slack), -np.inf, -want),
+        LinearConstraint(csr_array(apart), 1.0, np.inf),
+    ]
+    if demands:
+        both = np.hstack([demanded, np.zeros((len(demands), n_pairs))])
+        constraints.append(LinearConstraint(csr_array(both), counts, counts))
+    upper, lower = np.full(n + n_pairs, np.inf), np.zeros(n + n_pairs)
     upper[0] = 0.0
     if n_fixed is not None:
-        lower[n - 1] = upper[n - 1] = n_fixed
+        lower[last] = upper[last] = n_fixed
     result = milp(
-        np.concatenate([np.zeros(n), 1.0 / np.maximum(want, 1.0)]),
+        np.concatenate([np.zeros(n), np.where(firm, FIRM, 1.0) / np.maximum(want, 1.0)]),
         integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
         bounds=Bounds(lower, upper),
-        constraints=[
-            LinearConstraint(csr_array(A), -np.inf, np.concatenate([want, -want])),
-            LinearConstraint(csr_array(B), low, high),
-        ],
+        constraints=constraints,
         options={"time_limit": 10.0},
     )
     return None if result.x is None else [round(v) for v in result.x[:n]]
+
+
+def _contradiction(sweep: Sweep, levels: Levels, demands: Sequence[Demand], n_fixed: int | None) -> str:
+    """Say which demands contradict each other."""
+    problem = _make_problem(sweep, levels, float(levels.n), {}, total=False)
+    if n_fixed is not None and _place_levels(problem, demands, None) is None:
+        n_fixed = None  # they contradict each other whatever the total
+    guilty = find_conflict(demands, lambda some: _place_levels(problem, some, n_fixed) is not None)
+    beside = "" if n_fixed is None else f" with {n_fixed} layers in all"
+    return (
+        f"no layers fit the counts demanded{beside}: {name_demands(sweep.solid, guilty)}; edges along the "
+        "sweep between the same stations need equal sums, and the spans from source to target add up to all layers"
+        + _stations(sweep)
+    )
 
 
 def _stations(sweep: Sweep) -> str:

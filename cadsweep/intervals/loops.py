@@ -9,6 +9,7 @@ the counts nearest to the wanted ones, in the sum of relative deviations.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from math import pi
 
@@ -16,6 +17,8 @@ import numpy as np
 
 from ..errors import SurfaceMeshError
 from ..topology import DirectedEdge, Loop, Solid, Sweep
+from .balance import FIRM
+from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges
 from .programme import Programme
 
@@ -35,7 +38,7 @@ def loop_edges(sweep: Sweep) -> list[int]:
 
 
 def assign_loops(
-    sweep: Sweep, *, wanted: dict[int, float], wished: Collection[int], fixed: dict[int, int]
+    sweep: Sweep, *, wanted: dict[int, float], wished: Collection[int], demands: Sequence[Demand]
 ) -> dict[int, int]:
     """Choose the counts of all edges that are not along the sweep.
 
@@ -45,7 +48,7 @@ def assign_loops(
         Wanted count of every one of these edges.
     wished : collection of int
         Edges whose wanted count is the user's; the others of equal count follow them.
-    fixed : dict of int to int
+    demands : sequence of Demand
         Demanded counts.
 
     Raises
@@ -53,42 +56,62 @@ def assign_loops(
     SurfaceMeshError
         The demanded counts contradict each other; names the edges.
     """
+    counts = _settle(sweep, wanted, wished, demands)
+    if counts is not None:
+        return counts
+    guilty = find_conflict(demands, lambda some: _settle(sweep, wanted, wished, some) is not None)
+    if guilty:
+        raise SurfaceMeshError(
+            f"no mesh of quads has the counts demanded: {name_demands(sweep.solid, guilty)}; edges that answer each "
+            "other on the caps and the stations must have equal counts, opposite sides of a linking side equal sums, "
+            "and the loops of the source cap even ones; change or drop one of them"
+        )
+    classes, sums = _tie(sweep, wanted, align=False)
+    first = {c: e for e, c in reversed(classes.items())}
+    sides = [first[c] for row in sums for c in row]
+    raise SurfaceMeshError(f"no counts fit the linking sides along {name_edges(sweep.solid, sides)}")
+
+
+def _settle(
+    sweep: Sweep, wanted: dict[int, float], wished: Collection[int], demands: Sequence[Demand]
+) -> dict[int, int] | None:
+    """Counts of all edges, None where there are none: with alike edges tied if that can be, else without."""
     for align in (True, False):
         classes, sums = _tie(sweep, wanted, align=align)
         members: dict[int, list[int]] = {}
         for e, c in classes.items():
             members.setdefault(c, []).append(e)
+        column = {c: j for j, c in enumerate(members)}
+        firm = {column[classes[e]] for e in wished if e in classes}
+        want = [_mean_count(members[c], wanted, wished) for c in column]
+        want = [max(1.0, round(w)) if j in firm else w for j, w in enumerate(want)]
+        weight = [len(members[c]) / w for c, w in zip(column, want, strict=True)]
+        rows = [{column[c]: v for c, v in row.items()} for row in sums]
         demanded: dict[int, int] = {}
-        clash = ""
-        for e, n in fixed.items():
-            if e in classes and demanded.setdefault(classes[e], n) != n:
-                clash = name_edges(sweep.solid, [k for k in fixed if classes.get(k) == classes[e]])
-        if clash and not align:
-            raise SurfaceMeshError(f"{clash} must have equal counts, and different ones are demanded")
+        clash = False
+        for demand in demands:
+            parts = Counter(column[classes[e]] for e in demand.edges)
+            if list(parts.values()) == [1]:
+                clash |= demanded.setdefault(next(iter(parts)), demand.count) != demand.count
+                continue
+            # The sum of several edges is one more unknown, whose count is known.
+            rows.append({**parts, len(want): -1.0})
+            demanded[len(want)] = demand.count
+            want.append(float(demand.count))
+            weight.append(0.0)
         if clash:
             continue
-        evens = _even_sums(sweep, classes)
-        column = {c: j for j, c in enumerate(members)}
-        want = np.array([_mean_count(members[c], wanted, wished) for c in column])
         counts = Programme(
-            want=want,
-            weight=np.array([len(members[c]) for c in column]) / want,
-            demanded={column[c]: n for c, n in demanded.items()},
-            sums=[{column[c]: v for c, v in row.items()} for row in sums],
-            evens=[{column[c]: v for c, v in row.items()} for row in evens],
+            want=np.array(want),
+            weight=np.array([FIRM * w if j in firm else w for j, w in enumerate(weight)]),
+            demanded=demanded,
+            firm=firm,
+            sums=rows,
+            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes)],
         ).solve()
         if counts is not None:
             return {e: counts[column[c]] for e, c in classes.items()}
-    named = [e for e in fixed if e in wanted]
-    if named:
-        raise SurfaceMeshError(
-            f"no mesh of quads has the counts demanded of {name_edges(sweep.solid, named)}: opposite sides of a "
-            "linking side must have equal sums and the loops of the source cap even ones; change or drop one of them"
-        )
-    sides = [e for row in sums for e in row]
-    raise SurfaceMeshError(
-        f"no counts fit the linking sides along {name_edges(sweep.solid, [members[c][0] for c in sides])}"
-    )
+    return None
 
 
 def _mean_count(members: Sequence[int], wanted: dict[int, float], wished: Collection[int]) -> float:

@@ -7,7 +7,7 @@ or to a class that occurs in no other sum; only where sums must vanish, ``scipy.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
@@ -16,6 +16,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from ..topology import FloatArray
+from .balance import balance
 
 FREE = -1
 """The node that a class which occurs in one even sum alone leads to."""
@@ -30,6 +31,8 @@ class Programme:
     want, weight : (n,) float64
         Wanted counts, and the price of one segment more or less.
     demanded : mapping of int to int
+    firm : collection of int
+        Classes whose wanted count is the user's.
     sums : sequence of mapping of int to float
         Class to coefficient; each sum must vanish.
     evens : sequence of mapping of int to int
@@ -39,6 +42,7 @@ class Programme:
     want: FloatArray
     weight: FloatArray
     demanded: Mapping[int, int]
+    firm: Collection[int]
     sums: Sequence[Mapping[int, float]]
     evens: Sequence[Mapping[int, int]]
 
@@ -143,13 +147,29 @@ class Programme:
                     heappush(heap, (total, far))
         return None
 
+    def _balanced(self, group: Sequence[int], sums: Sequence[Mapping[int, float]]) -> FloatArray:
+        """Wanted counts, spread over the sums where the user asks for some of them."""
+        want = self.want[list(group)]
+        fixed = [k for k, j in enumerate(group) if j in self.demanded]
+        firm = np.array([j in self.firm for j in group])
+        if not sums or not (fixed or firm.any()):
+            return want
+        column = {j: k for k, j in enumerate(group)}
+        rows = np.zeros((len(sums) + len(fixed), len(group)))
+        for i, row in enumerate(sums):
+            for j, value in row.items():
+                rows[i, column[j]] = value
+        rows[range(len(sums), len(rows)), fixed] = 1.0
+        totals = np.array([0.0] * len(sums) + [float(self.demanded[group[k]]) for k in fixed])
+        return balance(np.eye(len(group)), want, firm, rows, totals)
+
     def _solve_group(
         self, group: Sequence[int], sums: Sequence[Mapping[int, float]], evens: Sequence[Mapping[int, int]]
     ) -> dict[int, int] | None:
         """Counts by an integer programme; unknowns are counts (n), deviations (n), halves of the even sums."""
         n, n_columns = len(group), 2 * len(group) + len(evens)
         column = {j: k for k, j in enumerate(group)}
-        want = self.want[list(group)]
+        want = self._balanced(group, sums)
         rows: list[dict[int, float]] = []
         for k in range(n):
             rows += [{k: 1.0, n + k: -1.0}, {k: -1.0, n + k: -1.0}]

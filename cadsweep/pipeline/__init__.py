@@ -8,6 +8,7 @@ the user's own choice of caps is never replaced.
 module     what it joins
 ========== =========================================================================
 parts      cad and recognition: a part and its candidate sweeps
+hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
 making     smoothing, order 2 and checks: the first candidate that does well
 meshing    what users call

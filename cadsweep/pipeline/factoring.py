@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from .. import cad, estimate, intervals, surface
+from .. import estimate, intervals, surface
 from ..assembly import FactoredMesh, factor_mesh, find_colors, is_ring
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
 from ..projection.caps import place_target
 from ..topology import Part, Sweep
+from .hints import resolve_hints
 from .run import Run
 
 
@@ -22,15 +21,22 @@ def factor_sweep(
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     size = None if options.size is None else options.size / part.scale
     layers = options.layers if options.fractions is None else len(options.fractions) - 1
-    edge_sizes = _edge_sizes(part, sweep, options)
+    hints = resolve_hints(part, sweep, options)
     with run.stage("intervals"):
-        smallest = min(edge_sizes.values(), default=None)
         rough = estimate.estimate_size(
-            sweep, size=size, layers=layers, smallest=smallest, scale=part.scale, streamed=streamed
+            sweep,
+            size=size,
+            layers=layers,
+            edge_sizes=hints.sizes,
+            edge_counts=hints.counts,
+            scale=part.scale,
+            streamed=streamed,
         )
         if rough is not None:
             estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
-        counts = intervals.assign_intervals(sweep, size=size, layers=layers, edge_sizes=edge_sizes or None)
+        counts = intervals.assign_intervals(
+            sweep, size=size, layers=layers, edge_sizes=hints.sizes, edge_counts=hints.counts
+        )
         expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
     with run.stage("surface"):
@@ -70,16 +76,6 @@ def factor_sweep(
         },
     )
     return factored, surfaces
-
-
-def _edge_sizes(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, float]:
-    """Wanted sizes on the edges of named faces, working units."""
-    wanted: dict[int, float] = {}
-    for name, size in (options.sizes or {}).items():
-        for face in cad.select_faces(part, name):
-            for edge in sweep.solid.faces[face].edges:
-                wanted[edge] = min(wanted.get(edge, np.inf), size / part.scale)
-    return wanted
 
 
 def _describe(sweep: Sweep, n_layers: int) -> dict[str, Any]:

@@ -45,7 +45,8 @@ def sweep_mesh(
     **options
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
-        ``sizes``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``, ``max_hexes``, ``max_memory``.
+        ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
+        ``max_hexes``, ``max_memory``.
 
     Returns
     -------

@@ -11,6 +11,7 @@ from ..assembly import is_ring
 from ..errors import CadError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..topology import Part, Solid, Sweep
+from .hints import fitting_sweeps
 from .run import Run
 
 DOUBTFUL = 0.4
@@ -142,7 +143,9 @@ def _cut_open(part: Part) -> Iterator[Part]:
 
 
 def _find(part: Part, source: Any, target: Any) -> list[Sweep]:
-    return recognition.find_sweeps(_only_solid(part), source=_resolve(part, source), target=_resolve(part, target))
+    return recognition.find_sweeps(
+        _only_solid(part), source=resolve_cap(part, source), target=resolve_cap(part, target)
+    )
 
 
 def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
@@ -220,7 +223,7 @@ def _only_solid(part: Part) -> Solid:
     return part.solids[0]
 
 
-def _resolve(part: Part, choice: Any) -> tuple[int, ...] | None:
+def resolve_cap(part: Part, choice: Any) -> tuple[int, ...] | None:
     """Resolve the user's word for a cap to face ids."""
     if choice is None:
         return None
@@ -233,4 +236,5 @@ def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part,
         params = None if options.params is None else dict(options.params)
         part = load(source, params=params, part=options.part)
     with run.stage("recognition"):
-        return open_and_find(part, options.source, options.target)
+        part, sweeps = open_and_find(part, options.source, options.target)
+        return part, fitting_sweeps(part, sweeps, options)

@@ -4,9 +4,10 @@ Place in the flow: takes a :class:`~cadsweep.topology.Solid` from ``cad``, gives
 :class:`~cadsweep.topology.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
 """
 
+from .edges import describe_edges
 from .find import find_sweeps
 from .reasons import describe
 from .revolution import find_axis
 from .rings import may_be_ring, why_not_closed
 
-__all__ = ["describe", "find_axis", "find_sweeps", "may_be_ring", "why_not_closed"]
+__all__ = ["describe", "describe_edges", "find_axis", "find_sweeps", "may_be_ring", "why_not_closed"]

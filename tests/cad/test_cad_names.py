@@ -240,3 +240,84 @@ def test_a_divided_face_gives_its_name_to_all_pieces(cq):
     work.faces("%CYLINDER").tag("wall")
     faces = load(work).solids[0].faces
     assert [face.name for face in faces if face.kind == "cylinder"] == ["wall", "wall"]
+
+
+def edges_of(part, name):
+    return [edge for edge in part.solids[0].edges if edge.name == name]
+
+
+@pytest.mark.cad
+def test_names_of_edges_survive_an_assembly_and_a_step_file(cq, tmp_path):
+    from cadsweep.cad import load, select_edges
+
+    work = cq.Workplane().box(10, 10, 4).faces(">Z").workplane().hole(2)
+    whole = cq.Assembly(name="machine")
+    whole.add(work, name="pipe", loc=cq.Location((1, 2, 3)))
+    whole.pipe.addSubshape(work.edges("%CIRCLE and >Z").val(), name="rim")
+    whole.export(str(tmp_path / "machine.step"))
+    for source in (whole, tmp_path / "machine.step"):
+        part = load(source)
+        pieces = edges_of(part, "pipe_rim")
+        assert len(pieces) == 2  # the circle is divided, and both halves keep the name
+        assert {edge.key for edge in pieces} == {pieces[0].key}
+        assert all(edge.midpoint[2] == pytest.approx(5) for edge in pieces)
+        assert select_edges(part, "rim") == tuple(edge.id for edge in pieces)
+
+
+@pytest.mark.cad
+def test_tags_on_edges_are_followed_through_later_cuts(cq):
+    from cadsweep.cad import load
+
+    work = cq.Workplane().box(10, 10, 4)
+    work.edges(">Z and >X").tag("shortened")
+    work.faces("<Z").wires().tag("foot")
+    work.edges("<X and <Z").tag("gone")
+    part = load(work.edges("<X and <Z").chamfer(1).edges("|Z and >X and >Y").chamfer(1))
+    (edge,) = edges_of(part, "shortened")
+    assert edge.length == pytest.approx(9)
+    # Of the foot's wire the chamfers leave three edges, two of them shorter.
+    assert sorted(edge.length for edge in edges_of(part, "foot")) == pytest.approx([8, 9, 9])
+    assert any("'gone' is on no edge" in note for note in part.notes)
+
+
+@pytest.mark.cad
+def test_edges_are_chosen_by_name_id_and_selector(cq):
+    from cadsweep.cad import load, select_edges, select_edges_of
+    from cadsweep.errors import InputError
+
+    work = cq.Workplane().box(1, 2, 3)
+    work.edges("|Z and >X and >Y").tag("corner")
+    part = load(work)
+    edges = part.solids[0].edges
+    (corner,) = select_edges(part, "corner")
+    assert select_edges(part, f"edge {corner}") == select_edges(part, corner) == select_edges(part, str(corner))
+    assert select_edges(part, "edges:|Z and >X and >Y") == (corner,)
+    upright = {edge.id for edge in edges if abs(edge.tangents[0][2]) > 0.99}
+    assert set(select_edges(part, "|Z")) == set(select_edges_of(part, "edges:|Z")[1]) == upright
+    kind, around = select_edges_of(part, ">Z")
+    assert kind == "face"
+    assert set(around) == {edge.id for edge in edges if edge.midpoint[2] == pytest.approx(1.5)}
+    with pytest.raises(InputError, match=r"No edge matches 'corners'.*'corner' \(edge \d+\)"):
+        select_edges(part, "corners")
+    with pytest.raises(InputError, match=r"face 0 .*named edges 'corner'"):
+        select_edges_of(part, "corners")
+    for wrong in ("", 12, "edge 12", "faces:>Z", ">Q", True, "|Z and %CIRCLE"):
+        with pytest.raises(InputError):
+            select_edges(part, wrong)
+
+
+@pytest.mark.cad
+def test_an_edge_name_that_merging_takes_away_is_said_to_be_lost(cq):
+    from cadsweep.cad import find_mergeable, load, merge_faces, select_edges
+    from cadsweep.errors import InputError
+
+    work = cq.Workplane().box(2, 2, 2).union(cq.Workplane().box(2, 2, 2).translate((2, 0, 0)), clean=False)
+    work.edges("|Z").edges(">Y").edges(cq.selectors.NearestToPointSelector((1, 1, 0))).tag("seam")
+    work.edges("|Z and >X and >Y").tag("corner")
+    part = load(work)
+    assert len(edges_of(part, "seam")) == 1
+    merged = merge_faces(part, find_mergeable(part))
+    assert len(merged.solids[0].faces) == 6
+    assert [edge.midpoint[:2].tolist() for edge in edges_of(merged, "corner")] == [[3, 1]]
+    with pytest.raises(InputError, match="'seam' is lost"):
+        select_edges(merged, "seam")

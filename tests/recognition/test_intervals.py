@@ -74,7 +74,7 @@ def test_a_split_column_needs_two_layers():
 def test_demanded_counts_are_kept():
     sweep = find_sweeps(plate_with_square_holes(1))[0]
     edge = sweep.source_loops[1][0][0]
-    found = assign_intervals(sweep, edge_counts={edge: 7, sweep.rails[0]: 5})
+    found = assign_intervals(sweep, edge_counts={(edge,): 7, (sweep.rails[0],): 5})
     assert found.counts[edge] == 7
     assert found.n_layers == 5
     check_intervals(sweep, found)
@@ -92,12 +92,12 @@ def test_demands_that_contradict_each_other_name_their_edges():
     sweep = find_sweeps(plate_with_square_holes(1))[0]
     edge, _ = sweep.source_loops[1][0]
     with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*equal counts"):
-        assign_intervals(sweep, edge_counts={edge: 4, sweep.target_edges[edge][0]: 5})
-    odd = {e: 1 for e, _ in sweep.source_loops[1][:-1]} | {sweep.source_loops[1][-1][0]: 2}
+        assign_intervals(sweep, edge_counts={(edge,): 4, (sweep.target_edges[edge][0],): 5})
+    odd = {(e,): 1 for e, _ in sweep.source_loops[1][:-1]} | {(sweep.source_loops[1][-1][0],): 2}
     with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*even"):
         assign_intervals(sweep, edge_counts=odd)
     with pytest.raises(InputError, match=f"edge {sweep.rails[0]} "):
-        assign_intervals(sweep, edge_counts={sweep.rails[0]: 3, sweep.rails[1]: 4})
+        assign_intervals(sweep, edge_counts={(sweep.rails[0],): 3, (sweep.rails[1],): 4})
 
 
 @pytest.mark.parametrize("size", [0, -1.0, float("nan"), float("inf"), True, "1", 1e9])
@@ -114,7 +114,7 @@ def test_layers_that_make_no_sense_are_refused(layers):
 
 def test_edges_that_do_not_exist_are_refused():
     with pytest.raises(InputError, match="no edge 99"):
-        assign_intervals(find_sweeps(box())[0], edge_counts={99: 3})
+        assign_intervals(find_sweeps(box())[0], edge_counts={(99,): 3})
 
 
 def test_a_size_that_would_never_end_is_refused():
@@ -126,3 +126,58 @@ def test_counts_scale_with_the_part():
     small, large = (prism(square(s), (0.0, 3.0 * s)) for s in (1.0, 1000.0))
     a, b = (assign_intervals(find_sweeps(s)[0]) for s in (small, large))
     np.testing.assert_array_equal(a.counts, b.counts)
+
+
+def test_a_size_on_a_rail_sets_its_span_alone():
+    sweep = find_sweeps(prism(regular(5), (0.0, 1.0, 1.5, 3.0)), source=(0,))[0]
+    found = assign_intervals(sweep, size=0.25, edge_sizes={sweep.spans[0][1][0]: 0.05})
+    assert [int(found.counts[span[0]]) for span in sweep.spans[0]] == [4, 10, 6]
+    check_intervals(sweep, found)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    name=st.sampled_from(sorted(SOLIDS)), seed=st.integers(0, 10**6), rail=st.integers(1, 30), around=st.integers(2, 30)
+)
+def test_demands_are_met_or_named(name, seed, rail, around):
+    sweep = find_sweeps(SOLIDS[name]())[0]
+    solid = sweep.solid
+    rails, others = sorted(sweep.rails), [edge.id for edge in solid.edges if edge.id not in sweep.rails]
+    along, across = rails[seed % len(rails)], others[seed % len(others)]
+    said = ""
+    try:
+        found = assign_intervals(sweep, edge_counts={(along,): rail, (across,): around})
+    except (InputError, SurfaceMeshError) as error:
+        said = str(error)
+    if said:
+        assert f"{rail} on edge {along} " in said or f"{around} on edge {across} " in said
+        return
+    assert (found.counts[along], found.counts[across]) == (rail, around)
+    check_intervals(sweep, found)
+
+
+def test_sums_are_demanded_of_several_edges():
+    sweep = find_sweeps(prism(regular(6), (0.0, 1.0, 3.0)), source=(0,))[0]
+    loop = [e for e, _ in sweep.source_loops[0]]
+    chain = (sweep.spans[0][0][0], sweep.spans[0][1][0])
+    found = assign_intervals(sweep, size=0.5, edge_counts={tuple(loop[:2]): 14, chain: 12})
+    assert [int(found.counts[e]) for e in loop[:2]] == [7, 7]
+    # Twelve layers over spans of length 1 and 2
+    assert [int(found.counts[e]) for e in chain] == [4, 8]
+    assert found.n_layers == 12
+    check_intervals(sweep, found)
+
+
+def test_only_the_demands_that_clash_are_named():
+    sweep = find_sweeps(prism(regular(6), (0.0, 1.0, 3.0)), source=(0,))[0]
+    first, second = sweep.spans[0][0][:2]
+    innocent = sweep.spans[0][1][0]
+    with pytest.raises(InputError, match=f"3 on edge {first} .*4 on edge {second} ") as caught:
+        assign_intervals(sweep, edge_counts={(innocent,): 5, (first,): 3, (second,): 4})
+    assert f"edge {innocent} " not in str(caught.value)
+
+
+def test_edges_along_and_around_share_no_count():
+    sweep = find_sweeps(box())[0]
+    with pytest.raises(InputError, match="some around it"):
+        assign_intervals(sweep, edge_counts={(sweep.rails[0], sweep.source_loops[0][0][0]): 8})

@@ -12,7 +12,7 @@ from cadsweep.estimate import Estimate, check_budget, estimate, estimate_size, f
 
 def plate_sweep(width=10.0, height=2.0):
     """A square plate: what the estimate reads of a sweep."""
-    edges = [SimpleNamespace(length=width)] * 4
+    edges = [SimpleNamespace(length=width)] * 8 + [SimpleNamespace(length=height)] * 4
     faces = [SimpleNamespace(area=width**2)] + [SimpleNamespace(area=width * height)] * 4
     solid = SimpleNamespace(edges=edges, faces=faces, size=width * 2)
     return SimpleNamespace(
@@ -20,6 +20,8 @@ def plate_sweep(width=10.0, height=2.0):
         source=(0,),
         linking_sides=[SimpleNamespace(face=i) for i in range(1, 5)],
         source_loops=(tuple((i, True) for i in range(4)),),
+        target_loops=(tuple((i, True) for i in range(4, 8)),),
+        rails=(8, 9, 10, 11),
     )
 
 
@@ -33,6 +35,14 @@ def test_counts_of_a_plate_are_those_of_its_grid():
 
 def test_nothing_is_estimated_where_nothing_is_asked():
     assert estimate_size(plate_sweep()) is None
+
+
+def test_wishes_for_single_edges_are_counted():
+    # A count of 4,000 on one edge of the cap is at least 1,000 quads; the rails have 20 layers of 0.1.
+    expected = estimate_size(plate_sweep(), size=1.0, edge_counts={(5,): 4000}, edge_sizes={8: 0.1})
+    assert (expected.n_quads, expected.n_layers) == (1000, 20)
+    # One small edge size says nothing of the other edges: 10 + 3 x 1 segments beside it are no grid of 10 x 10.
+    assert estimate_size(plate_sweep(), size=1.0, edge_sizes={0: 0.5}).n_quads == 100
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-200, 5e-324])

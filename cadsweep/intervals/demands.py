@@ -1,0 +1,73 @@
+"""Counts that a user demands, and which of them contradict each other.
+
+Place in the flow: used by :mod:`.layers` and :mod:`.loops`, which know what is feasible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..topology import Solid
+from .naming import name_edges
+
+
+@dataclass(frozen=True, kw_only=True)
+class Demand:
+    """A number of segments that one edge, or several together, must get.
+
+    Attributes
+    ----------
+    edges : tuple of int
+    count : int
+        Sum over the edges.
+    """
+
+    edges: tuple[int, ...]
+    count: int
+
+    def label(self, solid: Solid) -> str:
+        """How messages name the demand: count and edges."""
+        together = " together" if len(self.edges) > 1 else ""
+        return f"{self.count} on {name_edges(solid, self.edges)}{together}"
+
+
+def name_demands(solid: Solid, demands: Sequence[Demand], *, most: int = 6) -> str:
+    """Name demands with their edges and counts, for a message."""
+    more = f"; and {len(demands) - most} more" if len(demands) > most else ""
+    return "; ".join(demand.label(solid) for demand in demands[:most]) + more
+
+
+def find_conflict(demands: Sequence[Demand], is_feasible: Callable[[Sequence[Demand]], bool]) -> list[Demand]:
+    """Find demands that contradict each other, none of which could be left out.
+
+    Parameters
+    ----------
+    demands : sequence of Demand
+        Not feasible together.
+    is_feasible : callable
+        Whether demands can be met together.
+
+    Returns
+    -------
+    list of Demand
+        Empty where nothing is feasible even without demands.
+
+    References
+    ----------
+    Junker, "QuickXplain: preferred explanations and relaxations for over-constrained problems", AAAI 2004.
+    """
+
+    def explain(base: Sequence[Demand], changed: bool, rest: Sequence[Demand]) -> list[Demand]:
+        if changed and not is_feasible(base):
+            return []
+        if len(rest) == 1:
+            return list(rest)
+        half = len(rest) // 2
+        second = explain([*base, *rest[:half]], True, rest[half:])
+        first = explain([*base, *second], bool(second), rest[:half])
+        return first + second
+
+    if not demands or not is_feasible([]):
+        return []
+    return explain([], False, demands)

@@ -1,0 +1,108 @@
+"""From the user's words for edges to their ids: sizes, counts, and layers of rails."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from .. import cad, intervals
+from ..errors import InputError
+from ..options import SweepOptions
+from ..topology import Part, Sweep
+
+_SPAN = re.compile(r"span\s+(\d+)")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hints:
+    """What the user asks of single edges of one sweep.
+
+    Attributes
+    ----------
+    sizes : dict of int to float
+        Wanted edge length, working units.
+    counts : dict of tuple of int to int
+        Demanded segments of edges together.
+    """
+
+    sizes: dict[int, float]
+    counts: dict[tuple[int, ...], int]
+
+
+def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
+    """Find the edges that the user means.
+
+    Raises
+    ------
+    InputError
+        Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
+    """
+    return Hints(sizes=_sizes(part, options), counts=_counts(part, sweep, options))
+
+
+def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> list[Sweep]:
+    """Keep the sweeps along which all edges run that the user wants layers on.
+
+    Raises
+    ------
+    InputError
+        There is none; says what is wrong with the best one.
+    """
+    if not options.rail_layers:
+        return sweeps
+    fitting, errors = [], []
+    for sweep in sweeps:
+        try:
+            for word in options.rail_layers:
+                _chains(part, sweep, word)
+            fitting.append(sweep)
+        except InputError as error:
+            errors.append(error)
+    if not fitting:
+        raise errors[0]
+    return fitting
+
+
+def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
+    """Least size of the faces around each edge, unless the edge itself is named."""
+    found: dict[str, dict[int, float]] = {"face": {}, "edge": {}}
+    for word, size in (options.sizes or {}).items():
+        kind, edges = cad.select_edges_of(part, word)
+        for edge in edges:
+            found[kind][edge] = min(found[kind].get(edge, size), size)
+    return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
+
+
+def _counts(part: Part, sweep: Sweep, options: SweepOptions) -> dict[tuple[int, ...], int]:
+    wanted = [
+        (edges, count, f"counts of '{word}'")
+        for word, count in (options.counts or {}).items()
+        for edges in _whole_edges(sweep, cad.select_edges(part, word))
+    ]
+    wanted += [
+        (chain, count, f"rail_layers of '{word}'")
+        for word, count in (options.rail_layers or {}).items()
+        for chain in _chains(part, sweep, word)
+    ]
+    found: dict[tuple[int, ...], tuple[int, str]] = {}
+    for edges, count, word in wanted:
+        known, by = found.setdefault(tuple(sorted(edges)), (count, word))
+        if known != count:
+            labels = ", ".join(sweep.solid.edges[e].label() for e in edges)
+            raise InputError(f"{labels}: {by} asks for {known} segments, {word} for {count}")
+    return {edges: count for edges, (count, _) in found.items()}
+
+
+def _whole_edges(sweep: Sweep, edges: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """Group the pieces of one edge of the input: it is the edge that the user knows."""
+    pieces: dict[str | int, list[int]] = {}
+    for edge in edges:
+        pieces.setdefault(sweep.solid.edges[edge].key or edge, []).append(edge)
+    return [tuple(group) for group in pieces.values()]
+
+
+def _chains(part: Part, sweep: Sweep, word: str | int) -> list[tuple[int, ...]]:
+    span = _SPAN.fullmatch(str(word).strip())
+    if span:
+        return [intervals.span_chain(sweep, int(span[1]))]
+    return intervals.rail_chains(sweep, cad.select_edges(part, word))
