@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .assembly import FactoredMesh, name_pieces
+from .assembly import FactoredMesh, is_ring, name_pieces
 from .mesh import SurfaceMesh
 from .topology import FloatArray, IntArray, Part, Sweep
 
@@ -30,8 +30,10 @@ def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tu
         found.setdefault(edge, []).append(pairs)
         if edge in sweep.target_edges and sweep.target_edges[edge][0] in surfaces.target_edge_points:
             found.setdefault(sweep.target_edges[edge][0], []).append(pairs + last)
+    # The last layer of a closed ring is its first.
+    n_nodes = last if is_ring(sweep) else last + len(surfaces.source.points)
     return [
-        (np.unique(np.sort(np.concatenate(pieces), axis=1), axis=0), _on_curve(part, sweep, edge))
+        (np.unique(np.sort(np.concatenate(pieces) % n_nodes, axis=1), axis=0), _on_curve(part, sweep, edge))
         for edge, pieces in found.items()
     ]
 

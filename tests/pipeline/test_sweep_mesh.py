@@ -119,10 +119,22 @@ def test_a_grooved_ring_is_swept_around_its_axis_and_a_straight_one_along_it():
     assert "source" in cs.sweep_mesh(straight, size=1.0).boundaries
 
 
+def test_a_ring_whose_last_cell_lies_inside_is_written_and_read(tmp_path):
+    """All neighbours of the last cell have lower numbers, so in OpenFOAM's files it owns no face."""
+    mesh = cs.sweep_mesh(cq.Workplane(cq.Solid.makeTorus(20, 2.5)), size=1.0, layers=7)
+    for name in ("ring.vtu", "polyMesh"):
+        mesh.write(tmp_path / name)
+        back = cs.read(tmp_path / name)
+        assert back.n_hexes == mesh.n_hexes
+        assert back.quality().valid
+
+
 @pytest.mark.parametrize("nodes", [20, 27])
-def test_order_2_bends_with_the_cad(elbow, nodes):
-    straight = cs.sweep_mesh(elbow, size=2.0)
-    curved = cs.sweep_mesh(elbow, size=2.0, order=2, nodes=nodes)
+@pytest.mark.parametrize("part", ["elbow", "ring"])
+def test_order_2_bends_with_the_cad(part, nodes, request):
+    shape = request.getfixturevalue(part)
+    straight = cs.sweep_mesh(shape, size=2.0)
+    curved = cs.sweep_mesh(shape, size=2.0, order=2, nodes=nodes)
     assert curved.hexes.shape[1] == nodes
     volume = curved.info["cad_volume"]
     off = [abs(m.info["quality"].volume - volume) for m in (straight, curved)]
