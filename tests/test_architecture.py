@@ -69,6 +69,7 @@ ALLOWED = {
     "assembly": {"patches"},
     "factors": {"assembly", "projection"},
     "curving": {"assembly"},
+    "elevate": {"fading"},
 }
 
 
