@@ -135,7 +135,7 @@ class FactoredMesh:
     @property
     def is_changed(self) -> bool:
         """Whether nodes were moved away from where the factors put them."""
-        return self.sweep.corrections is not None or len(self.moved_nodes) > 0
+        return len(self.moved_nodes) > 0
 
     def points(self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None) -> FloatArray:
         """Nodes of the layers ``start`` to ``stop`` (exclusive), (layers, n_nodes, 3), model units."""

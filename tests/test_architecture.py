@@ -61,7 +61,7 @@ def siblings(path: Path) -> set[str]:
 ALLOWED = {
     "mesh": {"io", "view", "report", "quality"},
     "surface": {"gmsh_session"},
-    "smoothing": {"gmsh_session"},
+    "smoothing": {"gmsh_session", "projection"},  # the minimiser alone
     "io": {"gmsh_session"},
     "report": {"view"},
     # What the pipeline assembles: values made of a stage's results, and their files.

@@ -16,7 +16,6 @@ from ..elevate import elevate
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..projection import corrected
 from ..quality import QualityReport, check_mesh
 from ..quality.check import SurfaceFindings
 from ..streaming import check_boundary
@@ -46,7 +45,8 @@ class Made:
     mesh: HexMesh | None = None
 
 
-Make = Callable[[Part, Sweep, SweepOptions, Run], Made]
+Make = Callable[[Part, Sweep, SweepOptions, Run, float], Made]
+"""Makes one candidate; the last argument is the worst scaled Jacobian of the best one so far."""
 
 
 def first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: Run, make: Make) -> Made:
@@ -55,7 +55,8 @@ def first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: Run,
     failures: list[CadSweepError] = []
     for sweep in sweeps[:MOST_CANDIDATES]:
         try:
-            made = make(part, sweep, options, run)
+            reached = max((one.report.min_scaled_jacobian for one in tried if one.report.valid), default=-np.inf)
+            made = make(part, sweep, options, run, reached)
         except (InputError, NotSweepableError):
             raise  # what the user asked for cannot be had by another sweep either
         except CadSweepError as error:
@@ -72,7 +73,7 @@ def first_good(part: Part, sweeps: list[Sweep], options: SweepOptions, run: Run,
     return best
 
 
-def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:
+def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
     """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
     factored, surfaces = factor_sweep(part, sweep, options, run)
     with run.stage("assembly"):
@@ -80,7 +81,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made
     reference = make_reference(part, sweep)
     with run.stage("quality"):
         report = check_mesh(mesh, cad=reference)
-    if options.smoothing and (report.n_inverted or not report.min_scaled_jacobian >= SMOOTH_BELOW):
+    if options.smoothing and may_gain(report, options, reached):
         with run.stage("smoothing"):
             factored = smoothed(factored)
         if factored.is_changed:
@@ -104,9 +105,16 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made
     return Made(factored=factored, report=report, mesh=mesh)
 
 
+def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
+    """Whether smoothing is worth its while: the boundary allows a valid mesh, better than what others have reached."""
+    if report.min_scaled_jacobian >= SMOOTH_BELOW and not report.n_inverted:
+        return False
+    least = reached if options.allow_inverted else max(reached, 0.0)
+    return report.limit is None or report.limit.value > least
+
+
 def smoothed(factored: FactoredMesh) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
-    factored = replace(factored, sweep=corrected(factored.sweep))
     points = factored.points().reshape(-1, 3)
     structure = factored.structure
     fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)

@@ -16,7 +16,7 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..streaming import check_boundary, make_slab_report, write_slabs
 from ..topology import Part, Sweep
 from .factoring import factor_sweep
-from .making import SMOOTH_BELOW, Made, figures, first_good, make_mesh, refusal, smoothed
+from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
 from .parts import find_candidates
 from .run import Progress, Run, silent
 
@@ -161,13 +161,13 @@ def stream_mesh(
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
 
-    def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:
+    def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
         factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
         reference = make_reference(part, sweep)
         with replaced_file(place) as stream:
             with run.stage("write"):
                 report = _write_checked(stream, factored, reference, run)
-            if options.smoothing and (report.n_inverted or not report.min_scaled_jacobian >= SMOOTH_BELOW):
+            if options.smoothing and may_gain(report, options, reached):
                 with run.stage("smoothing"):
                     factored = smoothed(factored)
                 if factored.is_changed:

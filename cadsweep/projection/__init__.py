@@ -7,22 +7,18 @@ Place in the flow: between ``surface`` and ``smoothing``; numpy and scipy alone,
     fit_affine, pseudo_normal      the paper's maps, eqs. (6), (9), (10)         functionals, affine, fitting, normals
     project_target                 the target cap on its surface                 target, relax
     project_layers                 all layers of a sweep as one small product    layers, residual, factored, kernels
-    corrected                      sparse corrections where hexahedra fold       corrections, hexenergy
 """
 
 from .affine import AffineMap, fit_affine
-from .corrections import corrected
-from .factored import Corrections, FactoredSweep
+from .factored import FactoredSweep
 from .layers import project_layers
 from .normals import pseudo_normal
 from .target import TargetCap, project_target
 
 __all__ = [
     "AffineMap",
-    "Corrections",
     "FactoredSweep",
     "TargetCap",
-    "corrected",
     "fit_affine",
     "project_layers",
     "project_target",

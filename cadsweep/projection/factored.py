@@ -24,28 +24,6 @@ _SLAB_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Corrections:
-    """Sparse displacements on top of the product, stored as one list over all layers.
-
-    Attributes
-    ----------
-    layers : (c,) int64
-        Layer of each entry, ascending.
-    nodes : (c,) int64
-        Never a boundary node.
-    displacements : (c, n) float64
-    """
-
-    layers: IntArray
-    nodes: IntArray
-    displacements: FloatArray
-
-    def of_layer(self, k: int) -> slice:
-        """Where the entries of layer `k` lie."""
-        return slice(*np.searchsorted(self.layers, [k, k + 1]).tolist())
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class FactoredSweep:
     """All nodes of a sweep: ``points[k, i] = sum_j basis[i, j] * coefficients[k, j]``, boundary nodes from the rings.
 
@@ -72,9 +50,8 @@ class FactoredSweep:
     n_modes : int
         Residual modes among the columns of `basis`.
     remainder : float
-        Greatest distance between a ring node and its uncorrected image, modes included.
+        Greatest distance between a ring node and its image, modes included.
     functional, strategy : str
-    corrections : Corrections or None
     """
 
     basis: FloatArray
@@ -93,7 +70,6 @@ class FactoredSweep:
     remainder: float = 0.0
     functional: str = "H"
     strategy: str = "source"
-    corrections: Corrections | None = None
     ring_nodes: IntArray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -176,11 +152,7 @@ class FactoredSweep:
         return kernels.pack(self.basis)
 
     def _finish(self, slab: FloatArray, ks: IntArray) -> None:
-        """Put on a slab what the product does not know: corrections and caps."""
-        if self.corrections is not None:
-            for j, k in enumerate(ks.tolist()):
-                entries = self.corrections.of_layer(k)
-                slab[j, self.corrections.nodes[entries]] += self.corrections.displacements[entries]
+        """Put on a slab what the product does not know: the caps."""
         for j in np.flatnonzero(ks == 0).tolist():
             slab[j] = self.source_points
         if self.target_points is not None:

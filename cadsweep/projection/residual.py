@@ -9,7 +9,7 @@ weights are cotangents, averaged over both diagonals of each quad (on right-angl
 over both caps where both are known: the extension is then exact for residuals that are linear in the cap's plane, and
 the same whichever cap is called the source.
 
-Not handled here: residuals so large that the carry folds a layer; :mod:`.corrections` mends those.
+Not handled here: residuals so large that the carry folds a layer; ``smoothing`` mends those.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ from os import PathLike
 import numpy as np
 
 from ..errors import InputError
-from .factored import Corrections, FactoredSweep, make_basis
+from .factored import FactoredSweep, make_basis
 
-FORMAT = "cadsweep factored sweep 1"
+FORMAT = "cadsweep factored sweep 2"
 
 
 def save_sweep(sweep: FactoredSweep, path: str | PathLike[str]) -> None:
@@ -47,10 +47,6 @@ def sweep_arrays(sweep: FactoredSweep) -> dict[str, np.ndarray]:
         arrays["target_points"] = sweep.target_points
     if sweep.target_center is not None:
         arrays["target_center"] = sweep.target_center
-    if sweep.corrections is not None:
-        arrays["correction_layers"] = _small_ints(sweep.corrections.layers)
-        arrays["correction_nodes"] = _small_ints(sweep.corrections.nodes)
-        arrays["corrections"] = sweep.corrections.displacements
     assert n in (2, 3)
     return arrays
 
@@ -74,13 +70,6 @@ def sweep_of_arrays(arrays: dict[str, np.ndarray]) -> FactoredSweep:
     ends = np.cumsum(arrays["loop_lengths"])
     target, target_center = arrays.get("target_points"), arrays.get("target_center")
     modes = arrays["modes"]
-    corrections = None
-    if "corrections" in arrays:
-        corrections = Corrections(
-            layers=arrays["correction_layers"].astype(np.int64),
-            nodes=arrays["correction_nodes"].astype(np.int64),
-            displacements=arrays["corrections"],
-        )
     return FactoredSweep(
         basis=make_basis(arrays["source_points"], arrays["source_center"], target, target_center, modes),
         coefficients=arrays["coefficients"],
@@ -98,7 +87,6 @@ def sweep_of_arrays(arrays: dict[str, np.ndarray]) -> FactoredSweep:
         remainder=float(arrays["remainder"]),
         functional=str(arrays["functional"]),
         strategy=str(arrays["strategy"]),
-        corrections=corrections,
     )
 
 

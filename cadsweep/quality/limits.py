@@ -89,7 +89,10 @@ def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLim
 
 
 def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.bool_]) -> FloatArray:
-    """Worst scaled Jacobian (m,) over each hexahedron's corners whose four nodes are all fixed; 1 where none is.
+    """Bound (m,) of each hexahedron's scaled Jacobian by its fixed nodes; 1 where they say nothing.
+
+    A corner whose four nodes are all fixed has its own value. One with two fixed edges is at most the sine of the
+    angle between them: the third can do no better than stand upright on both.
 
     Parameters
     ----------
@@ -98,16 +101,25 @@ def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.boo
     fixed : (n,) bool
     """
     limits = np.ones(len(hexes))
-    for corner, after, before, upright in HEX_CORNERS:
-        of = np.flatnonzero(
-            fixed[hexes[:, corner]] & fixed[hexes[:, after]] & fixed[hexes[:, before]] & fixed[hexes[:, upright]]
-        )
-        h = hexes[of]
-        values = _corner_values(
-            points, h[:, corner], h[:, after], h[:, before], points[h[:, upright]] - points[h[:, corner]]
-        )
+    held = fixed[hexes]
+    for corner, *ends in HEX_CORNERS:
+        of = np.flatnonzero(held[:, [corner, *ends]].all(axis=1))
+        here, after, before, upright = hexes[of][:, [corner, *ends]].T
+        values = _corner_values(points, here, after, before, points[upright] - points[here])
         limits[of] = np.minimum(limits[of], values)
+        for loose in range(3):
+            one, other = ends[(loose + 1) % 3], ends[(loose + 2) % 3]
+            of = np.flatnonzero(held[:, [corner, one, other]].all(axis=1) & ~held[:, ends[loose]])
+            here, after, before = hexes[of][:, [corner, one, other]].T
+            limits[of] = np.minimum(limits[of], _sines(points[after] - points[here], points[before] - points[here]))
     return limits
+
+
+def _sines(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Sines (c,) of the angles between vectors (c, 3); 0 where one is of no length."""
+    lengths = np.linalg.norm(one, axis=1) * np.linalg.norm(other, axis=1)
+    crossed = np.linalg.norm(np.cross(one, other), axis=1)
+    return np.asarray(np.where(lengths > 0, crossed / np.where(lengths > 0, lengths, 1.0), 0.0))
 
 
 def _corner_values(

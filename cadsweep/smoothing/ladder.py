@@ -2,9 +2,9 @@
 
 Place in the flow: after projection, where the mesh's worst scaled Jacobian is below the goal.
 
-Method. The hexahedra below the goal and their neighbours form patches; the nodes inside a patch
-move, all others stay where they are. Each step is kept only where it raises the patch's worst scaled
-Jacobian (where a corner of fixed nodes bounds a hexahedron, its share of what that corner allows):
+Method. The hexahedra below the goal, or below what their fixed nodes allow, and their neighbours form patches; the
+nodes inside a patch move, all others stay where they are. Each step is kept only where it raises the patch's worst
+scaled Jacobian, or the least share that a hexahedron has of what it can reach:
 
 relax
     Every node at the weighted mean of its neighbours along edges (one sparse solve).
@@ -46,14 +46,26 @@ from ..mesh import SweptStructure
 from ..quality import corner_limits
 from ..topology import FloatArray, IntArray
 from .cutting import grown, hex_nodes, patches, touches_others
-from .patch import BoolArray, Patch, edge_lengths, polished, proven_values, untangled
+from .optimise import polished, untangled
+from .patch import BoolArray, Patch, edge_lengths, proven_values
 from .relax import relaxed
 
 _log = logging.getLogger(__name__)
 
 GOAL = 0.3
+"""Scaled Jacobian that every hexahedron should reach."""
+
+AIM = 0.5
+"""Where the worst hexahedron should come when all have reached the goal, and inner nodes can still raise it."""
+
+MOST_AIMED = 5_000
+"""Hexahedra of the largest patch that is worked on to that end."""
+
 OF_LIMIT = 0.97
 """Share of what a corner of fixed nodes allows that its hexahedron should reach."""
+
+HOPELESS = 1e-6
+"""What fixed nodes must allow a hexahedron, or nothing is tried for it."""
 
 GROWTH = (2, 4, 8)
 """Rings of neighbours around the bad hexahedra, tried in turn."""
@@ -119,31 +131,13 @@ def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, 
     fixed = np.asarray(fixed, dtype=bool)
     values = hex_values(points, structure)
     before, inverted = float(np.min(values, initial=1.0)), int(np.count_nonzero(values <= 0))
-    steps: list[str] = []
-    moved = np.zeros(len(points), dtype=bool)
-    growth = 0
-    for _ in range(MOST_ROUNDS):
-        bad = _below_goal(points, structure, values, fixed, goal)
-        if growth == len(GROWTH) or not np.any(bad):
-            break
-        region = grown(bad, structure, GROWTH[growth])
-        gain = 0.0
-        for hexes in patches(region, structure):
-            if len(hexes) > MOST_HEXES:
-                steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
-                continue
-            mended = _mend(points, structure, hexes, fixed, goal, steps)
-            points[mended.nodes] = mended.positions
-            moved[mended.nodes] = True
-            gain = max(gain, mended.gain)
-        if gain < LEAST_GAIN:
-            # A patch that was the whole mesh cannot grow.
-            growth = len(GROWTH) if np.all(region) else growth + 1
-        if gain > 0:
-            values = hex_values(points, structure)
-    nodes = np.flatnonzero(moved)
+    given, steps = points.copy(), list[str]()
+    values = _raised(points, structure, values, fixed, steps, goal=goal, growths=GROWTH, largest=MOST_HEXES)
+    if steps and goal < AIM and _can_rise(points, structure, values, fixed):
+        values = _raised(points, structure, values, fixed, steps, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED)
     for line in steps:
         _log.info("%s", line)
+    nodes = np.flatnonzero(np.any(points != given, axis=1))
     return Smoothed(
         nodes=nodes,
         positions=points[nodes],
@@ -153,6 +147,47 @@ def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, 
         n_inverted_before=inverted,
         n_inverted_after=int(np.count_nonzero(values <= 0)),
     )
+
+
+def _raised(
+    points: FloatArray,
+    structure: SweptStructure,
+    values: FloatArray,
+    fixed: BoolArray,
+    steps: list[str],
+    *,
+    goal: float,
+    growths: tuple[int, ...],
+    largest: int,
+) -> FloatArray:
+    """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values."""
+    growth = 0
+    for _ in range(MOST_ROUNDS):
+        bad = _below_goal(points, structure, values, fixed, goal)
+        if growth == len(growths) or not np.any(bad):
+            break
+        region = grown(bad, structure, growths[growth])
+        gain = 0.0
+        for hexes in patches(region, structure):
+            if len(hexes) > largest:
+                steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
+                continue
+            mended = _mend(points, structure, hexes, fixed, goal, steps)
+            points[mended.nodes] = mended.positions
+            gain = max(gain, mended.gain)
+        if gain < LEAST_GAIN:
+            # A patch that was the whole mesh cannot grow.
+            growth = len(growths) if np.all(region) else growth + 1
+        if gain > 0:
+            values = hex_values(points, structure)
+    return values
+
+
+def _can_rise(points: FloatArray, structure: SweptStructure, values: FloatArray, fixed: BoolArray) -> bool:
+    """Whether the worst hexahedron is not held down by its fixed nodes, and no other one is as low for good."""
+    worst = float(np.min(values))
+    near = np.flatnonzero(values.ravel() < worst / OF_LIMIT)
+    return worst > 0 and bool(np.all(corner_limits(points, hex_nodes(structure, near), fixed) * OF_LIMIT > worst))
 
 
 def _below_goal(
@@ -167,11 +202,12 @@ def _below_goal(
 
 
 def _goals(points: FloatArray, hexes: IntArray, fixed: BoolArray, goal: float) -> FloatArray:
-    """The goal of each hexahedron: no more than `OF_LIMIT` of what its fixed corners allow.
+    """The goal of each hexahedron: no more than `OF_LIMIT` of what its fixed nodes allow.
 
-    A hexahedron with an inverted fixed corner cannot be mended; it only has to get no worse.
+    A hexahedron whose fixed nodes invert it cannot be mended; nothing is asked of it.
     """
-    return np.maximum(np.minimum(goal, OF_LIMIT * corner_limits(points, hexes, fixed)), 1e-3)
+    limits = corner_limits(points, hexes, fixed)
+    return np.where(limits > HOPELESS, np.minimum(goal, OF_LIMIT * limits), -np.inf)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

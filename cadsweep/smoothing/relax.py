@@ -1,33 +1,30 @@
 """Relaxation of a patch: every free node at the weighted mean of its neighbours, by one sparse solve.
 
-Place in the flow: the first, cheap step of :mod:`cadsweep.smoothing.ladder` on an inverted patch.
+Place in the flow: the first, cheap step of :mod:`cadsweep.smoothing.ladder` on an inverted patch. Its Laplacian
+serves :mod:`.optimise` as well.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import cg, splu, spsolve
 
 from ..topology import FloatArray
 from .patch import EDGES, BoolArray, Patch
 
-MOST_FREE = 20_000
-"""Free nodes up to which the system is solved directly; larger ones are iterated."""
+MOST_FREE = 30_000
+"""Free nodes up to which a system is solved directly."""
 
 
-def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
-    """Move the free nodes to the mean of their neighbours along edges, weighted by one over length.
+def laplacian(patch: Patch) -> sparse.csr_matrix:
+    """Graph Laplacian (n, n) of a patch's edges, weighted by one over the length that they should have.
 
-    The weights come from the wanted lengths, so a layer half as thick pulls twice as hard and
-    graded layers keep their proportions.
-
-    Returns
-    -------
-    (n, 3) float64
-        New positions; nodes that are not free keep theirs, bit for bit.
+    A layer half as thick pulls twice as hard, so graded layers keep their proportions.
     """
-    n = len(points)
+    n = len(patch.points)
     rows, cols, weights = [], [], []
     for axis in range(3):
         for a, b in EDGES[axis]:
@@ -37,9 +34,29 @@ def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
     i, j, w = (np.concatenate(part) for part in (rows, cols, weights))
     w = np.asarray(w / np.max(w))
     adjacency = sparse.coo_matrix((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsr()
-    laplacian = sparse.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency
+    return (sparse.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsr()
+
+
+def laplacian_solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:
+    """Inverse of the Laplacian of the free nodes, or of its diagonal where the patch is large."""
+    system = laplacian(patch)[patch.free][:, patch.free].tocsc()
+    if system.shape[0] > MOST_FREE:
+        diagonal = system.diagonal()[:, None]
+        return lambda rhs: rhs / diagonal
+    factor = splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    return lambda rhs: factor.solve(np.ascontiguousarray(rhs))
+
+
+def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
+    """Move the free nodes to the mean of their neighbours along edges (:func:`laplacian`).
+
+    Returns
+    -------
+    (n, 3) float64
+        New positions; nodes that are not free keep theirs, bit for bit.
+    """
     result = points.copy()
-    result[patch.free] = _solved(laplacian.tocsr(), patch.free, points)
+    result[patch.free] = _solved(laplacian(patch), patch.free, points)
     return result
 
 
@@ -51,5 +68,5 @@ def _solved(laplacian: sparse.csr_matrix, free: BoolArray, points: FloatArray) -
     x = points[free].copy()
     diagonal = sparse.diags(1.0 / A.diagonal())
     for c in range(3):
-        x[:, c], _ = sparse.linalg.cg(A, b[:, c], x0=x[:, c], rtol=1e-6, maxiter=500, M=diagonal)
+        x[:, c], _ = cg(A, b[:, c], x0=x[:, c], rtol=1e-6, maxiter=500, M=diagonal)
     return x

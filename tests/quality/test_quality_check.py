@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh, swept_ring, without_structure
 
-from cadsweep.mesh import HexMesh
-from cadsweep.quality import CadReference, check_mesh, positive_inside
+from cadsweep.mesh import HexMesh, SweptStructure
+from cadsweep.quality import CadReference, check_mesh, positive_inside, structure_problems
 from cadsweep.quality.boundary import boundary_blocks
 
 
@@ -139,6 +139,19 @@ def fault_torn(mesh):
     return replace(change_hexes(mesh, hexes), points=np.vstack([mesh.points, mesh.points[inner]]))
 
 
+def fault_crowded(mesh):
+    """A third hexahedron on a face that has two."""
+    extra = np.array([[9.0, 9, 9], [10, 9, 9], [10, 10, 9], [9, 10, 9]])
+    below = np.r_[mesh.n_nodes : mesh.n_nodes + 4]
+    # A face between the first two layers, met from below by a new hexahedron.
+    hexes = np.vstack([mesh.hexes, np.r_[below, mesh.hexes[0, 4:]][None]])
+    return replace(change_hexes(mesh, hexes), points=np.vstack([mesh.points, extra]))
+
+
+def fault_boundary_triangles(mesh):
+    return replace(mesh, boundaries=mesh.boundaries | {"side": mesh.boundaries["side"][:, :3]})
+
+
 def fault_boundary_missing(mesh):
     return replace(mesh, boundaries=mesh.boundaries | {"side": mesh.boundaries["side"][1:]})
 
@@ -175,6 +188,8 @@ FAULTS = {
     fault_missing_hex: "have no name",
     fault_orphan: "belong to no hexahedron",
     fault_torn: "coincide",
+    fault_crowded: "more than two hexahedra",
+    fault_boundary_triangles: "has shape",
     fault_boundary_missing: "have no name",
     fault_boundary_inward: "turn inward",
     fault_boundary_twice: "come twice",
@@ -241,6 +256,38 @@ def test_unsound_quads_are_found_by_both_paths(turn):
         assert not check_mesh(candidate).valid
 
 
+def grid_structure(**changes):
+    """Two layers of 3 x 3 quads, with changes."""
+    _, quads, loops = grid_quads(3, 3)
+    return SweptStructure(**({"quads": quads, "loops": loops, "n_nodes": 16, "n_layers": 2} | changes))
+
+
+QUADS, LOOPS = grid_quads(3, 3)[1:]
+
+
+@pytest.mark.parametrize(
+    ("structure", "n_nodes", "words"),
+    [
+        (grid_structure(), 47, "47 nodes, but 3 layers of 16"),
+        (grid_structure(n_layers=0), 16, "too few"),
+        (grid_structure(n_layers=2, periodic=True), 32, "too few"),
+        (grid_structure(quads=QUADS[:0], loops=()), 48, "no quads"),
+        (grid_structure(quads=QUADS + 1), 48, "outside 0 .. 15"),
+        (grid_structure(quads=QUADS - 1), 48, "outside 0 .. 15"),
+        (grid_structure(quads=np.where(QUADS == 5, 6, QUADS)), 48, "use a node twice"),
+        (grid_structure(n_nodes=17), 51, "belong to no quad"),
+        (grid_structure(quads=np.vstack([QUADS, QUADS[:1, [1, 2, 3, 0]]])), 48, "occur twice"),
+        (grid_structure(quads=np.vstack([QUADS[:4], QUADS[4:5, ::-1], QUADS[5:]])), 48, "twice in one direction"),
+        (grid_structure(loops=(np.roll(LOOPS[0], 3)[::-1],)), 48, "not the rim"),
+        (grid_structure(loops=(LOOPS[0][:-1],)), 48, "not the rim"),
+        (grid_structure(loops=(LOOPS[0], LOOPS[0])), 48, "twice in the loops"),
+    ],
+)
+def test_every_fault_of_a_structure_is_named(structure, n_nodes, words):
+    assert structure_problems(grid_structure(), 48) == []
+    assert any(words in problem for problem in structure_problems(structure, n_nodes))
+
+
 def test_two_bricks_that_touch_in_one_node_or_edge_are_no_manifold():
     from quality_meshes import UNIT_CUBE
 
@@ -270,9 +317,11 @@ def test_without_any_boundary_name_none_is_asked_for():
     assert check_mesh(HexMesh(points=swept_block().points, hexes=swept_block().hexes, boundaries={})).valid
 
 
-@pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((4, 2))])
-def test_empty_and_misshapen_meshes_are_not_valid(points):
-    mesh = HexMesh(points=points, hexes=np.zeros((0, 8), dtype=np.int64), boundaries={})
+@pytest.mark.parametrize(
+    ("points", "hexes"), [((0, 3), (0, 8)), ((4, 2), (0, 8)), ((8, 2), (1, 8)), ((8, 3), (1, 6)), ((8,), (1, 8))]
+)
+def test_empty_and_misshapen_meshes_are_not_valid(points, hexes):
+    mesh = HexMesh(points=np.zeros(points), hexes=np.zeros(hexes, dtype=np.int64), boundaries={})
     report = check_mesh(mesh)
     assert not report.valid
     json.dumps(report.to_dict(), allow_nan=False)
@@ -375,6 +424,13 @@ def test_nodes_off_their_face_are_problems():
     node = int(mesh.boundaries["side"][0, 2])
     off = moved(mesh, node, mesh.points[node] * [1.001, 1.001, 1])
     assert any("off their CAD face" in p and f"node {node} " in p for p in check_mesh(off, cad=reference()).problems)
+
+
+def test_a_distance_that_is_no_number_is_a_problem():
+    problems = check_mesh(
+        cylinder(32, 4), cad=reference(distance=lambda points, name, close: np.full(len(points), np.nan))
+    ).problems
+    assert sum("off their CAD face" in p for p in problems) == 3  # of each boundary
 
 
 def test_the_cad_volume_in_the_mesh_is_used():

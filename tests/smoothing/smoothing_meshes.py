@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from cadsweep.mesh import SweptStructure
+from cadsweep.projection import project_layers
 
 
 def swept_grid(n, layers, place):
@@ -70,3 +73,33 @@ def closed_ring(n=5, layers=16):
     on_rim = np.zeros((layers, size), dtype=bool)
     on_rim[:, structure.loops[0]] = True
     return points[: layers * size], closed, on_rim.ravel()
+
+
+def folded_angle(n=4, layers=16):
+    """An angle with arms 3 long and 1 thick that are 7 long half way: its projection folds there."""
+    ids = np.full((3 * n + 1, 3 * n + 1), -1)
+    kept = np.minimum(*np.meshgrid(np.arange(3 * n + 1), np.arange(3 * n + 1), indexing="ij")) <= n
+    ids[kept] = np.arange(np.count_nonzero(kept))
+    j, i = np.nonzero(kept)  # in the order of their numbers
+    xy = np.c_[i, j] / n
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    quads = quads[(quads >= 0).all(axis=1)]
+    path = [(0, 0), (3 * n, 0), (3 * n, n), (n, n), (n, 3 * n), (0, 3 * n), (0, 0)]
+    loop = []
+    for (a, b), (c, d) in pairwise(path):
+        m = max(abs(c - a), abs(d - b))
+        loop += [ids[b + (d - b) * k // m, a + (c - a) * k // m] for k in range(m)]
+    loop = np.array(loop)
+    source = np.c_[xy, np.zeros(len(xy))]
+    longer = np.where(source > 1, 1 + 3 * (source - 1), source)
+    t = np.linspace(0, 1, layers + 1)[:, None, None]
+    share = np.sin(np.pi * t)
+    rings = ((1 - share) * source + share * longer)[:, loop] + [0, 0, 6] * t
+    sweep = project_layers(
+        source, quads, rings, loops=(loop,), strategy="both", target_points=source + [0, 0, 6], residual=True
+    )
+    structure = SweptStructure(quads=quads, loops=(loop,), n_nodes=len(xy), n_layers=layers)
+    fixed = np.zeros((layers + 1, len(xy)), dtype=bool)
+    fixed[[0, -1]] = True
+    fixed[:, loop] = True
+    return sweep.points().reshape(-1, 3), structure, fixed.ravel()
