@@ -27,12 +27,12 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import cg
 
 from .errors import InputError, InvertedHexError
-from .fading import fade
 from .mesh import HEX_FACES, HexMesh
 from .quality import positive_inside
-from .quality.threads import map_chunks
 from .topology import FloatArray, IntArray
 
 Projection = Callable[[FloatArray], FloatArray]
@@ -105,7 +105,7 @@ def elevate(
     lengths = np.linalg.norm(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]], axis=1)
     straight_enough = np.linalg.norm(bow, axis=1) <= 1e-9 * lengths
     if not straight_enough.all():
-        bow = fade(bow, fixed, _unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))[0])
+        bow = _faded(bow, fixed, edge_of)
     middles = straight + bow
     points = [mesh.points, middles]
     columns = [corners, n + edge_of]
@@ -125,24 +125,19 @@ def elevate(
         columns += [first_face + face_of, first_face + len(faces) + np.arange(len(corners))[:, None]]
     hexes = np.hstack(columns)
     stacked = np.concatenate(points)
-    if not allow_inverted:
-        _check_inside(stacked, hexes)
-    boundaries = {
-        name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges))
-        for name, quads in mesh.boundaries.items()
-    }
-    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, structure=None)
-
-
-def _check_inside(points: FloatArray, hexes: IntArray) -> None:
-    proofs = map_chunks(lambda chunk: positive_inside(points, hexes[chunk])[0], len(hexes))
-    worst = np.flatnonzero(~np.concatenate(list(proofs)))
-    if len(worst):
+    positive, _ = positive_inside(stacked, hexes)
+    if not positive.all() and not allow_inverted:
+        worst = np.flatnonzero(~positive)
         raise InvertedHexError(
             f"{len(worst)} hexes of order 2 have a Jacobian that is not positive inside, the first is hex {worst[0]}: "
             "the curved boundary is too coarsely meshed; try a smaller size or order=1",
             hexes=worst[:10].tolist(),
         )
+    boundaries = {
+        name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges))
+        for name, quads in mesh.boundaries.items()
+    }
+    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, structure=None)
 
 
 def _boundary_bow(
@@ -172,6 +167,25 @@ def _boundary_bow(
     return bow, placed
 
 
+def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
+    """Carry the bow of the fixed edges harmonically to the others, over opposite edges of quads."""
+    free = np.flatnonzero(~fixed)
+    if len(free) == 0:
+        return bow
+    pairs, _ = _unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
+    rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
+    links = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
+    laplacian = (diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()
+    right = -(laplacian[free][:, np.flatnonzero(fixed)] @ bow[fixed])
+    matrix = laplacian[free][:, free]
+    scale = diags_array(1.0 / matrix.diagonal())
+    result = bow.copy()
+    for axis in range(3):
+        # A bow that is a little less smooth than harmonic is as good: the iteration may stop early.
+        result[free, axis] = cg(matrix, right[:, axis], rtol=1e-4, maxiter=2000, M=scale)[0]
+    return result
+
+
 def _face_centres(
     points: FloatArray, middles: FloatArray, corners: IntArray, edge_of: IntArray, face_of: IntArray
 ) -> FloatArray:
@@ -197,31 +211,17 @@ def _quad_edges(quads: IntArray) -> IntArray:
 
 def _unique(rows: IntArray) -> tuple[IntArray, IntArray]:
     """Different rows of node ids, ascending, and for every row its place among them."""
-    keys = _packed(rows)
-    order = np.lexsort(keys.T[::-1]) if keys.shape[1] > 1 else np.argsort(keys[:, 0], kind="stable")
-    ordered = keys[order]
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
     new = np.ones(len(rows), dtype=bool)
     np.any(ordered[1:] != ordered[:-1], axis=1, out=new[1:])
     place = np.empty(len(rows), dtype=np.int64)
     place[order] = np.cumsum(new) - 1
-    return rows[order[new]], place
-
-
-def _packed(rows: IntArray) -> IntArray:
-    """Rows of an even number of ids in half as many columns, in the same order: they sort faster."""
-    if rows.size and int(np.max(rows)) >= 1 << 31:
-        return rows
-    return (rows[:, ::2] << 32) | rows[:, 1::2]
+    return ordered[new], place
 
 
 def _find(known: IntArray, wanted: IntArray, what: str) -> IntArray:
     """Places of rows among known, ascending rows."""
-    many, few = _packed(known), _packed(wanted)
-    if many.shape[1] == few.shape[1] == 1:
-        place = np.minimum(np.searchsorted(many[:, 0], few[:, 0]), len(many) - 1)
-        if not np.array_equal(many[place], few):
-            raise InputError(f"a {what} is none of the mesh")
-        return place
     rows, place = _unique(np.concatenate([known, wanted]))
     if len(rows) != len(known):
         raise InputError(f"a {what} is none of the mesh")

@@ -69,7 +69,6 @@ ALLOWED = {
     "assembly": {"patches"},
     "factors": {"assembly", "projection"},
     "curving": {"assembly"},
-    "elevate": {"fading"},
 }
 
 

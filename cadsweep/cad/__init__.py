@@ -2,7 +2,8 @@
 
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one
-surface, and ``find_crossing`` says where a solid runs into itself.
+surface, ``divide_roundings`` divides the roundings of a cap's edges, and ``find_crossing`` says where a solid runs
+into itself.
 """
 
 from typing import TYPE_CHECKING
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "cut_closed",
     "cut_ring",
+    "divide_roundings",
     "find_crossing",
     "find_mergeable",
     "load",
@@ -41,6 +43,13 @@ def cut_closed(part: "Part") -> "Iterator[Part]":
     from .closed import cut_closed as cut
 
     return cut(part)
+
+
+def divide_roundings(part: "Part", caps: "Sequence[tuple[int, Sequence[int]]]") -> "Part | None":
+    """Divide faces that round the edges of caps (:func:`cadsweep.cad.fillets.divide_roundings`)."""
+    from .fillets import divide_roundings as divide
+
+    return divide(part, caps)
 
 
 def find_mergeable(part: "Part") -> list[tuple[int, ...]]:

@@ -95,7 +95,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
                 nodes=options.nodes,
                 curves=project_to_edges(part, sweep, surfaces),
                 surfaces=project_to_faces(part, sweep, factored),
-                allow_inverted=True,  # the checks follow
+                allow_inverted=options.allow_inverted,
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=reference)
@@ -130,11 +130,8 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
 
 def refusal(report: QualityReport) -> InvertedHexError:
     """Say what is wrong with a mesh that is not handed over."""
-    way_out = "another size, more layers, or another source face"
-    if report.order == 2:
-        way_out = "a smaller size, more layers, or order=1: a curved boundary may be too coarsely meshed"
     return InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])}; try {way_out}",
+        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )

@@ -20,6 +20,9 @@ DOUBTFUL = 0.4
 STRAIGHT = 0.9
 """Score of the best sweep of a full ring of revolution below which the sweep around its axis is scored, too."""
 
+MOST_DIVIDED = 3
+"""Sweeps whose caps' roundings are divided to see whether a better one comes of it."""
+
 MOST_KEPT = 8
 """Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
@@ -73,10 +76,10 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
     """Find the sweeps of a part.
 
-    A full ring of revolution that has none, or a worse one than that around its axis, is cut open. Where
-    nothing is found, or nothing good, or the best sweep's caps are divided in ways that do not correspond,
-    faces that only divide one surface are merged. A cap that the user named keeps its faces where the
-    part has any sweep.
+    A full ring of revolution that has none, or a worse one than that around its axis, is cut open. Where a cap of
+    the best sweep runs tangent into a rounding, that is divided between cap and sides. Where nothing is found, or
+    nothing good, or the best sweep's caps are divided in ways that do not correspond, faces that only divide one
+    surface are merged. A cap that the user named keeps its faces where the part has any sweep.
     """
     solid = _only_solid(part)
     hinted = source is not None or target is not None
@@ -87,6 +90,9 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
         around = None if hinted else _better_around(part, sweeps[0])
         if around is not None:
             return around
+        divided = _divide_roundings(part, sweeps, source, target)
+        if divided is not None:
+            return divided
         if _corresponds(sweeps[0]) and sweeps[0].score >= DOUBTFUL:
             return part, sweeps
     except NotSweepableError as error:
@@ -159,6 +165,30 @@ def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
             if sweeps and sweeps[0].score > sweep.score:
                 return ring, sweeps
     return None
+
+
+def _divide_roundings(part: Part, sweeps: list[Sweep], source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
+    """The part with the roundings of a sweep's caps divided, where that promises better hexes at their edge."""
+    # Faces keep their ids, so the user's choice means the same in the divided part.
+    choice = resolve_cap(part, source), resolve_cap(part, target)
+    worst = recognition.worst_rim(sweeps[0])
+    best: tuple[Part, list[Sweep]] | None = None
+    for sweep in sweeps[:MOST_DIVIDED] if recognition.find_roundings(sweeps[0]) else ():
+        roundings = recognition.find_roundings(sweep)
+        divided = cad.divide_roundings(part, roundings) if roundings else None
+        if divided is None:
+            continue
+        with suppress(NotSweepableError):  # a cap that the user named may be divided now
+            better = recognition.find_sweeps(_only_solid(divided), source=choice[0], target=choice[1])
+            grown = {plane for plane, _ in roundings}
+            wanted = [found for found in better if grown <= {*found.source, *found.target}]
+            better = wanted + [found for found in better if found not in wanted]
+            gain = recognition.worst_rim(better[0]) / worst
+            if gain <= 1.0 or better[0].score * gain <= sweeps[0].score or not _corresponds(better[0]):
+                continue
+            if best is None or better[0].score > best[1][0].score:
+                best = divided, better
+    return best
 
 
 def _corresponds(sweep: Sweep) -> bool:

@@ -18,8 +18,6 @@ Johnen, Remacle, Geuzaine, "Geometrical validity of curvilinear finite elements"
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from numba import njit
 
@@ -72,22 +70,13 @@ def _controls(points: FloatArray, hexes: IntArray, order: int) -> FloatArray:
     """Bernstein control points (m, order + 1, order + 1, order + 1, 3), indexed k, j, i."""
     if order == 1:
         return points[hexes[:, _TENSOR_8]].reshape(-1, 2, 2, 2, 3)
-    n = hexes.shape[1]
-    nodes = points[hexes]
-    nodes = nodes - nodes[:, :1]  # only differences count: far from the origin they keep more digits so
-    flat = nodes.transpose(0, 2, 1).reshape(-1, n)  # one product for all is faster than one a hexahedron
-    controls = (flat @ _to_controls(n).T).reshape(-1, 3, 27)
-    return np.ascontiguousarray(controls.transpose(0, 2, 1)).reshape(-1, 3, 3, 3, 3)
-
-
-@cache
-def _to_controls(n_nodes: int) -> FloatArray:
-    """The control points of a hexahedron of order 2 (27, indexed k, j, i) from its nodes: (27, n_nodes)."""
-    nodes = np.eye(n_nodes)[None]
-    grid = (nodes if n_nodes == 27 else _with_inner_nodes(nodes))[0, _TENSOR_27].reshape(3, 3, 3, n_nodes)
+    nodes = points[hexes] if hexes.shape[1] == 27 else _with_inner_nodes(points[hexes])
+    grid = nodes[:, _TENSOR_27].reshape(-1, 3, 3, 3, 3)
     # The middle control point of a parabola through a, m, b is 2 m - (a + b) / 2.
-    line = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
-    return np.einsum("kK,jJ,iI,KJIn->kjin", line, line, line, grid).reshape(27, n_nodes)
+    to_control = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
+    return np.ascontiguousarray(
+        np.einsum("kK,jJ,iI,mKJIc->mkjic", to_control, to_control, to_control, grid, optimize=True)
+    )
 
 
 def _with_inner_nodes(nodes: FloatArray) -> FloatArray:
@@ -117,68 +106,65 @@ def _binomials(degree):  # type: ignore[no-untyped-def]
 
 
 @_njit
-def _column(controls, h, axis, order, rows, column):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def _column(controls, h, axis, order, column):  # type: ignore[no-untyped-def]
     """Fill `column` with the derivative along an axis (0: i, 1: j, 2: k), its coefficients times their binomials.
 
-    Row d of `rows` holds the binomials of degree d. Returns the length of the longest coefficient.
+    Returns the length of the longest coefficient.
     """
     n0, n1, n2 = order + (axis != 2), order + (axis != 1), order + (axis != 0)
+    b0, b1, b2 = _binomials(n0 - 1), _binomials(n1 - 1), _binomials(n2 - 1)
     longest = 0.0
     for k in range(n0):
         for j in range(n1):
             for i in range(n2):
                 square = 0.0
-                weight = order * rows[n0 - 1, k] * rows[n1 - 1, j] * rows[n2 - 1, i]
                 for c in range(3):
                     ahead = controls[h, k + (axis == 2), j + (axis == 1), i + (axis == 0), c]
-                    step = ahead - controls[h, k, j, i, c]
+                    step = order * (ahead - controls[h, k, j, i, c])
                     square += step * step
-                    column[k, j, i, c] = step * weight
+                    column[k, j, i, c] = step * b0[k] * b1[j] * b2[i]
                 longest = max(longest, square)
-    return order * np.sqrt(longest)
+    return np.sqrt(longest)
 
 
 @_njit
 def _add_products(u, v, order, normal):  # type: ignore[no-untyped-def]
     """Fill `normal` with the coefficients of u x v, times their binomials."""
-    normal[:] = 0.0
-    for k in range(order + 1):
-        for j in range(order + 1):
-            for i in range(order):
-                x, y, z = u[k, j, i, 0], u[k, j, i, 1], u[k, j, i, 2]
-                for kk in range(order + 1):
-                    for jj in range(order):
-                        for ii in range(order + 1):
-                            a, b, c = v[kk, jj, ii, 0], v[kk, jj, ii, 1], v[kk, jj, ii, 2]
-                            normal[k + kk, j + jj, i + ii, 0] += y * c - z * b
-                            normal[k + kk, j + jj, i + ii, 1] += z * a - x * c
-                            normal[k + kk, j + jj, i + ii, 2] += x * b - y * a
-
-
-@_njit
-def _jacobian(controls, h, order, rows, work, jacobian):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill `jacobian` with its Bernstein coefficients, index (k n + j) n + i, n = 3 order; return its scale."""
-    u, v, w, normal = work
-    scale = _column(controls, h, 0, order, rows, u)
-    scale *= _column(controls, h, 1, order, rows, v)
-    scale *= _column(controls, h, 2, order, rows, w)
-    _add_products(u, v, order, normal)
-    n = 3 * order
-    jacobian[:] = 0.0
     for k in range(2 * order + 1):
         for j in range(2 * order):
             for i in range(2 * order):
-                x, y, z = normal[k, j, i, 0], normal[k, j, i, 1], normal[k, j, i, 2]
-                for kk in range(order):
-                    for jj in range(order + 1):
-                        at = ((k + kk) * n + j + jj) * n + i
-                        for ii in range(order + 1):
-                            jacobian[at + ii] += x * w[kk, jj, ii, 0] + y * w[kk, jj, ii, 1] + z * w[kk, jj, ii, 2]
-    row = rows[n - 1]
-    for k in range(n):
-        for j in range(n):
-            for i in range(n):
-                jacobian[(k * n + j) * n + i] /= row[k] * row[j] * row[i]
+                normal[k, j, i, 0] = normal[k, j, i, 1] = normal[k, j, i, 2] = 0.0
+    for a in range((order + 1) * (order + 1) * order):
+        k, j, i = a // order // (order + 1), a // order % (order + 1), a % order
+        for b in range((order + 1) * order * (order + 1)):
+            kk, jj, ii = b // (order + 1) // order, b // (order + 1) % order, b % (order + 1)
+            for c in range(3):
+                d, e = (c + 1) % 3, (c + 2) % 3
+                normal[k + kk, j + jj, i + ii, c] += u[k, j, i, d] * v[kk, jj, ii, e] - u[k, j, i, e] * v[kk, jj, ii, d]
+
+
+@_njit
+def _jacobian(controls, h, order, jacobian):  # type: ignore[no-untyped-def]
+    """Fill `jacobian` with its Bernstein coefficients, index (k n + j) n + i, n = 3 order; return its scale."""
+    most = order + 1
+    u, v, w = np.empty((most, most, most, 3)), np.empty((most, most, most, 3)), np.empty((most, most, most, 3))
+    scale = _column(controls, h, 0, order, u) * _column(controls, h, 1, order, v) * _column(controls, h, 2, order, w)
+    normal = np.empty((2 * order + 1, 2 * order, 2 * order, 3))
+    _add_products(u, v, order, normal)
+    n = 3 * order
+    for m in range(n * n * n):
+        jacobian[m] = 0.0
+    for k in range(2 * order + 1):
+        for j in range(2 * order):
+            for i in range(2 * order):
+                for b in range(order * (order + 1) * (order + 1)):
+                    kk, jj, ii = b // (order + 1) // (order + 1), b // (order + 1) % (order + 1), b % (order + 1)
+                    at = ((k + kk) * n + j + jj) * n + i + ii
+                    for c in range(3):
+                        jacobian[at] += normal[k, j, i, c] * w[kk, jj, ii, c]
+    row = _binomials(n - 1)
+    for m in range(n * n * n):
+        jacobian[m] /= row[m // n // n] * row[m // n % n] * row[m % n]
     return scale
 
 
@@ -235,25 +221,13 @@ def _is_positive(jacobian, n, least, max_boxes, max_depth):  # type: ignore[no-u
 
 @_njit
 def _decide(controls, order, max_boxes, max_depth, positive, volumes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    n, most = 3 * order, order + 1
-    rows = np.zeros((n, n))
-    for degree in range(n):
-        rows[degree, : degree + 1] = _binomials(degree)
-    work = (
-        np.empty((most, most, most, 3)),
-        np.empty((most, most, most, 3)),
-        np.empty((most, most, most, 3)),
-        np.empty((2 * order + 1, 2 * order, 2 * order, 3)),
-    )
+    n = 3 * order
     jacobian = np.empty(n * n * n)
     for h in range(controls.shape[0]):
-        scale = _jacobian(controls, h, order, rows, work, jacobian)
-        total, least = 0.0, np.inf
+        scale = _jacobian(controls, h, order, jacobian)
+        total = 0.0
         for i in range(n * n * n):
             total += jacobian[i]
-            # In this order a coefficient that is no number becomes the least.
-            least = least if jacobian[i] > least else jacobian[i]
         volumes[h] = total / (n * n * n)
         finite = np.isfinite(scale) and np.isfinite(total) and scale > 0.0
-        bound = ZERO * scale
-        positive[h] = finite and (least > bound or _is_positive(jacobian, n, bound, max_boxes, max_depth))
+        positive[h] = finite and _is_positive(jacobian, n, ZERO * scale, max_boxes, max_depth)

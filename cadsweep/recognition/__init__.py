@@ -6,8 +6,18 @@ Place in the flow: takes a :class:`~cadsweep.topology.Solid` from ``cad``, gives
 
 from .edges import describe_edges
 from .find import find_sweeps
+from .growth import find_roundings, worst_rim
 from .reasons import describe
 from .revolution import find_axis
 from .rings import may_be_ring, why_not_closed
 
-__all__ = ["describe", "describe_edges", "find_axis", "find_sweeps", "may_be_ring", "why_not_closed"]
+__all__ = [
+    "describe",
+    "describe_edges",
+    "find_axis",
+    "find_roundings",
+    "find_sweeps",
+    "may_be_ring",
+    "why_not_closed",
+    "worst_rim",
+]

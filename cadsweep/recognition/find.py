@@ -20,6 +20,7 @@ from ..errors import InputError, NotSweepableError
 from ..topology import Solid, Sweep
 from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
+from .growth import with_grown
 from .layout import Layout, choose_bands, lay_out
 from .reasons import explain, headline
 from .score import score_layout, score_sweep
@@ -28,6 +29,8 @@ log = logging.getLogger(__name__)
 
 POOR = 0.3
 """Sweeps whose score is below this part of the best one's are given only where a hint asks for them."""
+SMALLER = 0.99
+"""Greatest score of a sweep as a part of that of the same sweep with larger, better caps."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -128,7 +131,8 @@ def _turned(sweep: Sweep) -> Sweep | None:
 
 def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     search = find_bands(solid, folded=folded)
-    return [layout for bands in choose_bands(search.bands) for layout in lay_out(solid, bands)[0]]
+    laid_out = [layout for bands in choose_bands(search.bands) for layout in lay_out(solid, bands)[0]]
+    return [each for layout in laid_out for each in with_grown(solid, layout)]
 
 
 def search_sweeps(solid: Solid) -> Findings:
@@ -143,14 +147,18 @@ def search_sweeps(solid: Solid) -> Findings:
             if not layouts:
                 found.failures.append((bands, reason))
             for layout in layouts:
-                if frozenset(layout.caps) in seen:
-                    continue
-                seen.add(frozenset(layout.caps))
-                built = build_sweep(solid, layout, reverse=_second_is_source(solid, layout))
-                if isinstance(built, str):
-                    found.failures.append((bands, built))
-                else:
-                    found.sweeps.append(replace(built, score=round(score_sweep(built, score_layout(solid, layout)), 9)))
+                best = 1.0
+                for each in with_grown(solid, layout):
+                    if frozenset(each.caps) in seen:
+                        continue
+                    seen.add(frozenset(each.caps))
+                    built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
+                    if isinstance(built, str):
+                        found.failures.append((bands, built))
+                        continue
+                    score = min(best, score_sweep(built, score_layout(solid, each)))
+                    best = SMALLER * score
+                    found.sweeps.append(replace(built, score=round(score, 9)))
         found.sweeps.sort(key=lambda s: (-s.score, len(s.linking_sides), s.source))
         log.debug("%d sweeps from %d bands (folded: %s)", len(found.sweeps), len(search.bands), folded)
         if found.sweeps:

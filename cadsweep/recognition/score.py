@@ -9,11 +9,12 @@ bound on a mesh's quality.
 
 from __future__ import annotations
 
-from math import pi, sin, sqrt
+from math import pi, sqrt
 
 import numpy as np
 
 from ..topology import FloatArray, Solid, Sweep
+from .growth import rim_quality
 from .layout import Layout
 
 FLOOR = 0.02
@@ -34,10 +35,10 @@ def score_layout(solid: Solid, layout: Layout) -> float:
     for edge in solid.edges:
         n = sum(f in caps for f in edge.faces)
         if n == 1:
-            rim.append(edge.dihedral)
+            rim.append(rim_quality(solid, edge))
         elif n == 2:
             inner.append(edge.dihedral)
-    square = [max(sin(min(max(a, 0.0), pi)), FLOOR) for a in rim]
+    square = [max(quality, FLOOR) for quality in rim]
     caps_score = sqrt(min(square) * (sum(square) / len(square)))
     folds = [max(1.0 - abs(a - pi) / pi, FLOOR) for a in inner]
     return corners * caps_score**0.5 * (min(folds) if folds else 1.0)

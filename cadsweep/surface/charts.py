@@ -127,7 +127,7 @@ def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]
         return None
     signs = np.ones(2)
     outer = uv[0] * scale
-    if _signed_area(outer) < 0:
+    if signed_area(outer) < 0:
         signs[0] = -1.0
     factor = scale * signs
 
@@ -138,7 +138,8 @@ def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]
     return Chart(boundary=tuple(part * factor for part in uv), boundary_uv=border, lift=lift)
 
 
-def _signed_area(polygon: FloatArray) -> float:
+def signed_area(polygon: FloatArray) -> float:
+    """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
     x, y = (polygon - polygon.mean(axis=0)).T
     return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
@@ -156,6 +157,6 @@ def _distortion(chart: Chart, points: Sequence[FloatArray]) -> float:
 
 def _is_simple(loops: Sequence[FloatArray]) -> bool:
     """Whether the outlines turn the right way, and no two of their segments cross."""
-    if _signed_area(loops[0]) <= 0 or any(_signed_area(loop) >= 0 for loop in loops[1:]):
+    if signed_area(loops[0]) <= 0 or any(signed_area(loop) >= 0 for loop in loops[1:]):
         return False
     return not loops_cross(loops)

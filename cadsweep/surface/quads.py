@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -24,12 +25,17 @@ from .annulus import THIN, fill_wall, wall_thickness
 from .charts import Chart, charts_of
 from .gmsh_quads import mesh_polygon, settings_for
 from .relax import relax_quads
+from .rim import lay_rows, smooth_loops
 from .transfinite import GOOD_ENOUGH, fill, join_chains
 
 _CORNER = (np.radians(30), np.radians(150))
 _STRAIGHT = (np.radians(150), np.radians(210))
 _GOOD_WALL = 0.7
 """Worst corner sine of our own quads around a hole from which on gmsh is not asked."""
+
+
+_GOOD_ROWS = 0.4
+"""Worst corner sine from which on quads with a row along a smooth rim are taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +108,7 @@ class CapBuilder:
             known = np.concatenate(self.points)
             loops = [reversed_loop(loop.directed) for loop in face.loops]
             patch = self._structured(face, loops, known) if len(loops) == 1 else None
-            if patch is None or patch.worst < GOOD_ENOUGH:
+            if patch is None or patch.worst < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
                 other = self._other_than_grid(face, loops, known, patch)
                 patch = other if patch is None or other.worst > patch.worst else patch
             if patch.worst <= 0:
@@ -147,7 +153,10 @@ class CapBuilder:
     def _other_than_grid(
         self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, grid: FacePatch | None
     ) -> FacePatch:
-        """Our own quads around a hole, or gmsh's: whichever have the better worst corner."""
+        """A row along a smooth rim, our own quads around a hole, or gmsh's: whichever have the better worst corner."""
+        rows = self._rows(face, loops, known)
+        if rows is not None and rows.worst >= _GOOD_ROWS:
+            return rows
         wall = self._wall(face, loops, known, thin=True)
         if wall is not None and wall.worst >= _GOOD_WALL:
             return wall
@@ -155,6 +164,36 @@ class CapBuilder:
         if wall is None and patch.worst < GOOD_ENOUGH:
             wall = self._wall(face, loops, known, thin=False)
         return wall if wall is not None and wall.worst > patch.worst else patch
+
+    def _rows(self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray) -> FacePatch | None:
+        """Lay a row of quads along smooth rims and mesh the rest with gmsh, or None where that does not go."""
+        smooth = smooth_loops(self.sweep, loops)
+        if not any(smooth):
+            return None
+        nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
+        best: FacePatch | None = None
+        for chart in charts_of(face, loops, self.fractions, nodes, known):
+            rows = lay_rows(chart.boundary, smooth, partial(_normals_at, face, chart))
+            if rows is None:
+                continue
+            inner, quads, left = rows
+            places = np.concatenate([*chart.boundary, inner])
+            outline = [places[loop] for loop in left]
+            for setting in settings_for(outline):
+                try:
+                    more, others = mesh_polygon(outline, setting)
+                except SurfaceMeshError:
+                    continue  # the next setting, or the face without rows
+                number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
+                patch = self._lift(
+                    face, chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]),
+                    np.concatenate(nodes), n_rows=len(inner),
+                )  # fmt: skip
+                if best is None or patch.worst > best.worst:
+                    best = patch
+                if best.worst >= setting.good_enough:
+                    return best
+        return best
 
     def _wall(
         self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, *, thin: bool
@@ -209,15 +248,21 @@ class CapBuilder:
             raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}")
         return best
 
-    def _lift(self, face: Face, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray) -> FacePatch:
-        """Bring a chart's mesh onto the surface and relax it."""
+    def _lift(
+        self, face: Face, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray, *, n_rows: int = 0
+    ) -> FacePatch:
+        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside."""
         points, uv = chart.lift(inner)
         everything = np.concatenate([np.concatenate(self.points)[boundary], points])
         n = len(boundary)
         all_uv = np.concatenate([chart.boundary_uv, uv])
-        everything, _, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n)
+        everything, _, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n + n_rows)
         ids = np.concatenate([boundary, self.n_points + np.arange(len(inner), dtype=np.int64)])
         return FacePatch(inner_points=everything[n:], quads=ids[quads], worst=worst)
+
+
+def _normals_at(face: Face, chart: Chart, places: FloatArray) -> FloatArray:
+    return face.surface.normals(chart.lift(places)[1])
 
 
 def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:

@@ -8,7 +8,6 @@ from io_meshes import bent_box, box, twisted_box
 
 from cadsweep.elevate import elevate
 from cadsweep.errors import InputError, InvertedHexError
-from cadsweep.fading import fade
 from cadsweep.io.sides import HEX_EDGES, SIDES
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import positive_inside
@@ -117,17 +116,3 @@ def test_middles_lie_on_the_cad_surface(nodes):
     assert np.minimum(abs(radius - 2), abs(radius - 3)).max() < 1e-6
     volume = positive_inside(mesh.points, mesh.hexes)[1].sum()
     assert volume == pytest.approx(np.pi * 5 * 4, rel=1e-4)
-
-
-def test_a_fading_field_is_harmonic():
-    """On a ladder of 7 rungs with one end at 1 and the other at 4 it is linear; what nothing leads to stays zero."""
-    rungs = np.arange(7)
-    sides = np.concatenate([np.stack([rungs[:-1], rungs[1:]], axis=1), np.stack([rungs[:-1], rungs[1:]], axis=1) + 7])
-    pairs = np.concatenate([sides, np.stack([rungs, rungs + 7], axis=1), [[14, 15]]])
-    fixed = np.isin(np.arange(16), [0, 7, 6, 13])
-    values = np.zeros((16, 3))
-    values[[0, 7]], values[[6, 13]] = [1.0, 0.0, -1.0], [4.0, 0.0, 1.0]
-    field = fade(values, fixed, pairs)
-    expected = np.stack([1 + rungs / 2, 0.0 * rungs, -1 + rungs / 3], axis=1)
-    np.testing.assert_allclose(field[:14], np.concatenate([expected, expected]), atol=1e-3)
-    assert not field[14:].any()
