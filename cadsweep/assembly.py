@@ -347,8 +347,11 @@ def _make_rim_distance(
     groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
     edges: dict[frozenset[int], list[int]] = {}
     vertices: dict[int, set[int]] = {}
+    twins = {t: e for e, (t, _) in sweep.target_edges.items()} if is_ring(sweep) else {}
+    twins |= {e: t for t, e in twins.items()}  # of a ring cut open, the sides beside both edges of a pair meet there
     for edge in solid.edges:
-        around = frozenset(groups[face] for face in edge.faces if face in groups)
+        beside = [*edge.faces, *(solid.edges[twins[edge.id]].faces if edge.id in twins else ())]
+        around = frozenset(groups[face] for face in beside if face in groups)
         edges.setdefault(around, []).append(edge.id)
         for vertex in (edge.start, edge.end):
             vertices.setdefault(vertex, set()).update(around)

@@ -52,15 +52,15 @@ def divide_roundings(part: "Part", caps: "Sequence[tuple[int, Sequence[int]]]") 
     return divide(part, caps)
 
 
-def find_mergeable(part: "Part") -> list[tuple[int, ...]]:
-    """Groups of faces that divide one surface (:func:`cadsweep.cad.merging.find_mergeable`)."""
+def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[int, ...]]:
+    """Groups of edges that divide one surface (:func:`cadsweep.cad.merging.find_mergeable`)."""
     from .merging import find_mergeable as find
 
-    return find(part)
+    return find(part, across_kinks=across_kinks)
 
 
 def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None":
-    """Merge faces that divide one surface (:func:`cadsweep.cad.merging.merge_faces`)."""
+    """Merge faces across such edges (:func:`cadsweep.cad.merging.merge_faces`)."""
     from .merging import merge_faces as merge
 
     return merge(part, groups)

@@ -28,7 +28,7 @@ from .colors import common_color
 from .divide import divide_closed
 from .extract import extract_solid
 from .naming import inner_point
-from .same_surface import cutting_edges, dividing_edges, group_faces, is_elementary, share_surface
+from .same_surface import cutting_edges, dividing_edges, group_faces, is_elementary, prolonged_kinks, share_surface
 from .shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
 from .shared_surfaces import part_surfaces
 from .tracing import Traced
@@ -37,16 +37,27 @@ from .validate import check_closed
 Item = TypeVar("Item", Face, Edge)
 
 
-def find_mergeable(part: Part) -> list[tuple[int, ...]]:
-    """Groups of faces that divide one surface, as tuples of face ids; none for a part of several solids."""
+def find_mergeable(part: Part, *, across_kinks: bool = False) -> list[tuple[int, ...]]:
+    """Edges that divide one surface, in groups whose faces hang together; none for a part of several solids.
+
+    Parameters
+    ----------
+    part : Part
+    across_kinks : bool
+        Give up edges, too, that go on in kinks of the neighbours (a mitre across a flat side): good stations.
+    """
     if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
         return []
     solid = part.solids[0]
-    return group_faces(solid, dividing_edges(solid))
+    edges = set(dividing_edges(solid))
+    if not across_kinks:
+        edges -= prolonged_kinks(solid, edges)
+    groups = [set(group) for group in group_faces(solid, sorted(edges))]
+    return [tuple(sorted(e for e in edges if group.issuperset(solid.edges[e].faces))) for group in groups]
 
 
 def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
-    """Merge groups of faces.
+    """Merge faces across groups of edges.
 
     Parameters
     ----------
@@ -61,10 +72,7 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
         The same solid with fewer faces; None where OpenCASCADE cannot merge them.
     """
     solid = part.solids[0]
-    group_of = {f: k for k, group in enumerate(groups) for f in group}
-    inside = [edge.id for edge in solid.edges if edge.faces[0] in group_of
-              and group_of[edge.faces[0]] == group_of.get(edge.faces[1])]  # fmt: skip
-    dividing = [e for e in inside if e in set(dividing_edges(solid))]
+    dividing = sorted(e for group in groups for e in group)
     cuts = cutting_edges(solid, dividing)
     # OpenCASCADE closes some surfaces again, which are then divided anew, and others not.
     attempts = [set(dividing) - cuts]

@@ -6,7 +6,7 @@ clean-up leaves such pieces; a file keeps a copy of the surface for each.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import pi
 from typing import Any
 
@@ -60,6 +60,23 @@ def cutting_edges(solid: Solid, dividing: Sequence[int]) -> set[int]:
     return found
 
 
+def prolonged_kinks(solid: Solid, dividing: Collection[int]) -> set[int]:
+    """Those of the edges at both of whose ends three others meet, none of which divides a surface.
+
+    Two of the three go on along the faces beside the edge, so the third, a true edge, goes on from it.
+    """
+    at_vertex: dict[int, list[int]] = {}
+    for edge in solid.edges:
+        for v in (edge.start, edge.end):
+            at_vertex.setdefault(v, []).append(edge.id)
+
+    def goes_on(e: int, v: int) -> bool:
+        others = [other for other in at_vertex[v] if other != e]
+        return len(others) == 3 and not any(other in dividing for other in others)
+
+    return {e for e in dividing if goes_on(e, solid.edges[e].start) and goes_on(e, solid.edges[e].end)}
+
+
 def is_elementary(solid: Solid, face: int) -> bool:
     """Whether a face's surface has a closed form: plane, cylinder, cone, sphere or torus."""
     return hasattr(getattr(solid.faces[face].surface, "geometry", None), "project")
@@ -101,9 +118,12 @@ def is_same_surface(solid: Solid, f: int, g: int) -> bool:
         return False
     uv = _samples(other)
     points = other.evaluate(uv)
-    at = one.project(points) if is_elementary(solid, f) else uv
-    if ((at < one.limits[0]) | (at > one.limits[1])).any():
+    if is_elementary(solid, f):
+        at = one.project(points)
+    elif ((uv < one.limits[0]) | (uv > one.limits[1])).any():
         return False
+    else:
+        at = uv
     return bool(np.max(np.linalg.norm(one.evaluate(at) - points, axis=1)) <= _NEAR * solid.size)
 
 

@@ -204,10 +204,16 @@ def _merge_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sw
     """
     groups = cad.find_mergeable(part)
     best = _try_merged(part, groups, source, target) if groups else None
+    if best is None or best[1][0].score < DOUBTFUL:
+        more = cad.find_mergeable(part, across_kinks=True)
+        other = _try_merged(part, more, source, target) if more != groups else None
+        if other is not None and (best is None or other[1][0].score > best[1][0].score):
+            best, groups = other, more
     if best is None:
         return None
     sweep = best[1][0]
-    keys = [{part.solids[0].faces[f].key for f in group} for group in groups]
+    solid = _only_solid(part)
+    keys = [{solid.faces[f].key for e in group for f in solid.edges[e].faces} for group in groups]
     caps = [{sweep.solid.faces[f].key for f in cap} for cap in (sweep.source, sweep.target)]
     needed = set(range(len(groups)))
     in_caps = [{k for k in needed if keys[k] & cap} for cap in caps]
@@ -233,7 +239,10 @@ def _try_merged(
     if merged is None:
         return None
     with suppress(NotSweepableError):  # then the part as it was has the last word
-        return merged, _find(merged, source, target)
+        try:
+            return merged, _find(merged, source, target)
+        except NotSweepableError:
+            return _open_ring(merged, source, target)
     return None
 
 

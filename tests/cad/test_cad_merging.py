@@ -82,3 +82,17 @@ def test_only_the_chosen_groups_are_merged():
     assert len(groups) == 2
     (merged,) = merge_faces(part, groups[:1]).solids
     assert len(merged.faces) == len(part.solids[0].faces) - 1
+
+
+def test_a_mitre_across_a_flat_side_is_kept_for_a_station():
+    path = cq.Workplane("XZ").polyline([(0, 0), (0, 20), (12, 36)])
+    bar = cq.Workplane().rect(8, 6).sweep(path, transition="right").val()
+    halves = [face for face in bar.Faces() if abs(face.normalAt().y) > 0.9]
+    if len(halves) == 2:  # the sweep has joined the flat sides; draw the mitre on them again
+        beyond = cq.Solid.makeBox(100, 100, 100, pnt=cq.Vector(-50, -50, 0))
+        beyond = beyond.rotate(cq.Vector(0, 0, 0), cq.Vector(0, 1, 0), 18.434948822922).translate(cq.Vector(0, 0, 20))
+        bar = bar.cut(beyond).fuse(bar.intersect(beyond)).Solids()[0]
+    part = load(bar)
+    assert len(part.solids[0].faces) == 10
+    assert find_mergeable(part) == []
+    assert [len(group) for group in find_mergeable(part, across_kinks=True)] == [1, 1]
