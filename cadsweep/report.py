@@ -179,9 +179,12 @@ def _sweeps(mesh: HexMesh) -> str:
     rows = []
     for sweep in mesh.info.get("sweeps", []):
         for key, value in sweep.items():
-            faces = [f"face {f}" if isinstance(f, int) else str(f) for f in value] if isinstance(value, list) else []
-            text = ", ".join(faces) or str(value)
-            rows.append((escape(str(key)), escape(text)))
+            text = str(value)
+            if key in ("source", "target"):
+                text = ", ".join(f"face {f}" if isinstance(f, int) else str(f) for f in value)
+            elif isinstance(value, list):
+                text = " + ".join(map(str, value))
+            rows.append((escape(str(key).replace("_", " ")), escape(text)))
     return _table(rows)
 
 

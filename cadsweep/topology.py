@@ -425,8 +425,11 @@ class Intervals:
     n_layers : int
     size : float
         Target edge length on the source cap, working units.
+    span_layers : tuple of tuple of int
+        For every loop, the layers of each of its spans; they add up to `n_layers`.
     """
 
     counts: IntArray
     n_layers: int
     size: float
+    span_layers: tuple[tuple[int, ...], ...] = ()

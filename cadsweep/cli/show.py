@@ -19,7 +19,9 @@ def mesh_lines(summary: dict[str, Any], output: str) -> list[str]:
         off = summary["volume"] / summary["cad_volume"] - 1
         lines.append(f"volume: {summary['volume']:.6g}, CAD {summary['cad_volume']:.6g} ({off:+.2%})")
     for sweep in summary["sweeps"]:
-        lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers")
+        spans = sweep.get("span_layers", [])
+        parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
+        lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")
     lines += [f"note: {note}" for note in summary.get("notes", ())]
     if seconds:
         stages = ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())

@@ -88,7 +88,7 @@ def assign_intervals(
             )
     rail_wishes = {e: max(1.0, solid.edges[e].length / s) for e, s in sizes.items() if e in rails}
     _check_division(sweep, rail_wishes, sizes, target_size)
-    rail_counts, n_layers = assign_layers(
+    rail_layers = assign_layers(
         sweep,
         n_wanted=n_wanted,
         n_fixed=layers,
@@ -103,10 +103,17 @@ def assign_intervals(
     wished = sizes.keys() | {e for demand in demands_around for e in demand.edges}
     loop_counts = assign_loops(sweep, wanted=wanted, wished=wished, demands=demands_around)
     counts = np.zeros(len(solid.edges), dtype=np.int64)
-    for e, n in (rail_counts | loop_counts).items():
+    for e, n in loop_counts.items():
         counts[e] = n
+    for e, (begin, end) in rail_layers.items():
+        counts[e] = end - begin
+    n_layers = max(end for _, end in rail_layers.values())
+    span_layers = tuple(
+        tuple(max(rail_layers[e][1] for e in span) - min(rail_layers[e][0] for e in span) for span in loop)
+        for loop in sweep.spans
+    )
     log.debug("size %g, %d layers, %d segments around", target_size, n_layers, sum(loop_counts.values()))
-    return Intervals(counts=counts, n_layers=n_layers, size=float(target_size))
+    return Intervals(counts=counts, n_layers=n_layers, size=float(target_size), span_layers=span_layers)
 
 
 def _rail_turning(sweep: Sweep) -> float:

@@ -23,8 +23,8 @@ from .levels import Levels, find_levels, n_least
 
 def assign_layers(
     sweep: Sweep, *, n_wanted: float, n_fixed: int | None, wanted: dict[int, float], demands: Sequence[Demand]
-) -> tuple[dict[int, int], int]:
-    """Choose the counts of all edges along the sweep.
+) -> dict[int, tuple[int, int]]:
+    """Choose between which layers every edge along the sweep runs.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def assign_layers(
 
     Returns
     -------
-    dict of int to int, int
-        Count of every rail, and the number of layers.
+    dict of int to (int, int)
+        Node layers in which every rail begins and ends; the last of all is the number of layers.
 
     Raises
     ------
@@ -57,12 +57,12 @@ def assign_layers(
         n_start = max(float(least), n_wanted) if n_fixed is None else float(n_fixed)
         if levels.n == 2 and not demands and not wanted:
             n = n_fixed if n_fixed is not None else max(1, round(n_start))
-            return dict.fromkeys(levels.rails, n), n
+            return dict.fromkeys(levels.rails, (0, n))
         # The total that the size asks for gives way to what the user asks of the spans.
         total = n_fixed is not None or not (demands or wanted)
         place = _place_levels(_make_problem(sweep, levels, n_start, wanted, total=total), demands, n_fixed)
         if place is not None:
-            return {e: place[b] - place[a] for e, (a, b) in levels.rails.items()}, place[-1]
+            return {e: (place[a], place[b]) for e, (a, b) in levels.rails.items()}
     least = min(n_least(levels) for levels in choices)
     if n_fixed is not None and n_fixed < least:
         raise InputError(f"layers={n_fixed} is fewer than the {least} spans of this sweep{_stations(sweep)}")

@@ -10,7 +10,7 @@ from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
 from ..projection.caps import place_target
-from ..topology import Part, Sweep
+from ..topology import Intervals, Part, Sweep
 from .hints import resolve_hints
 from .run import Run
 
@@ -68,7 +68,7 @@ def factor_sweep(
         info={
             "part": part.name,
             "cad_volume": sweep.solid.volume * part.scale**3,
-            "sweeps": [_describe(sweep, len(surfaces.rings) - 1)],
+            "sweeps": [_describe(sweep, counts)],
             "names": dict(part.names),
             "colors": find_colors(sweep, name),
             "notes": [*part.notes, *sweep.notes, *surfaces.notes, *target.notes],
@@ -78,11 +78,12 @@ def factor_sweep(
     return factored, surfaces
 
 
-def _describe(sweep: Sweep, n_layers: int) -> dict[str, Any]:
-    """What a report says of a sweep: faces by name, or by id where they have none."""
+def _describe(sweep: Sweep, counts: Intervals) -> dict[str, Any]:
+    """What a report says of a sweep: faces by name, or by id where they have none; layers in all, and by span."""
     faces = sweep.solid.faces
     return {
         "source": [faces[i].name or i for i in sweep.source],
         "target": [faces[i].name or i for i in sweep.target],
-        "layers": n_layers,
+        "layers": counts.n_layers,
+        "span_layers": list(counts.span_layers[0]),
     }

@@ -72,7 +72,9 @@ def test_layers_of_a_span_are_those_asked_for(pipe, layers):
         assert (first, third) == ({4}, {9})
         if layers is not None:
             assert second == {layers - 4 - 9}
-    assert mesh.info["sweeps"][0]["layers"] == sum(next(iter(n)) for n in layers_of_spans(sweep, count))
+    (said,) = mesh.info["sweeps"]
+    assert [{n} for n in said["span_layers"]] == layers_of_spans(sweep, count)
+    assert said["layers"] == sum(said["span_layers"])
 
 
 def test_the_spans_that_are_left_share_by_length(pipe):

@@ -60,6 +60,8 @@ def check_intervals(sweep, intervals):
     """Sums on opposite sides, layers along every loop, evenness of the source's loops."""
     counts = intervals.counts
     solid = sweep.solid
+    assert [len(spans) for spans in intervals.span_layers] == [len(spans) for spans in sweep.spans]
+    assert {sum(spans) for spans in intervals.span_layers} == {intervals.n_layers}
     assert counts.min() >= 1
     for side in sweep.linking_sides:
         bottom, right, top, left = (
