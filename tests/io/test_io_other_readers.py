@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+import subprocess
+
 import numpy as np
 import pytest
 from io_meshes import bent_box, twisted_box, two_parts
@@ -316,3 +320,18 @@ def test_side_tables_agree():
         normal = np.cross(quad[1] - quad[0], quad[2] - quad[1])
         assert normal @ (quad.mean(axis=0) - 0.5) > 0
     assert sorted(SIDES[:, 8]) == list(range(20, 26))
+
+
+@pytest.mark.parametrize("nodes", [8, 20, 27])
+def test_the_med_library_lists_cells_and_groups(tmp_path, nodes):
+    if shutil.which("mdump") is None:
+        pytest.skip("mdump is missing: apt-get install libmed-tools")
+    mesh = bent_box(nodes)
+    io.write(mesh, tmp_path / "box.med")
+    asked = {"input": "1\n1\n0\n", "capture_output": True, "text": True, "timeout": 60, "errors": "replace"}
+    said = subprocess.run(["mdump", str(tmp_path / "box.med")], check=False, **asked).stdout
+    quads = {8: 4, 20: 8, 27: 9}[nodes]
+    n_quads = sum(len(q) for name, q in mesh.boundaries.items() if name != "walls")  # those of the sides once more
+    assert f"MED_HEXA{nodes} : {mesh.n_hexes}" in said
+    assert f"MED_QUAD{quads} : {n_quads}" in said
+    assert set(re.findall(r"gro = (\w+)", said)) == {*mesh.boundaries, *mesh.parts}
