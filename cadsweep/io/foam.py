@@ -178,7 +178,7 @@ def read_folder(folder: Path) -> HexMesh:
     if {n for n, _ in rows} != {"4"}:
         raise InputError("it has faces that are no quads; meshes of hexahedra are read")
     faces = np.array([row.split() for _, row in rows], dtype=np.int64)
-    n_cells = int(max(owner.max(), neighbour.max(initial=-1))) + 1  # the last cell of a ring may own no face
+    n_cells = int(np.max(np.concatenate([owner, neighbour]))) + 1  # the last cell of a ring may own no face
     inner = len(neighbour)
     of = np.concatenate([owner, neighbour])
     around = np.concatenate([faces, faces[:inner, ::-1]])

@@ -13,7 +13,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from ..topology import FloatArray, Solid, Sweep
+from ..topology import FloatArray, IntArray, Solid, Sweep
 from .growth import rim_quality
 from .layout import Layout
 
@@ -88,7 +88,7 @@ def parallelism(sweep: Sweep) -> float:
     forward = {e: same for side in sweep.linking_sides for e, same in (*side.left, *side.right)}
     middles = (np.arange(PLACES) + 0.5) / PLACES
     total = np.zeros((PLACES, 3))
-    found: list[tuple[FloatArray, FloatArray]] = []
+    found: list[tuple[IntArray, FloatArray]] = []
     for spans, lengths in zip(sweep.spans, sweep.span_lengths, strict=True):
         ends = np.concatenate([[0.0], np.cumsum(lengths)]) / sum(lengths)
         for rails, first, last in zip(spans, ends[:-1], ends[1:], strict=True):

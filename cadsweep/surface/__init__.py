@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from ..mesh import SurfaceMesh
 from ..topology import Intervals, Sweep
 from .layout import build_layout
+from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
 from .spacing import Fit, fit_linear_parts, place_layers
@@ -63,8 +64,9 @@ def mesh_surfaces(
     builder = RingBuilder(sweep, layout, places, fit)
     builder.build()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
-    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops).build()
     side_faces, node_edges, node_vertices = builder.labels()
+    opposite = opposite_angles(sweep, node_vertices[[0, -1]])
+    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite).build()
     return SurfaceMesh(
         source=source,
         rings=builder.rings,

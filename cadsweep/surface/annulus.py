@@ -46,13 +46,15 @@ def wall_thickness(loops: Sequence[FloatArray]) -> float:
     return area / (sum(lengths) / 2) / (sum(lengths) / sum(len(step) for step in steps))
 
 
-def fill_wall(loops: Sequence[FloatArray]) -> tuple[FloatArray, IntArray] | None:
+def fill_wall(loops: Sequence[FloatArray], opposite: FloatArray | None = None) -> tuple[FloatArray, IntArray] | None:
     """Fill the wall between two loops with quads.
 
     Parameters
     ----------
     loops : sequence of (m, 2) float64
         Outer loop counter-clockwise, hole clockwise.
+    opposite : (b,) float64, optional
+        Angles of the loops' nodes on the cap that the quads are swept to, NaN where they are as here.
 
     Returns
     -------
@@ -70,7 +72,8 @@ def fill_wall(loops: Sequence[FloatArray]) -> tuple[FloatArray, IntArray] | None
     hole_ids = ids[len(outer) :][::-1]
     thickness = wall_thickness(loops)
     if thickness < _STRIP:
-        quads = _best_strip(outer, hole)
+        flat = np.zeros(len(ids)) if opposite is None else np.where(np.isnan(opposite), 0.0, 1.0 - np.sin(opposite))
+        quads = _best_strip(outer, hole, flat[: len(outer)], flat[hole_ids])
         if quads is None:
             return None
         return np.empty((0, 2)), np.concatenate([ids[: len(outer)], hole_ids])[quads]
@@ -113,14 +116,20 @@ def _quad_of(move: tuple[int, int], i: IntArray, j: IntArray, m: int, n: int) ->
     return np.stack(np.broadcast_arrays(*corners[move]), axis=-1)
 
 
-def _best_strip(outer: FloatArray, hole: FloatArray) -> IntArray | None:
-    """One strip of quads between loops that both run counter-clockwise; None where their numbers forbid it."""
+def _best_strip(outer: FloatArray, hole: FloatArray, outer_flat: FloatArray, hole_flat: FloatArray) -> IntArray | None:
+    """One strip of quads between loops that both run counter-clockwise; None where their numbers forbid it.
+
+    ``outer_flat`` and ``hole_flat`` are what the corner of a quad that has a node alone lacks on the other cap.
+    """
     m, n = len(outer), len(hole)
     if (m - n) % 2 or abs(m - n) > _GREATEST_DIFFERENCE:
         return None
     points = np.concatenate([outer, hole])
     i, j = np.meshgrid(np.arange(m), np.arange(n), indexing="ij")
-    costs = [(1 - _worst_sines(points[_quad_of(move, i, j, m, n)])) ** _SHARPNESS for move in _MOVES]
+    lacks = [1 - _worst_sines(points[_quad_of(move, i, j, m, n)]) for move in _MOVES]
+    lacks[1] = np.maximum(lacks[1], np.roll(outer_flat, -1)[:, None])
+    lacks[2] = np.maximum(lacks[2], np.roll(hole_flat, -1)[None, :])
+    costs = [lack**_SHARPNESS for lack in lacks]
     best: tuple[float, IntArray] | None = None
     for first in (0, 1):  # of two nodes in a row, one is joined to the hole
         near = np.argsort(np.linalg.norm(hole - outer[first], axis=1), kind="stable")[:_MOST_STARTS]

@@ -83,7 +83,9 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
     return (_SUBDIVISION, _BLOSSOM, *_OTHERS) if fine else (_BLOSSOM, _SUBDIVISION, *_OTHERS)
 
 
-def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatArray, IntArray]:
+def mesh_polygon(
+    loops: Sequence[FloatArray], setting: Setting, opposite: FloatArray | None = None
+) -> tuple[FloatArray, IntArray]:
     """Mesh a polygon with holes with quads alone.
 
     Parameters
@@ -91,6 +93,8 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
     loops : sequence of (m, 2) float64
         Outer loop counter-clockwise, holes clockwise.
     setting : Setting
+    opposite : (b,) float64, optional
+        Angles of the boundary nodes on the cap that the quads are swept to, NaN where they are as here.
 
     Returns
     -------
@@ -130,7 +134,7 @@ def mesh_polygon(loops: Sequence[FloatArray], setting: Setting) -> tuple[FloatAr
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
         gmsh.model.mesh.generate(2)
         inner, quads = _read_quads(gmsh, surface, len(boundary))
-    return mend_flat_corners(loops, inner * scale + origin, quads)
+    return mend_flat_corners(loops, inner * scale + origin, quads, opposite)
 
 
 def _tie_breaker(n: int) -> FloatArray:

@@ -30,8 +30,12 @@ _FORBIDDEN = 1000
 """Cost of making another node flat."""
 
 
-def wanted_valences(loops: Sequence[FloatArray]) -> tuple[IntArray, FloatArray]:
-    """How many quads each boundary node should have, and the angle there, inside on the left."""
+def wanted_valences(loops: Sequence[FloatArray], opposite: FloatArray | None = None) -> tuple[IntArray, FloatArray]:
+    """How many quads each boundary node should have, and the angle there, inside on the left.
+
+    Where `opposite` (see :func:`mend_flat_corners`) has another angle, the number suits both, and the greater
+    angle of the two is given.
+    """
     angles = []
     for loop in loops:
         after = np.roll(loop, -1, axis=0) - loop
@@ -39,10 +43,14 @@ def wanted_valences(loops: Sequence[FloatArray]) -> tuple[IntArray, FloatArray]:
         turn = np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0])
         angles.append(np.mod(turn, 2 * np.pi))
     angle: FloatArray = np.concatenate(angles)
-    return np.maximum(1, np.round(angle / (np.pi / 2))).astype(np.int64), angle
+    other = angle if opposite is None else np.where(np.isnan(opposite), angle, opposite)
+    wanted = np.maximum(1, np.round((angle + other) / np.pi)).astype(np.int64)
+    return wanted, np.maximum(angle, other)
 
 
-def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: IntArray) -> tuple[FloatArray, IntArray]:
+def mend_flat_corners(
+    loops: Sequence[FloatArray], inner: FloatArray, quads: IntArray, opposite: FloatArray | None = None
+) -> tuple[FloatArray, IntArray]:
     """Mend quads with a flat corner on the boundary.
 
     Parameters
@@ -52,13 +60,15 @@ def mend_flat_corners(loops: Sequence[FloatArray], inner: FloatArray, quads: Int
     inner : (n, 2) float64
     quads : (q, 4) int64
         Counter-clockwise.
+    opposite : (b,) float64, optional
+        Angles of the boundary nodes on the cap that the quads are swept to, NaN where they are as here.
 
     Returns
     -------
     inner, quads
         Some inner nodes may be gone, others new.
     """
-    wanted, angle = wanted_valences(loops)
+    wanted, angle = wanted_valences(loops, opposite)
     n_boundary = len(wanted)
     uses = np.bincount(quads.ravel(), minlength=n_boundary + len(inner))
     flat = np.flatnonzero(angle / np.maximum(uses[:n_boundary], 1) > _FLAT)

@@ -45,18 +45,28 @@ class FacePatch:
     inner_points: FloatArray
     quads: IntArray
     worst: float
+    expected: float
+    """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
 
 
 class CapBuilder:
     """Nodes and quads of the source cap; the ring's nodes come first."""
 
-    def __init__(self, sweep: Sweep, intervals: Intervals, ring: FloatArray, loops: Sequence[IntArray]) -> None:
+    def __init__(
+        self,
+        sweep: Sweep,
+        intervals: Intervals,
+        ring: FloatArray,
+        loops: Sequence[IntArray],
+        opposite: FloatArray,
+    ) -> None:
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
+        self.opposite = opposite
         self.edge_nodes: dict[int, IntArray] = {}
         self.fractions: dict[int, FloatArray] = {}
         self._vertex_nodes: dict[int, int] = {}
@@ -108,9 +118,9 @@ class CapBuilder:
             known = np.concatenate(self.points)
             loops = [reversed_loop(loop.directed) for loop in face.loops]
             patch = self._structured(face, loops, known) if len(loops) == 1 else None
-            if patch is None or patch.worst < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
+            if patch is None or patch.expected < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
                 other = self._other_than_grid(face, loops, known, patch)
-                patch = other if patch is None or other.worst > patch.worst else patch
+                patch = other if patch is None or _better(other, patch) else patch
             if patch.worst <= 0:
                 raise SurfaceMeshError(
                     f"{face.label()}: the best quads that could be made are folded (worst corner sine "
@@ -148,22 +158,22 @@ class CapBuilder:
         ids[1:-1, 1:-1] = self.n_points + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
         ids[0], ids[:, -1], ids[-1], ids[:, 0] = nodes
         quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
-        return FacePatch(inner_points=points[1:-1, 1:-1].reshape(-1, 3), quads=quads, worst=worst)
+        return self._judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
 
     def _other_than_grid(
         self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, grid: FacePatch | None
     ) -> FacePatch:
         """A row along a smooth rim, our own quads around a hole, or gmsh's: whichever have the better worst corner."""
         rows = self._rows(face, loops, known)
-        if rows is not None and rows.worst >= _GOOD_ROWS:
+        if rows is not None and rows.expected >= _GOOD_ROWS:
             return rows
         wall = self._wall(face, loops, known, thin=True)
-        if wall is not None and wall.worst >= _GOOD_WALL:
+        if wall is not None and wall.expected >= _GOOD_WALL:
             return wall
         patch = self._unstructured(face, loops, known, wall or grid)
-        if wall is None and patch.worst < GOOD_ENOUGH:
+        if wall is None and patch.expected < GOOD_ENOUGH:
             wall = self._wall(face, loops, known, thin=False)
-        return wall if wall is not None and wall.worst > patch.worst else patch
+        return wall if wall is not None and _better(wall, patch) else patch
 
     def _rows(self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray) -> FacePatch | None:
         """Lay a row of quads along smooth rims and mesh the rest with gmsh, or None where that does not go."""
@@ -205,7 +215,7 @@ class CapBuilder:
         for chart in charts_of(face, loops, self.fractions, nodes, known):
             if thin and wall_thickness(chart.boundary) >= THIN:
                 return None
-            filled = fill_wall(chart.boundary)
+            filled = fill_wall(chart.boundary, self._opposite_of(np.concatenate(nodes)))
             return None if filled is None else self._lift(face, chart, *filled, np.concatenate(nodes))
         return None
 
@@ -227,19 +237,19 @@ class CapBuilder:
         best: FacePatch | None = None
         for chart in charts_of(face, loops, self.fractions, nodes, known):
             for setting in settings_for(chart.boundary):
-                if setting.size_factor < 1 and best is not None and best.worst >= GOOD_ENOUGH / 2:
+                if setting.size_factor < 1 and best is not None and best.expected >= GOOD_ENOUGH / 2:
                     break  # many more quads are no way to make fair ones good
                 try:
-                    inner, quads = mesh_polygon(chart.boundary, setting)
+                    inner, quads = mesh_polygon(chart.boundary, setting, self._opposite_of(boundary))
                 except SurfaceMeshError as error:
                     reasons.append(str(error))
                     continue
                 patch = self._lift(face, chart, inner, quads, boundary)
-                if best is None or patch.worst > best.worst:
+                if best is None or _better(patch, best):
                     best = patch
-                if best.worst >= min(setting.good_enough, 0.95 * limit):
+                if best.expected >= min(setting.good_enough, 0.95 * limit):
                     return best
-            if best is not None and best.worst >= GOOD_ENOUGH / 2:
+            if best is not None and best.expected >= GOOD_ENOUGH / 2:
                 return best
         if best is None and other is not None:
             return other
@@ -258,7 +268,24 @@ class CapBuilder:
         all_uv = np.concatenate([chart.boundary_uv, uv])
         everything, _, worst = relax_quads(face.surface, everything, all_uv, quads, n_fixed=n + n_rows)
         ids = np.concatenate([boundary, self.n_points + np.arange(len(inner), dtype=np.int64)])
-        return FacePatch(inner_points=everything[n:], quads=ids[quads], worst=worst)
+        return self._judged(everything[n:], ids[quads], worst)
+
+    def _opposite_of(self, nodes: IntArray) -> FloatArray:
+        """Angles of nodes on the target cap; NaN for those on edges inside the cap, too."""
+        on_ring = nodes < len(self.opposite)
+        return np.where(on_ring, self.opposite[np.where(on_ring, nodes, 0)], np.nan)
+
+    def _judged(self, inner: FloatArray, quads: IntArray, worst: float) -> FacePatch:
+        """A patch with what its corners will be where vertices of the other cap have other angles."""
+        nodes, uses = np.unique(quads, return_counts=True)
+        angles = self._opposite_of(nodes) / uses
+        sines = np.sin(np.minimum(angles[np.isfinite(angles)], np.pi))
+        return FacePatch(inner_points=inner, quads=quads, worst=worst, expected=min([worst, *sines.tolist()]))
+
+
+def _better(one: FacePatch, other: FacePatch) -> bool:
+    """Folded quads are never better, whatever is expected of the others."""
+    return (one.worst > 0, one.expected, one.worst) > (other.worst > 0, other.expected, other.worst)
 
 
 def _normals_at(face: Face, chart: Chart, places: FloatArray) -> FloatArray:

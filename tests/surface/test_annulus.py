@@ -59,3 +59,15 @@ def test_thickness_is_counted_in_segments():
 def test_odd_differences_and_thick_unequal_walls_are_left_to_the_mesher():
     assert fill_wall([circle(9, 1.0), circle(8, 0.8)[::-1]]) is None
     assert fill_wall([circle(40, 1.0), circle(20, 0.2)[::-1]]) is None
+
+
+@pytest.mark.parametrize("flat", [(0, 8), (4, 12)])
+def test_a_corner_that_is_flat_on_the_other_cap_is_joined_to_the_hole(flat):
+    """Sixteen segments around twelve: two quads take two of the outer ones, and stand at corners."""
+    loops = frame(4, 3)
+    opposite = np.full(28, np.nan)
+    opposite[list(flat)] = np.pi
+    _, quads = fill_wall(loops, opposite)
+    uses = np.bincount(quads.ravel())
+    assert (uses[list(flat)] >= 2).all()
+    assert (uses[:16] == 1).sum() == 2

@@ -68,6 +68,32 @@ def test_a_good_mesh_is_not_mended():
     assert len(inner) == 1
 
 
+def test_corners_that_are_flat_on_the_other_cap_get_an_edge_of_their_own():
+    n = 4
+    loop = divided(square(float(n)), n)
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0)))
+    points = np.column_stack([x, y])
+    inside = np.flatnonzero((x > 0) & (x < n) & (y > 0) & (y < n))
+    shifted = loop - loop.min(axis=0)
+    number = np.empty(len(points), dtype=np.int64)
+    for k, place in enumerate(np.concatenate([shifted, points[inside]])):
+        number[np.argmin(np.linalg.norm(points - place, axis=1))] = k
+    ids = number[np.arange((n + 1) ** 2).reshape(n + 1, n + 1)]
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    corners = np.arange(0, 4 * n, n)
+    assert (np.bincount(quads.ravel())[corners] == 1).all()
+    opposite = np.full(len(loop), np.nan)
+    opposite[corners] = np.pi
+    inner, mended = mend_flat_corners([shifted], points[inside], quads, opposite)
+    assert (np.bincount(mended.ravel())[corners] >= 2).all()
+    everything = np.concatenate([shifted, inner])
+    assert quad_areas(everything, mended) == pytest.approx(n * n)
+    edges = np.sort(np.stack([mended, np.roll(mended, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    assert (uses == 1).sum() == 4 * n
+    assert uses.max() == 2
+
+
 def test_triangles_walk_until_they_meet():
     n = 6
     ids = np.arange(n * n).reshape(n, n)
