@@ -67,6 +67,37 @@ class Ellipse:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Hyperbola:
+    """``center + cosh t * x_axis + sinh t * y_axis``."""
+
+    center: FloatArray
+    x_axis: FloatArray
+    y_axis: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        cosh, sinh = np.cosh(parameters)[:, None], np.sinh(parameters)[:, None]
+        arm = cosh * self.x_axis + sinh * self.y_axis
+        return [self.center + arm, cosh * self.y_axis + sinh * self.x_axis, arm][: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parabola:
+    """``vertex + t * t * x_axis + t * y_axis``."""
+
+    vertex: FloatArray
+    x_axis: FloatArray
+    y_axis: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        t = parameters[:, None]
+        slope = 2.0 * t * self.x_axis + self.y_axis
+        curvature = np.broadcast_to(2.0 * self.x_axis, slope.shape)
+        return [self.vertex + t * t * self.x_axis + t * self.y_axis, slope, curvature][: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Periodic:
     """A B-spline that goes on beyond its knots with a period."""
 

@@ -63,6 +63,8 @@ def _read_curve(adaptor: Any, curve: Any, row: Any, to_spline: Any) -> CurveGeom
             y_axis=radii[1] * row(conic.YAxis().Direction()),
         )
         return CurveGeometry(ellipse, "circle" if circular else "ellipse", none, circular)
+    if kind in (_C.GeomAbs_Hyperbola, _C.GeomAbs_Parabola):
+        return CurveGeometry(_open_conic(adaptor, row), "other", none, False)
     if kind in (_C.GeomAbs_BSplineCurve, _C.GeomAbs_BezierCurve):
         spline, period = _spline(adaptor.BSpline() if kind == _C.GeomAbs_BSplineCurve else to_spline(curve), row)
         if period is None:
@@ -70,6 +72,23 @@ def _read_curve(adaptor: Any, curve: Any, row: Any, to_spline: Any) -> CurveGeom
         breaks = np.concatenate([spline.breaks + k * period for k in (-2, -1, 0, 1, 2)])
         return CurveGeometry(curves.Periodic(spline=spline, period=period), "bspline", np.unique(breaks), False)
     return CurveGeometry(curves.Called(function=_curve_function(curve, row)), "other", none, False)
+
+
+def _open_conic(adaptor: Any, row: Any) -> curves.Parametric:
+    if adaptor.GetType() == _C.GeomAbs_Hyperbola:
+        conic = adaptor.Hyperbola()
+        return curves.Hyperbola(
+            center=row(conic.Location()),
+            x_axis=conic.MajorRadius() * row(conic.XAxis().Direction()),
+            y_axis=conic.MinorRadius() * row(conic.YAxis().Direction()),
+        )
+    conic = adaptor.Parabola()
+    axes = conic.Position() if hasattr(conic, "Position") else conic.Axis()  # in space, in the plane
+    return curves.Parabola(
+        vertex=row(axes.Location()),
+        x_axis=row(axes.XDirection()) / (4.0 * conic.Focal()),
+        y_axis=row(axes.YDirection()),
+    )
 
 
 def _spline(curve: Any, row: Any) -> tuple[BSpline, float | None]:

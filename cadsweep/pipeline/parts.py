@@ -23,7 +23,7 @@ STRAIGHT = 0.9
 MOST_DIVIDED = 3
 """Sweeps whose caps' roundings are divided to see whether a better one comes of it."""
 
-MOST_KEPT = 8
+MOST_KEPT = 4
 """Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
 

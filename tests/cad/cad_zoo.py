@@ -22,6 +22,10 @@ def zoo():
         "cone": w(cq.Solid.makeCone(1, 0, 2)),
         "frustum": w(cq.Solid.makeCone(1, 0.5, 2)),
         "mirrored_frustum": w(cq.Solid.makeCone(1, 0.5, 2)).mirror("XY"),
+        "hyperbola": w(cq.Solid.makeCone(1, 0.5, 2)).cut(w().box(2, 2, 8).translate((1.3, 0, 0))),
+        "parabola": w(cq.Solid.makeCone(2, 0, 2)).cut(
+            w().box(9, 9, 9).translate((0, 0, -3.8)).rotate((0, 0, 0), (0, 1, 0), 45)
+        ),
         "sphere": w().sphere(1),
         "torus": w(cq.Solid.makeTorus(3, 1)),
         "oval_ring": w("XZ").center(15, 0).ellipse(4, 2).revolve(360, (-15, 0, 0), (-15, 1, 0)),

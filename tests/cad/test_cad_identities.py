@@ -62,6 +62,26 @@ def test_fractions_are_of_arc_length(solid):
         assert steps.max() - steps.min() < 1e-3 * steps.mean()
 
 
+@pytest.mark.parametrize("kind", ["Hyperbola", "Parabola"])
+def test_open_conics_are_those_of_opencascade(kind):
+    from OCP import Geom, Geom2d, gp
+
+    from cadsweep.cad.geometry import read_curve, read_curve_2d
+
+    frame = gp.gp_Ax2(gp.gp_Pnt(1, 2, 3), gp.gp_Dir(1, 1, 2), gp.gp_Dir(1, -1, 0))
+    frame_2d = gp.gp_Ax22d(gp.gp_Pnt2d(1, 2), gp.gp_Dir2d(1, 3), gp.gp_Dir2d(3, -1))
+    radii = (2.0, 0.7) if kind == "Hyperbola" else (0.4,)
+    curve = getattr(Geom, f"Geom_{kind}")(frame, *radii)
+    curve_2d = getattr(Geom2d, f"Geom2d_{kind}")(frame_2d, *radii)
+    at = np.array([-1.3, 0.0, 0.4, 2.0])
+    for known, read, n in ((curve, read_curve(curve).geometry, 3), (curve_2d, read_curve_2d(curve_2d), 2)):
+        found = read.derivatives(at, 2)
+        for t, *rows in zip(at, *found, strict=True):
+            wanted = [known.Value(t), known.DN(t, 1), known.DN(t, 2)]
+            wanted = [[p.X(), p.Y(), p.Z()] if n == 3 else [p.X(), p.Y()] for p in wanted]
+            np.testing.assert_allclose(rows, wanted, atol=1e-12)
+
+
 def test_projection_inverts_evaluation(solid):
     for edge in solid.edges:
         points = edge.curve.evaluate(FRACTIONS)
