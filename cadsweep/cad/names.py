@@ -48,7 +48,10 @@ def join_part(part: str | None, name: str) -> str:
 
 
 def plain(name: str, fallback: str = "name") -> str:
-    """Write a name with ``[A-Za-z0-9_]`` alone: accents are dropped, all else becomes ``_``."""
+    """Write a name with ``[A-Za-z0-9_]`` alone: accents are dropped, all else becomes ``_``.
+
+    A digit at the beginning, which some solvers do not allow, gets an ``n`` before it.
+    """
     folded = unicodedata.normalize("NFKD", name).replace("ß", "ss")
     ascii_only = "".join(c for c in folded if not unicodedata.combining(c))
     out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", ascii_only))
@@ -57,17 +60,19 @@ def plain(name: str, fallback: str = "name") -> str:
     # Underscores that the user wrote at the ends stay; those that stand for other signs there go.
     head, tail = name.startswith("_"), name.endswith("_")
     out = out if head else out.lstrip("_")
-    return out if tail else out.rstrip("_")
+    out = out if tail else out.rstrip("_")
+    return f"n{out}" if out[0].isdigit() else out
 
 
 def make_plain_names(names: Iterable[str], fallback: str = "name") -> tuple[dict[str, str], list[str]]:
-    """Give each distinct user's name its own plain name, in order; the second value holds notes."""
+    """Give each distinct user's name its own plain name, in order; the second value holds notes.
+
+    Names that need no change keep theirs, whatever comes before them.
+    """
+    names = list(dict.fromkeys(names))
     plain_names: dict[str, str] = {}
     taken: set[str] = set()
-    notes = []
-    for name in names:
-        if name in plain_names:
-            continue
+    for name in sorted(names, key=lambda name: plain(name, fallback) != name):
         base = candidate = plain(name, fallback)
         number = 2
         while candidate.casefold() in taken:
@@ -75,9 +80,8 @@ def make_plain_names(names: Iterable[str], fallback: str = "name") -> tuple[dict
             number += 1
         taken.add(candidate.casefold())
         plain_names[name] = candidate
-        if candidate != name:
-            notes.append(f"name '{name}' is written as '{candidate}'")
-    return plain_names, notes
+    notes = [f"name '{name}' is written as '{plain_names[name]}'" for name in names if plain_names[name] != name]
+    return {name: plain_names[name] for name in names}, notes
 
 
 def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") -> Declared:

@@ -18,11 +18,18 @@ def test_plain_names_are_plain(name):
     assert plain(plain(name)) == plain(name)
 
 
+def test_a_name_that_needs_no_change_keeps_it():
+    plain_names, notes = make_plain_names(["wall a", "1", "wall_a"])
+    assert plain_names == {"wall a": "wall_a_2", "1": "n1", "wall_a": "wall_a"}
+    assert notes == ["name 'wall a' is written as 'wall_a_2'", "name '1' is written as 'n1'"]
+
+
 def test_plain_names_stay_apart_also_without_case():
     plain_names, notes = make_plain_names(["in let", "in-let", "IN_LET", "other"])
     assert len({n.casefold() for n in plain_names.values()}) == 4
     assert plain_names["other"] == "other"
-    assert len(notes) == 3
+    assert plain_names["IN_LET"] == "IN_LET"
+    assert len(notes) == 2
 
 
 def test_overlapping_names_are_all_kept_the_smallest_first():
