@@ -17,7 +17,7 @@ wall = 2.5  # mm
 bend_radius = 30.0  # radius of the middle line of the bend, mm
 angle = 90.0  # degrees
 
-MIN_SCALED_JACOBIAN = 0.4  # of the mesh that the defaults make
+MIN_SCALED_JACOBIAN = 0.9  # of the mesh that the defaults make
 
 result = cq.Workplane("XY").moveTo(bend_radius, 0).circle(outer).circle(outer - wall).revolve(angle, (0, 0), (0, 1))
 

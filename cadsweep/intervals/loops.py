@@ -29,6 +29,8 @@ STRAIGHT = 5.0 * pi / 6.0
 """Angle from which a vertex of a cap's face is taken for straight."""
 UNEQUAL = 1.6
 """Ratio of wanted counts up to which opposite sides of a four-sided cap get equal ones."""
+UNEQUAL_WALL = 2.5
+"""Ratio of wanted counts up to which the loops of a wall without corners get equal ones."""
 
 
 def loop_edges(sweep: Sweep) -> list[int]:
@@ -140,6 +142,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
     if align:
         opposite += [pair for f in sweep.source for pair in _opposite_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in _across_wall(sweep.solid, f, edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
             parent[find(one[0])] = find(other[0])
@@ -173,6 +176,26 @@ def _opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     if any(max(a, b) > UNEQUAL * min(a, b) for a, b in (totals[0::2], totals[1::2])):
         return []
     return [(sides[0], sides[2]), (sides[1], sides[3])]
+
+
+def _across_wall(solid: Solid, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """The two loops of a wall without corners, such as a tube's; none where their wanted counts are far apart.
+
+    Equal counts there let the wall be filled with rings of quads. Edges that lie beside each other get equal
+    ones each, where every edge has its own.
+    """
+    loops = solid.faces[face].loops
+    if len(loops) != 2 or any(not STRAIGHT < a < 2.0 * pi - STRAIGHT for loop in loops for a in loop.angles):
+        return []
+    outer, hole = (list(loop.edges) for loop in loops)
+    totals = [sum(wanted[e] for e in loop) for loop in (outer, hole)]
+    if max(totals) > UNEQUAL_WALL * min(totals):
+        return []
+    middles = np.array([solid.edges[e].midpoint for e in hole])
+    beside = [int(np.linalg.norm(middles - solid.edges[e].midpoint, axis=1).argmin()) for e in outer]
+    if len(outer) == len(hole) == len(set(beside)):
+        return [([e], [hole[j]]) for e, j in zip(outer, beside, strict=True)]
+    return [(outer, hole)]
 
 
 def _alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEdge]) -> bool:

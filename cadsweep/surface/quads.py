@@ -208,12 +208,15 @@ class CapBuilder:
     def _wall(
         self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray, *, thin: bool
     ) -> FacePatch | None:
-        """Fill a face with one hole by strips or rings, or None where that does not go or it is not so thin."""
+        """Fill a face with one hole by strips or rings, or None where that does not go.
+
+        Where `thin`, a wall of many quads is left out, unless rings go around it.
+        """
         if len(loops) != 2:
             return None
         nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
         for chart in charts_of(face, loops, self.fractions, nodes, known):
-            if thin and wall_thickness(chart.boundary) >= THIN:
+            if thin and wall_thickness(chart.boundary) >= THIN and len(nodes[0]) != len(nodes[1]):
                 return None
             filled = fill_wall(chart.boundary, self._opposite_of(np.concatenate(nodes)))
             return None if filled is None else self._lift(face, chart, *filled, np.concatenate(nodes))

@@ -129,6 +129,35 @@ def test_a_ring_whose_last_cell_lies_inside_is_written_and_read(tmp_path):
         assert back.quality().valid
 
 
+def rounded_tube():
+    outer = cq.Workplane().rect(30, 20).extrude(12).edges("|Z").fillet(5)
+    return outer.cut(cq.Workplane().rect(26, 16).extrude(12).edges("|Z").fillet(3))
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda: cq.Workplane().circle(10).circle(8.5).extrude(10),
+        lambda: cq.Workplane().circle(10).circle(4.5).extrude(4),
+        lambda: cq.Workplane().ellipse(10, 7).ellipse(8, 5).extrude(5),
+        rounded_tube,
+    ],
+)
+def test_a_wall_without_corners_is_filled_with_rings_of_quads(shape):
+    mesh = cs.sweep_mesh(shape())
+    outer, hole = mesh.structure.loops
+    assert len(outer) == len(hole)
+    assert len(mesh.structure.quads) % len(outer) == 0
+    assert mesh.info["quality"].min_scaled_jacobian > 0.9
+    assert mesh.info["quality"].volume == pytest.approx(mesh.info["cad_volume"], rel=0.01)
+
+
+def test_a_frame_keeps_a_square_at_every_corner():
+    """Rings of quads would cut its corners in half."""
+    mesh = cs.sweep_mesh(cq.Workplane().rect(30, 20).rect(26, 16).extrude(5), size=2.0)
+    assert mesh.info["quality"].min_scaled_jacobian > 0.99
+
+
 @pytest.mark.parametrize("nodes", [20, 27])
 @pytest.mark.parametrize("part", ["elbow", "ring"])
 def test_order_2_bends_with_the_cad(part, nodes, request):
