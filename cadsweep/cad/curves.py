@@ -26,6 +26,10 @@ from .nurbs import BSpline
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 _MAX_HALVINGS = 12
+_HOOK = 1e-3
+"""Share of an edge's length at its ends in which a turn is no feature of the part."""
+_STRAIGHT = 0.05
+"""Radians by which the edge may turn beside a hook."""
 
 
 class Parametric(Protocol):
@@ -250,8 +254,21 @@ class EdgeCurve:
 
     @cached_property
     def end_tangents(self) -> FloatArray:
-        """Unit tangents (2, 3) at the start and the end, in the direction start to end."""
-        return self.tangents(np.array([0.0, 1.0]))
+        """Unit tangents (2, 3) at the start and the end, in the direction start to end.
+
+        Intersection curves may end in hooks much smaller than any detail of the part, which are left out.
+        """
+        tangents = self.tangents(np.array([0.0, 1.0]))
+        if isinstance(self.geometry, (Line, Ellipse)):
+            return tangents
+        shares = _HOOK * np.array([1.0, 3.0, 10.0])
+        points = self.evaluate(np.concatenate([shares, 1.0 - shares]))
+        steps = np.diff(points.reshape(2, 3, 3), axis=1) * [[[1.0]], [[-1.0]]]
+        steps /= np.maximum(np.linalg.norm(steps, axis=2, keepdims=True), 1e-300)
+        near, far = steps[:, 0], steps[:, 1]
+        straight = np.linalg.norm(near - far, axis=1) < _STRAIGHT
+        hooked = np.linalg.norm(tangents - near, axis=1) > 4 * _STRAIGHT
+        return np.where((straight & hooked)[:, None], near, tangents)
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray]:

@@ -337,7 +337,7 @@ def _edge(
         faces=(first, second),
         dihedral=dihedral,
         midpoint=points[1],
-        tangents=tangents[[0, 2]],
+        tangents=geometry.end_tangents,
         curve=geometry,
         name=label.names[0] if label.names else None,
         groups=label.names[1:],

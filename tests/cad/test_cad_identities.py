@@ -82,6 +82,22 @@ def test_open_conics_are_those_of_opencascade(kind):
             np.testing.assert_allclose(rows, wanted, atol=1e-12)
 
 
+@pytest.mark.parametrize("hook", [0.0, 1e-4])
+def test_hooks_at_the_ends_of_an_edge_are_no_corners(hook):
+    from cadsweep.cad.curves import EdgeCurve
+    from cadsweep.cad.nurbs import BSpline
+
+    # the first ten-thousandth of the edge goes across, the rest straight on along x
+    poles = np.array([[0.0, 0.0, 0.0], [0.0, hook, 0.0], [1.0, hook, 0.0]])
+    spline = BSpline(degree=1, knots=np.array([0.0, 0.0, 1e-4, 1.0, 1.0]), poles=poles, weights=None)
+    if hook == 0.0:  # a true corner in the middle stays one
+        poles = np.array([[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+        spline = BSpline(degree=1, knots=np.array([0.0, 0.0, 0.5, 1.0, 1.0]), poles=poles, weights=None)
+    curve = EdgeCurve(geometry=spline, first=0.0, last=1.0, breaks=spline.breaks, constant_speed=False)
+    expected = [[1, 0, 0], [1, 0, 0]] if hook else [[0, 1, 0], [1, 0, 0]]
+    np.testing.assert_allclose(curve.end_tangents, expected, atol=1e-6)
+
+
 def test_projection_inverts_evaluation(solid):
     for edge in solid.edges:
         points = edge.curve.evaluate(FRACTIONS)
