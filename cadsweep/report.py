@@ -269,10 +269,20 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         views[f"cut across {axis}"] = [len(traces), len(traces) + 1, *always]
         traces.append(_faces(cut_points, half.regular_faces, intensity=half.cell_data["scaled_jacobian"]))
         traces.append(_lines(cut_points, _unique_edges(half.regular_faces), color="#303030", width=1))
+    # With the aspect "data" a length of the view is one of the model over the geometric mean of the box's sides; a cube
+    # fills the view from plotly's own 1.25.
+    sides = np.maximum(np.ptp(points, axis=0), 1e-9 * np.ptp(points))
+    eye = 1.25 * float(np.linalg.norm(sides) / np.sqrt(3) / np.prod(sides) ** (1 / 3))
     axes = {"showbackground": False, "showspikes": False}
     layout = {
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-        "scene": {"aspectmode": "data", "xaxis": axes, "yaxis": axes, "zaxis": axes},
+        "scene": {
+            "aspectmode": "data",
+            "camera": {"eye": dict.fromkeys("xyz", eye)},
+            "xaxis": axes,
+            "yaxis": axes,
+            "zaxis": axes,
+        },
         "legend": {"x": 0, "y": 1, "itemsizing": "constant"},
         "uirevision": "same",
     }

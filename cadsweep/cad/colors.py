@@ -14,7 +14,8 @@ from typing import Any
 from OCP.Quantity import Quantity_ColorRGBA, Quantity_TypeOfColor
 
 from .model import Colored
-from .shapes import FACE, SOLID, index_map, subshapes
+from .naming import by_place
+from .shapes import FACE, SOLID, index_map, mapped, subshapes, typed
 
 
 def color_text(color: Any) -> str:
@@ -25,7 +26,9 @@ def color_text(color: Any) -> str:
 
 
 def object_color(color: Any) -> str | None:
-    """The colour that a CadQuery or build123d object stands for; None where it is none."""
+    """The colour that a CadQuery or build123d object, or a text, stands for; None where it is none."""
+    if isinstance(color, str):
+        return color
     wrapped = getattr(color, "wrapped", None)
     return color_text(wrapped) if isinstance(wrapped, Quantity_ColorRGBA) else None
 
@@ -46,7 +49,8 @@ def split_colors(colored: Iterable[Colored], solid: Any, original: Any) -> tuple
     Parameters
     ----------
     colored : iterable of Colored
-        The first entry of a shape counts.
+        The first entry of a shape counts. A face that is not in the model any more gives its colour, as its name, to
+        those that lie on it.
     solid : TopoDS_Shape
         The solid that was chosen.
     original : TopoDS_Shape
@@ -61,11 +65,12 @@ def split_colors(colored: Iterable[Colored], solid: Any, original: Any) -> tuple
     whole: str | None = None
     faces: dict[int, str] = {}
     found = index_map(original, FACE)
+    all_faces = mapped(found, FACE)
     for shape, color in colored:
         if shape.ShapeType() == FACE:
             number = found.FindIndex(shape)
-            if number:
-                faces.setdefault(number - 1, color)
+            for j in [number - 1] if number else by_place(typed(shape, FACE), all_faces, FACE):
+                faces.setdefault(j, color)
         elif whole is None and shape.IsSame(solid):
             whole = color
     own = [found.FindIndex(face) - 1 for face in subshapes(solid, FACE)]

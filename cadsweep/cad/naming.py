@@ -57,7 +57,7 @@ def declare_names(named: Sequence[Named], original: Any, kind: Any) -> tuple[Dec
             continue
         shape = typed(labelled, kind)
         number = found.FindIndex(shape)
-        numbers = [number - 1] if number else _by_place(shape, shapes, kind)
+        numbers = [number - 1] if number else by_place(shape, shapes, kind)
         if not numbers:
             lost.append(name)
         groups.append((name, numbers))
@@ -67,7 +67,8 @@ def declare_names(named: Sequence[Named], original: Any, kind: Any) -> tuple[Dec
     return declare(groups, what=what), notes
 
 
-def _by_place(shape: Any, candidates: Sequence[Any], kind: Any) -> list[int]:
+def by_place(shape: Any, candidates: Sequence[Any], kind: Any) -> list[int]:
+    """Which faces (or edges) lie on one of an earlier state of the model, or else on which of them it lies."""
     if kind == EDGE:
         on_it = [j for j, edge in enumerate(candidates) if _covers(shape, edge)]
         return on_it or [j for j, edge in enumerate(candidates) if _covers(edge, shape)]

@@ -15,6 +15,7 @@ from OCP.TopoDS import TopoDS_Shape
 
 from ..errors import CadError, InputError
 from .colors import color_of, object_color
+from .handover import AssemblyNode
 from .model import Model, Named
 from .names import MATERIAL_PREFIX, is_meaningful, join_part
 from .shapes import EDGE, FACE, SOLID, WIRE, compound, subshapes
@@ -33,7 +34,8 @@ def read_object(source: Any) -> Model | None:
     name = type(source).__name__
     if isinstance(source, TopoDS_Shape):
         return Model(shape=_not_null(source, name), source=name)
-    if hasattr(source, "toCompound") and hasattr(source, "traverse") and hasattr(source, "children"):
+    is_assembly = hasattr(source, "toCompound") and hasattr(source, "traverse") and hasattr(source, "children")
+    if is_assembly or isinstance(source, AssemblyNode):
         return _read_assembly(source)
     wrapped = getattr(source, "wrapped", None)
     if isinstance(wrapped, TopoDS_Shape):

@@ -59,6 +59,7 @@ def test_colours_of_the_cad_reach_the_mesh_and_its_files(tmp_path):
     expected = {"boundaries": {"hot": "#ff0000"}, "parts": {"block": "#0000ff"}}  # the walls are of two colours
     mesh = cs.sweep_mesh(part, size=1.0, layers=2)
     assert mesh.info["colors"] == expected
+    assert cs.sweep_mesh(part, size=1.0, layers=2, isolated=True).info["colors"] == expected
     mesh.write(tmp_path / "block.vtu")
     cs.stream_mesh(part, tmp_path / "block.vtkhdf", size=1.0, layers=2)
     for suffix in (".vtu", ".vtkhdf"):

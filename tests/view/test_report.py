@@ -1,8 +1,10 @@
 """The page about a mesh: whole, self-contained, and drawn by a browser without a complaint."""
 
 import io
+import json
 import re
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +41,18 @@ def test_the_page_says_what_is_known(page):
         assert words in text
     assert all(name in text for name in mesh.boundaries)
     assert list(page.parent.iterdir()) == [page]
+
+
+def test_a_long_part_is_seen_from_farther_away(tmp_path):
+    mesh = twisted_block(turn=0.0)  # 2 x 2 x 4
+    eyes = []
+    for stretch in (0.5, 5000.0):
+        long = replace(mesh, points=mesh.points * [1, 1, stretch])
+        text = write_report(long, tmp_path / "page.html").read_text(encoding="utf-8")
+        eyes.append(json.loads(re.search(r'"camera":\{"eye":(\{[^}]*\})', text)[1])["z"])
+    assert eyes[0] == pytest.approx(1.25)  # a cube, as plotly itself does
+    # Of 2 x 2 x 20,000 the geometric mean is 2 x 10,000^(1/3), and half the length over it must lie before the eye.
+    assert eyes[1] * np.sqrt(3) > 10_000 / (2 * 10_000 ** (1 / 3))
 
 
 def test_the_page_names_nothing_to_load(page):
