@@ -142,6 +142,8 @@ class SweepOptions:
         _one_of("strategy", self.strategy, STRATEGIES)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
+        if self.nodes == 27 and self.order == 1:
+            raise InputError("nodes=27 goes with order=2")
         _name_or_number("part", self.part)
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)

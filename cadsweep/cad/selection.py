@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from ..errors import InputError
 from ..topology import Edge, Face, Part, Patch, Solid
@@ -169,13 +169,9 @@ def _by_selector(solid: Solid, text: str, kind: Kind) -> tuple[int, ...]:
         chosen = set(cadquery.selectors.StringSyntaxSelector(text).filter(candidates))
     except Exception as error:
         raise InputError(
-            f"{text!r} is neither the name of {kind}s nor a CadQuery selector: {_first_line(error)}"
+            f"{text!r} is neither the name of {kind}s nor a CadQuery selector, such as '>Z', '|X', '#Y' or '%CYLINDER'"
         ) from error
     return tuple(j for j, candidate in enumerate(candidates) if candidate in chosen)
-
-
-def _first_line(error: Any) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
 
 
 def _choices(part: Part, kind: Kind) -> str:

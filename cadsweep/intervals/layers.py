@@ -65,7 +65,10 @@ def assign_layers(
             return {e: (place[a], place[b]) for e, (a, b) in levels.rails.items()}
     least = min(n_least(levels) for levels in choices)
     if n_fixed is not None and n_fixed < least:
-        raise InputError(f"layers={n_fixed} is fewer than the {least} spans of this sweep{_stations(sweep)}")
+        back = " (two where it turns back)" if any(max(levels.least.values()) > 1 for levels in choices) else ""
+        raise InputError(
+            f"layers={n_fixed} is fewer than the {least} that the spans of this sweep need{back}{_stations(sweep)}"
+        )
     raise InputError(_contradiction(sweep, choices[-1], demands, n_fixed))
 
 
@@ -131,7 +134,7 @@ def _place_levels(problem: _Problem, demands: Sequence[Demand], n_fixed: int | N
     constraints = [
         LinearConstraint(csr_array(apart - slack), -np.inf, want),
         LinearConstraint(csr_array(-apart - slack), -np.inf, -want),
-        LinearConstraint(csr_array(apart), 1.0, np.inf),
+        LinearConstraint(csr_array(apart), [levels.least.get(pair, 1) for pair in problem.pairs], np.inf),
     ]
     if demands:
         both = np.hstack([demanded, np.zeros((len(demands), n_pairs))])
@@ -172,4 +175,4 @@ def _stations(sweep: Sweep) -> str:
         f"station {k + 1} of edges {', '.join(map(str, ring[:6]))}{', ...' if len(ring) > 6 else ''}"
         for k, ring in enumerate(sweep.stations)
     )
-    return f", which a layer must meet: {named}"
+    return f"; a layer must meet {named}"

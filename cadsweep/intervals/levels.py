@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..topology import DirectedEdge, LinkingSide, Solid, Sweep
+from .sizes import turns_back
 
 SAME_PLACE = 0.25
 """Vertices on opposite rails are put on one level where their fractions of the rail differ by less."""
@@ -32,10 +33,14 @@ class Levels:
         Number of levels; 0 is the source, ``n - 1`` the target.
     rails : dict of int to (int, int)
         Lower and upper level of every edge along the sweep.
+    least : dict of (int, int) to int
+        Fewest layers between two levels that a rail joins: two where all rails between them turn back, as in
+        half a ring, because one layer there would be flat.
     """
 
     n: int
     rails: dict[int, tuple[int, int]]
+    least: dict[tuple[int, int], int]
 
 
 def directed_ends(solid: Solid, directed: DirectedEdge) -> tuple[int, int]:
@@ -78,7 +83,10 @@ def _levels(sweep: Sweep, *, stations: bool, columns: bool) -> Levels | None:
     number[target] = len(number)
     if source == target or any(low == high for low, high in rails.values()):
         return None
-    levels = Levels(n=len(number), rails={e: (number[a], number[b]) for e, (a, b) in rails.items()})
+    numbered = {e: (number[a], number[b]) for e, (a, b) in rails.items()}
+    forth = {pair for e, pair in numbered.items() if not turns_back(sweep, solid.edges[e])}
+    least = {pair: 1 if pair in forth else 2 for pair in numbered.values()}
+    levels = Levels(n=len(number), rails=numbered, least=least)
     return levels if n_least(levels) else None
 
 
@@ -150,13 +158,12 @@ def _fraction(solid: Solid, chain: Sequence[DirectedEdge], k: int) -> float:
 
 def n_least(levels: Levels) -> int:
     """Fewest layers that the levels allow; 0 where a level would have to lie above itself."""
-    pairs = set(levels.rails.values())
     height = [0] * levels.n
     for _ in range(levels.n + 1):
         changed = False
-        for low, high in pairs:
-            if height[high] < height[low] + 1:
-                height[high] = height[low] + 1
+        for (low, high), n in levels.least.items():
+            if height[high] < height[low] + n:
+                height[high] = height[low] + n
                 changed = True
         if not changed:
             return height[-1]

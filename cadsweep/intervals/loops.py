@@ -192,7 +192,7 @@ def _across_wall(solid: Solid, face: int, wanted: dict[int, float]) -> list[tupl
     if max(totals) > UNEQUAL_WALL * min(totals):
         return []
     middles = np.array([solid.edges[e].midpoint for e in hole])
-    beside = [int(np.linalg.norm(middles - solid.edges[e].midpoint, axis=1).argmin()) for e in outer]
+    beside = [int(np.argmin(np.linalg.norm(middles - solid.edges[e].midpoint, axis=1))) for e in outer]
     if len(outer) == len(hole) == len(set(beside)):
         return [([e], [hole[j]]) for e, j in zip(outer, beside, strict=True)]
     return [(outer, hole)]

@@ -6,7 +6,7 @@ Place in the flow: first step of :mod:`cadsweep.intervals`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi, sqrt
+from math import cos, pi, sqrt
 
 import numpy as np
 
@@ -74,6 +74,14 @@ def turning(sweep: Sweep, edge: Edge) -> float:
     directions = directions[lengths > 1e-12 * edge.length] / lengths[lengths > 1e-12 * edge.length, None]
     cosines = np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0)
     return float(np.arccos(cosines).sum())
+
+
+def turns_back(sweep: Sweep, edge: Edge) -> bool:
+    """Whether an edge turns by about half a circle and not much more, so that it ends in the direction it came from."""
+    if edge.kind == "line":
+        return False
+    cosine = float(edge.tangents[0] @ edge.tangents[1] / np.prod(np.linalg.norm(edge.tangents, axis=1)))
+    return cosine < -cos(pi / 6) and turning(sweep, edge) < 1.5 * pi
 
 
 def wanted_counts(

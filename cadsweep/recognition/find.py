@@ -79,6 +79,11 @@ def find_sweeps(
         unknown = [f for f in hint or () if not 0 <= f < len(solid.faces)]
         if unknown:
             raise InputError(f"{name}: there is no face {unknown[0]}; the solid has faces 0 to {len(solid.faces) - 1}")
+    both = sorted(set(source or ()) & set(target or ()))
+    if both:
+        raise InputError(
+            f"{solid.faces[both[0]].label()} is asked for as source and as target: a sweep goes from one cap to another"
+        )
     found = search_sweeps(solid)
     sweeps = found.sweeps
     if not sweeps:

@@ -71,6 +71,9 @@ def test_tags_are_followed_through_later_cuts(cq):
     assert named(part) == {"top": (0, 0, 2), "in_let": (-5, 0, 0)}
     assert part.names == {"top": "top", "in_let": "in let"}
     assert select_faces(part, "in let") == select_faces(part, "in_let") == select_faces(part, "<X")
+    with pytest.raises(InputError, match="CadQuery selector, such as") as refusal:
+        select_faces(part, ">Q")
+    assert len(str(refusal.value)) < 200
 
 
 @pytest.mark.cad

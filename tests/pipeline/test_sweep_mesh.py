@@ -106,6 +106,13 @@ def test_a_full_ring_closes_on_itself(ring):
     assert not {"source", "target"} & set(mesh.boundaries)
 
 
+def test_half_a_ring_needs_two_layers(ring):
+    """One layer over half a turn lies between two places of one plane."""
+    with pytest.raises(cs.InputError, match=r"layers=3 is fewer than the 4 .*two where it turns back"):
+        cs.sweep_mesh(ring, size=1.0, layers=3)
+    assert cs.sweep_mesh(ring, size=1.0, layers=4).info["quality"].valid
+
+
 def test_a_grooved_ring_is_swept_around_its_axis_and_a_straight_one_along_it():
     """The flanks of the groove lean by 60 degrees from the bore, which shears layers square to the axis to 0.5."""
     section = [(4, 0), (9, 0), (9, 1), (5.536, 3), (9, 5), (9, 6), (4, 6)]
@@ -196,6 +203,8 @@ def test_what_cannot_be_swept_is_refused_with_reasons():
         {"fractions": [0, 0.5]},
         {"fractions": [0, 0.7, 0.6, 1]},
         {"order": 3},
+        {"nodes": 27},
+        {"source": ">Z", "target": ">Z"},
         {"colour": "red"},
         {"timeout": 5},
     ],

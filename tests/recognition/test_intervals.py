@@ -60,7 +60,7 @@ def test_layers_are_shared_by_length(layers, spans):
 
 def test_fewer_layers_than_spans_names_the_stations():
     sweep = find_sweeps(prism(regular(5), (0.0, 1.0, 1.5, 3.0)), source=(0,))[0]
-    with pytest.raises(InputError, match=r"layers=2 is fewer than the 3 spans.*station 1 of edges .*station 2"):
+    with pytest.raises(InputError, match=r"layers=2 is fewer than the 3 that.*station 1 of edges .*station 2"):
         assign_intervals(sweep, layers=2)
 
 
