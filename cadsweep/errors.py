@@ -37,7 +37,17 @@ class NotSweepableError(CadSweepError):
 
 
 class SurfaceMeshError(CadSweepError):
-    """A face could not be meshed with quads alone, or an edge could not be divided as needed."""
+    """A face could not be meshed with quads alone, or an edge could not be divided as needed.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Edges whose segments are too long for the places that could not be meshed; empty where that is not why.
+    """
+
+    def __init__(self, message: str, *, edges: Sequence[int] = ()) -> None:
+        super().__init__(message)
+        self.edges = tuple(int(e) for e in edges)
 
 
 class ProjectionError(CadSweepError):

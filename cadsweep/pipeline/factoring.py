@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import estimate, intervals, surface
 from ..assembly import FactoredMesh, factor_mesh, find_colors, is_ring
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
 from ..projection.caps import place_target
 from ..topology import Intervals, Part, Sweep
-from .hints import resolve_hints
+from .dividing import mesh_boundary
 from .run import Run
 
 
@@ -19,28 +18,7 @@ def factor_sweep(
     part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False
 ) -> tuple[FactoredMesh, SurfaceMesh]:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
-    size = None if options.size is None else options.size / part.scale
-    layers = options.layers if options.fractions is None else len(options.fractions) - 1
-    hints = resolve_hints(part, sweep, options)
-    with run.stage("intervals"):
-        rough = estimate.estimate_size(
-            sweep,
-            size=size,
-            layers=layers,
-            edge_sizes=hints.sizes,
-            edge_counts=hints.counts,
-            scale=part.scale,
-            streamed=streamed,
-        )
-        if rough is not None:
-            estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
-        counts = intervals.assign_intervals(
-            sweep, size=size, layers=layers, edge_sizes=hints.sizes, edge_counts=hints.counts
-        )
-        expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
-        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
-    with run.stage("surface"):
-        surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+    counts, surfaces, finer = mesh_boundary(part, sweep, options, run, streamed=streamed)
     with run.stage("projection"):
         if is_ring(sweep):
             surfaces.rings[-1] = surfaces.rings[0]
@@ -71,7 +49,7 @@ def factor_sweep(
             "sweeps": [_describe(sweep, counts)],
             "names": dict(part.names),
             "colors": find_colors(sweep, name),
-            "notes": [*part.notes, *sweep.notes, *surfaces.notes, *target.notes],
+            "notes": [*part.notes, *sweep.notes, *finer, *surfaces.notes, *target.notes],
             "seconds": run.seconds,
         },
     )

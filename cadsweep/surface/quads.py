@@ -24,7 +24,7 @@ from ..topology import DirectedEdge, Face, FloatArray, IntArray, Intervals, Swee
 from .annulus import THIN, fill_wall, wall_thickness
 from .charts import Chart, charts_of
 from .gmsh_quads import mesh_polygon, settings_for
-from .relax import relax_quads
+from .relax import corner_sines, relax_quads
 from .rim import lay_rows, smooth_loops
 from .transfinite import GOOD_ENOUGH, fill, join_chains
 
@@ -34,6 +34,10 @@ _GOOD_WALL = 0.7
 """Worst corner sine of our own quads around a hole from which on gmsh is not asked."""
 
 
+_FLAT = 1e-6
+"""Worst corner sine below which quads are refused."""
+_POOR = 0.1
+"""Worst corner sine of quads around which a face that is refused should be divided finer."""
 _GOOD_ROWS = 0.4
 """Worst corner sine from which on quads with a row along a smooth rim are taken."""
 
@@ -121,10 +125,11 @@ class CapBuilder:
             if patch is None or patch.expected < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
                 other = self._other_than_grid(face, loops, known, patch)
                 patch = other if patch is None or _better(other, patch) else patch
-            if patch.worst <= 0:
+            if patch.worst < _FLAT:
                 raise SurfaceMeshError(
                     f"{face.label()}: the best quads that could be made are folded (worst corner sine "
-                    f"{patch.worst:.2g}); try a smaller size"
+                    f"{patch.worst:.2g}); try a smaller size",
+                    edges=self._edges_at_folds(face, known, patch),
                 )
             self._add(patch.inner_points)
             quads.append(patch.quads)
@@ -136,6 +141,17 @@ class CapBuilder:
             loops=self.loops,
             edge_nodes=self.edge_nodes,
         )
+
+    def _edges_at_folds(self, face: Face, known: FloatArray, patch: FacePatch) -> list[int]:
+        """Edges of a face with a node of its worst quads or of their neighbours; all where these lie inside."""
+        points = np.concatenate([known, patch.inner_points])
+        normals = np.zeros(points.shape)
+        used = np.unique(patch.quads)
+        normals[used] = -face.surface.normals(face.surface.project(points[used]))
+        sines = corner_sines(points, patch.quads, normals).min(axis=1)
+        near = np.isin(np.arange(len(points)), patch.quads[sines < _POOR])
+        near[patch.quads[near[patch.quads].any(axis=1)]] = True
+        return [e for e in face.edges if near[self.edge_nodes[e]].any()] or list(face.edges)
 
     def _chain_nodes(self, chain: Sequence[DirectedEdge]) -> IntArray:
         return join_chains([self.edge_nodes[e][:: 1 if forward else -1] for e, forward in chain])
@@ -257,8 +273,11 @@ class CapBuilder:
         if best is None and other is not None:
             return other
         if best is None:
-            why = "; ".join(reasons[:3]) or "its outline overlaps itself in every plane view; split the face"
-            raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}")
+            why = (
+                "; ".join(list(dict.fromkeys(reasons))[:3])
+                or "its outline overlaps itself in every plane view; split the face"
+            )
+            raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}", edges=face.edges)
         return best
 
     def _lift(
