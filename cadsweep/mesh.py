@@ -127,7 +127,8 @@ class HexMesh:
         Quads times layers, where the mesh is one sweep of order 1.
     info : dict
         What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``;
-        ``colors``: those of the CAD model, ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
+        ``part`` and ``material``: what the CAD model calls them; ``colors``: those of the CAD model,
+        ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
     """
 
     points: FloatArray

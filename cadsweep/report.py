@@ -107,7 +107,7 @@ def write_report(mesh: HexMesh, path: str | PathLike[str], *, command: str | Non
     sections = [
         f"<h1>{name}</h1>{_verdict(report)}{made}",
         f'<div class="bar" id="bar"></div><div id="view"></div><p>{escape(remark)}</p>',
-        f'<div class="columns"><div><h2>Mesh</h2>{_table(_figures(report))}</div>',
+        f'<div class="columns"><div><h2>Mesh</h2>{_table(_figures(report) + _material(mesh))}</div>',
         f"<div><h2>Scaled Jacobian</h2>{_histogram(report)}</div></div>",
         f'<div class="columns"><div><h2>Sweep</h2>{_sweeps(mesh)}</div>',
         f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div>",
@@ -161,6 +161,14 @@ def _figures(report: QualityReport) -> list[tuple[str, str]]:
         ("mean scaled Jacobian", f"{report.mean_scaled_jacobian:.4f}"),
         ("volume", f"{report.volume:.8g}"),
     ]
+
+
+def _material(mesh: HexMesh) -> list[tuple[str, str]]:
+    material = mesh.info.get("material")
+    if not material:
+        return []
+    meant = mesh.info.get("names", {}).get(material, material)
+    return [("material", escape(material if meant == material else f"{material} (named {meant})"))]
 
 
 def _table(rows: list[tuple[str, str]]) -> str:

@@ -77,6 +77,7 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
             "cad_volume": mesh.info.get("cad_volume"),
             "seconds": mesh.info.get("seconds", {}),
             "sweeps": mesh.info.get("sweeps", []),
+            "material": mesh.info.get("material"),
             "notes": mesh.info.get("notes", []),
         }
     )

@@ -45,6 +45,7 @@ def factor_sweep(
         offset=part.offset,
         info={
             "part": part.name,
+            "material": sweep.solid.material,
             "cad_volume": sweep.solid.volume * part.scale**3,
             "sweeps": [_describe(sweep, counts)],
             "names": dict(part.names),

@@ -192,5 +192,6 @@ def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
         "cad_volume": info["cad_volume"],
         "seconds": info["seconds"],
         "sweeps": info["sweeps"],
+        "material": info.get("material"),
         "notes": info["notes"],
     }

@@ -52,13 +52,14 @@ def test_overlapping_names_are_all_boundaries(tmp_path):
 
 def test_colours_of_the_cad_reach_the_mesh_and_its_files(tmp_path):
     work = cq.Workplane().box(4, 4, 2)
-    part = cq.Assembly(work, name="block", color=cq.Color(0, 0, 1))
+    part = cq.Assembly(work, name="block", color=cq.Color(0, 0, 1), material=cq.Material("steel 37"))
     part.addSubshape(work.faces(">Z").val(), name="~hot", color=cq.Color(1, 0, 0))
     part.addSubshape(work.faces(">X").val(), name="~walls", color=cq.Color(0, 1, 0))
     part.addSubshape(work.faces("<X").val(), name="~walls")
     expected = {"boundaries": {"hot": "#ff0000"}, "parts": {"block": "#0000ff"}}  # the walls are of two colours
     mesh = cs.sweep_mesh(part, size=1.0, layers=2)
     assert mesh.info["colors"] == expected
+    assert mesh.info["material"] == "steel_37"
     assert cs.sweep_mesh(part, size=1.0, layers=2, isolated=True).info["colors"] == expected
     mesh.write(tmp_path / "block.vtu")
     cs.stream_mesh(part, tmp_path / "block.vtkhdf", size=1.0, layers=2)
