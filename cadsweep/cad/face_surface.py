@@ -5,7 +5,7 @@ the parameter curves of the face's edges.
 
 Method of ``project`` where there is no closed form: the nearest of a grid of points over the face's
 parameter box, finer where the surface turns, then Gauss-Newton with halved steps, every point at once (compiled for
-B-splines, :mod:`.nearest`). The result may leave the
+many points on B-splines, :mod:`.nearest`). The result may leave the
 face (by a margin of its box), as the *surface* is asked for, not the trimmed face.
 """
 
@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from ..topology import FloatArray
 from .curves import EdgeCurve, Parametric
-from .nearest import nearest_on_spline
+from .nearest import MANY, nearest_on_spline
 from .surfaces import Geometry, Offset, Periods, Spline, grid_points, knots_of
 
 _GRID = 33
@@ -158,7 +158,7 @@ class FaceSurface:
         """Nearest parameters and distances near start values (m, 2)."""
         lower, upper = self._reach
         surface = self.geometry.basis if isinstance(self.geometry, Offset) else self.geometry
-        if isinstance(surface, Spline):
+        if isinstance(surface, Spline) and len(points) >= MANY:
             uv, distances = nearest_on_spline(
                 surface.spline, points, start, lower=lower, upper=upper, periods=surface.periods
             )

@@ -17,7 +17,11 @@ from ..topology import FloatArray
 from .nurbs import BSplineSurface
 
 MOST_STEPS = 50
+MANY = 2_000
+"""Points from which the loop pays for being compiled or loaded."""
+
 _njit = njit(cache=True, nogil=True, error_model="numpy")
+_part = njit(nogil=True, error_model="numpy", inline="always")
 
 
 def nearest_on_spline(
@@ -67,7 +71,7 @@ def nearest_on_spline(
     return uv, distances
 
 
-@_njit
+@_part
 def _into_knots(knots, degree, n_poles, period, t):  # type: ignore[no-untyped-def]  # pragma: no cover
     """The parameter brought into the knots of a periodic surface, and its span."""
     first, last = knots[0], knots[-1]
@@ -87,7 +91,7 @@ def _into_knots(knots, degree, n_poles, period, t):  # type: ignore[no-untyped-d
     return t, low
 
 
-@_njit
+@_part
 def _basis(knots, degree, span, t, values, slopes):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """The non-zero basis functions and their derivatives (Cox-de Boor, as in :func:`cadsweep.cad.nurbs.basis`)."""
     values[0] = 1.0

@@ -16,20 +16,9 @@ polish
 Patches are cut anew in every round, so what is polished is small. Where a round gains nothing the
 patches grow, twice, before the mesh is given back as it is.
 
-Why not gmsh's or MFEM's smoothers: measured on 10,648 hexahedra with their inside disturbed (two busy
-cores, seconds for comparison only), inverted hexahedra left of
-
-====================  ============  ==================  ============================
-mesh                  these steps   gmsh `Relocate3D`   gmsh `UntangleMeshGeometry`
-====================  ============  ==================  ============================
-cube, 4,951 inverted  0 in 5 s      16 in 22 s          0 in 83 s
-cube, 9,473 inverted  0 in 2 s      272 in 7 s          0 in 127 s
-bend, 3,317 inverted  0 in 7 s      1 in 17 s           more than 100 s
-====================  ============  ==================  ============================
-
-`UntangleMeshGeometry` also ends after 100 s, says success regardless, and pulls graded layers towards
-even ones; MFEM's TMOP gives no numbers on an inverted mesh. Both would need copies of the patch in a
-foreign library.
+Why not gmsh's or MFEM's smoothers: on patches of real parts none brought a mesh further. `Relocate3D` and TMOP left
+hexahedra inverted that these steps mend, and `UntangleMeshGeometry` took ten times as long (``benchmarks/smoothers.py``
+and the table in ``docs/quality.md``).
 
 Not handled: a boundary quad that is itself inverted: no inner node can mend the hexahedron on it
 (:func:`cadsweep.quality.boundary_limit` says how good a mesh can become at all).

@@ -109,7 +109,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     return best
 
 
-def polished(patch: Patch, points: FloatArray, *, iterations: int = 60) -> FloatArray:
+def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> FloatArray:
     """Raise the worst corner of a valid patch: minimise a high power of one over the scaled Jacobian.
 
     Returns
