@@ -93,7 +93,7 @@ def read_study(path: Path) -> Study:
         text = script.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot read the script {script}: {error.strerror}") from error
-    options = _options(table.get("options", {}), f"{path}: [options]")
+    options = _options(table.get("options", {}), f"{path}: [options]", whole=False)
     digest = hashlib.sha256(text).hexdigest()
     cases = list(_cases(table, options, digest, script.stem, str(path)))
     _unique(cases, str(path))
@@ -135,12 +135,14 @@ def _positive(table: Mapping[str, Any], key: str, default: float | None, path: P
     return float(value)
 
 
-def _options(table: Any, where: str) -> dict[str, Any]:
-    """Options of ``sweep_mesh``, checked as it checks them."""
+def _options(table: Any, where: str, *, whole: bool = True) -> dict[str, Any]:
+    """Options of ``sweep_mesh``, checked as it checks them; of those that others are added to, each by itself."""
     if not isinstance(table, dict):
         raise InputError(f"{where} must be a table")
     _known(table, OPTIONS, where)
     given: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in table.items()}
+    if not whole:
+        given.setdefault("order", 2)  # which all others go with
     try:
         SweepOptions(**given)
     except InputError as error:
@@ -162,7 +164,8 @@ def _cases(table: Mapping[str, Any], common: dict[str, Any], digest: str, stem: 
         name = values.pop("name", None)
         if name is not None and (not isinstance(name, str) or not name.strip()):
             raise InputError(f"{at}: 'name' must be a text, not {name!r}")
-        options = {**common, **_options(values.pop("options", {}), f"{at}, options")}
+        own = _options(values.pop("options", {}), f"{at}, options", whole=False)
+        options = _options({**common, **own}, f"{at}, options")
         yield _case(values, options, digest, name or stem, named=name is not None, where=at)
 
 

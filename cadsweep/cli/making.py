@@ -230,6 +230,18 @@ def batch(
 ) -> None:
     """Mesh every case of a study: a script, and a grid or a list of its parameters.
 
+    \b
+    script = "elbow.py"
+    format = "vtu"
+    [options]
+    layers = 20
+    [grid]
+    bend_radius = [30, 40, 50]
+    options.size = [1.0, 2.0]
+    [[cases]]
+    name = "thin wall"
+    wall = 0.5
+
     A study that was broken off goes on where it was. Failed cases stand in the table with their errors; exit
     code 1 if there is no mesh at all, or, with --strict, if any case has failed.
     """

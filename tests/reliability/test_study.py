@@ -1,5 +1,7 @@
 """A study file is understood or refused with the key that is wrong, before any case is begun."""
 
+from pathlib import Path
+
 import pytest
 
 from cadsweep.batch import read_study
@@ -17,6 +19,23 @@ def study(tmp_path):
         return path
 
     return write
+
+
+def test_options_that_belong_together_may_stand_apart(study):
+    text = 'script = "part.py"\n[options]\nnodes = 27\n[[cases]]\nwidth = 1.0\n'
+    plan = read_study(study(text + "options.order = 2\n"))
+    assert plan.cases[0].options == {"nodes": 27, "order": 2}
+    with pytest.raises(InputError, match=r"case 1.*nodes=27 goes with order=2"):
+        read_study(study(text))
+
+
+def test_the_study_of_the_docs_is_read(study, tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "studies.md"
+    text = page.read_text().split("```toml\n")[1].split("```")[0]
+    (tmp_path / "elbow.py").write_text("bend_radius = 30.0\nangle = 90.0\nwall = 2.5\n")
+    plan = read_study(study(text))
+    assert len(plan.cases) == 3 * 2 * 2 + 1
+    assert {case.options["layers"] for case in plan.cases} == {20}
 
 
 def test_a_grid_is_every_combination_and_cases_come_after_it(study):
