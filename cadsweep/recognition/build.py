@@ -15,7 +15,7 @@ import numpy as np
 from ..topology import DirectedEdge, LinkingSide, Solid, Sweep
 from .bands import Band
 from .layout import Layout
-from .match import match_caps
+from .match import match_caps, why_unmatched
 
 MAX_RIM = 10 * pi / 9
 """Interior angle between a cap and its linking sides beyond which no hex fits."""
@@ -79,7 +79,7 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         span_lengths=tuple(lengths),
     )
     sweep = match_caps(sweep)
-    return _reentrant_rim(sweep) or _unmatched_fold(sweep) or sweep
+    return _reentrant_rim(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep) or sweep
 
 
 def _reentrant_rim(sweep: Sweep) -> str:

@@ -7,6 +7,7 @@ has its target face. Where they do not, only the joined boundary edges are given
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,6 @@ from ..topology import DirectedEdge, FloatArray, Solid, Sweep
 
 def match_caps(sweep: Sweep) -> Sweep:
     """Return the sweep with ``target_faces`` and ``target_edges`` filled in."""
-    solid = sweep.solid
     joined = _join_boundaries(sweep)
     if len(sweep.source) == len(sweep.target) == 1:
         return replace(sweep, target_faces={sweep.source[0]: sweep.target[0]}, target_edges=joined)
@@ -24,15 +24,20 @@ def match_caps(sweep: Sweep) -> Sweep:
     if matched is not None:
         faces, edges = matched
         return replace(sweep, target_faces=faces, target_edges=edges)
-    notes = sweep.notes
-    if len(sweep.target) > 1:
-        first = solid.faces[sweep.target[0]].label()
-        notes = (
-            *notes,
-            f"both caps are split, and the {len(sweep.target)} faces of the target (from {first}) do not correspond "
-            f"to the {len(sweep.source)} of the source: the mesh does not follow the target's inner edges",
-        )
-    return replace(sweep, target_edges=joined, notes=notes)
+    return replace(sweep, target_edges=joined)
+
+
+def why_unmatched(sweep: Sweep) -> str:
+    """Say how a target of several faces differs from the source; empty where the mesh can follow the target's edges."""
+    if len(sweep.target) == 1 or sweep.target_faces:
+        return ""
+    source, target = (_names(sweep.solid, cap) for cap in (sweep.source, sweep.target))
+    return f"both caps would be divided, and not alike: {source} on one side, {target} on the other"
+
+
+def _names(solid: Solid, cap: Sequence[int]) -> str:
+    more = f" and {len(cap) - 2} more" if len(cap) > 2 else ""
+    return ", ".join(solid.faces[f].label() for f in cap[:2]) + more
 
 
 def _join_boundaries(sweep: Sweep) -> dict[int, DirectedEdge]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from ..errors import NotSweepableError
 from ..topology import FloatArray, Solid, Sweep
 from .bands import Band, BandSearch
-from .corners import why_no_rectangle
+from .corners import STRICT, why_no_rectangle
 from .revolution import find_axis
 
 
@@ -28,7 +29,8 @@ class Reason:
     ----------
     face : int
     weight : int
-        How far the face came: 0 for a neighbour that is no side, 2 where only the caps are wrong.
+        How far the face came: 0 for a neighbour that is no side, 2 where only the caps are wrong, 3 where only sides
+        that run out to a point are.
     text : str
         One line that names the face and what rules it out.
     """
@@ -54,6 +56,14 @@ def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[
 def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) -> tuple[int, str]:
     face = solid.faces[source]
     neighbours = [(e, solid.edges[e].faces[solid.edges[e].faces[0] == source]) for e in face.edges]
+    no_sides = {g for _, g in neighbours if not search.readings[g]}
+    points = [solid.faces[g] for g in sorted(no_sides) if _runs_out(solid, source, g)]
+    if points and len(points) == len(no_sides) < len({g for _, g in neighbours}):
+        more = f", as {len(points) - 1} others do" if len(points) > 1 else ""
+        return 3, (
+            f"cannot be a cap: beside it {points[0].label()} runs out to a point on the other cap{more}, so that hexes "
+            "would collapse there; round the sharp corner it comes from, or keep the corner sharp all the way"
+        )
     for _, g in neighbours:
         if not search.readings[g]:
             side = solid.faces[g]
@@ -71,6 +81,16 @@ def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) 
         if g in failed:
             return 2, f"is no cap: {failed[g]}"
     return 2, "is no cap: its neighbours are sides of no common sweep"
+
+
+def _runs_out(solid: Solid, source: int, side: int) -> bool:
+    """Whether a neighbour of a face has one edge there and only two more, which meet in a point beyond."""
+    face = solid.faces[side]
+    if len(face.loops) != 1 or len(face.edges) != 3:
+        return False
+    loop = face.loops[0]
+    beside = [k for k, e in enumerate(loop.edges) if source in solid.edges[e].faces]
+    return len(beside) == 1 and loop.angles[(beside[0] + 2) % 3] < STRICT.end_high * pi / 180.0
 
 
 def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
