@@ -17,8 +17,16 @@ from .assembly import FactoredMesh, unite_quads
 from .io.slabs import PieceSizes, SlabWriter
 from .io.vtk_cells import color_fields
 from .mesh import sweep_hexes
-from .quality import CadReference, QualityAccumulator, QualityReport, check_surface, make_report, structure_problems
-from .quality.check import SurfaceFindings
+from .quality import (
+    CadReference,
+    QualityAccumulator,
+    QualityReport,
+    boundary_limit,
+    check_surface,
+    make_report,
+    structure_problems,
+)
+from .quality.check import POOR, SurfaceFindings
 from .topology import FloatArray, IntArray
 
 SLAB_NODES = 200_000
@@ -125,6 +133,9 @@ def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: 
         problems=problems,
         areas=surface.areas,
         euler=surface.euler,
+        limit=boundary_limit(lambda k: factored.points(k, k + 1)[0], structure)
+        if seen.min_scaled_jacobian < POOR
+        else None,
     )
 
 

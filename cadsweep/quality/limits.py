@@ -5,6 +5,7 @@ Place in the flow: smoothing and reports ask it how good a swept mesh can become
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,13 +45,13 @@ class BoundaryLimit:
     layer: int = -1
 
 
-def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLimit:
+def boundary_limit(points: FloatArray | Callable[[int], FloatArray], structure: SweptStructure) -> BoundaryLimit:
     """Find the worst hexahedron corner that is made of boundary nodes alone.
 
     Parameters
     ----------
-    points : (n, 3) float64
-        Nodes of the mesh; only boundary nodes are looked at.
+    points : (n, 3) float64, or callable
+        Nodes of the mesh, or a function that gives those of one layer (n_nodes, 3); only boundary nodes are looked at.
     structure : SweptStructure
 
     Returns
@@ -59,6 +60,7 @@ def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLim
         An upper bound of the mesh's worst scaled Jacobian while its boundary nodes stay.
     """
     n, q, layers = structure.n_nodes, structure.quads, structure.n_layers
+    nodes_of = points if callable(points) else lambda k: points[k * n : (k + 1) * n]
     rim = np.zeros(n, dtype=np.bool_)
     for loop in structure.loops:
         rim[loop] = True
@@ -67,9 +69,11 @@ def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLim
     on_rim = rim[here]
     all_rim = np.flatnonzero(on_rim & rim[after] & rim[before])
     best = BoundaryLimit()
+    above = nodes_of(0)
     for layer in range(layers):
         upper = 0 if structure.periodic and layer == layers - 1 else layer + 1
-        for at in (layer, upper):
+        below, above = above, nodes_of(upper)
+        for at, nodes in ((layer, below), (upper, above)):
             capped = not structure.periodic and at in (0, layers)
             # On a cap every node is fixed; elsewhere the rim alone. The other end of the upright edge lies on
             # the rim, or on the other cap of a mesh of one layer.
@@ -77,8 +81,7 @@ def boundary_limit(points: FloatArray, structure: SweptStructure) -> BoundaryLim
             if not len(corners):
                 continue
             low = here[corners]
-            upright = points[low + upper * n] - points[low + layer * n]
-            values = _corner_values(points[at * n : (at + 1) * n], low, after[corners], before[corners], upright)
+            values = _corner_values(nodes, low, after[corners], before[corners], above[low] - below[low])
             i = int(np.argmin(values))
             if values[i] < best.value:
                 node = int(here[corners[i]]) + at * n

@@ -10,7 +10,14 @@ import pytest
 from quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh, swept_ring, without_structure
 
 from cadsweep.mesh import HexMesh, SweptStructure
-from cadsweep.quality import CadReference, check_mesh, positive_inside, structure_problems
+from cadsweep.quality import (
+    CadReference,
+    boundary_limit,
+    check_mesh,
+    positive_inside,
+    scaled_jacobians,
+    structure_problems,
+)
 from cadsweep.quality.boundary import boundary_blocks
 
 
@@ -477,3 +484,16 @@ def test_rims_are_held_against_the_edges_and_vertices_they_meet_in():
     off = [p for p in report.problems if "off their CAD" in p]
     assert len(off) == 2  # 4 nodes of either cap's rim lie at x = 4
     assert all(p.startswith("4 nodes where") and "'side'" in p for p in off)
+
+
+@pytest.mark.parametrize("name", ["block", "one layer", "bent", "ring"])
+def test_the_limit_is_the_same_layer_by_layer(name):
+    mesh = SOUND[name]()
+    n = mesh.structure.n_nodes
+    rng = np.random.default_rng(0)
+    points = mesh.points + rng.normal(size=mesh.points.shape) * 0.1
+    whole = boundary_limit(points, mesh.structure)
+    assert whole == boundary_limit(lambda k: points[k * n : (k + 1) * n], mesh.structure)
+    assert whole.value < 1
+    values = scaled_jacobians(points, mesh.hexes)
+    assert values.min() <= values[whole.hex] <= whole.value + 1e-12
