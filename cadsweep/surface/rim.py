@@ -22,9 +22,8 @@ import numpy as np
 from ..topology import DirectedEdge, FloatArray, IntArray, Sweep
 from .charts import signed_area
 from .crossings import loops_cross
+from .spacing import SMOOTH
 
-_SMOOTH = 0.05
-"""Radians from pi below which cap and side are tangent."""
 _TURN = np.pi / 8
 """Turn of the cap over the row, where it is curved as much within `_DEEPEST` segments."""
 _DEPTHS = np.linspace(0.4, 2.5, 15)
@@ -43,7 +42,7 @@ def smooth_loops(sweep: Sweep, loops: Sequence[Sequence[DirectedEdge]]) -> list[
         edges = {e for e, _ in loop}
         mine = [j for j, rim in enumerate(sweep.source_loops) if edges == {e for e, _ in rim}]
         both = [e for j in mine for e, _ in sweep.source_loops[j] + sweep.target_loops[j]]
-        found.append(any(abs(sweep.solid.edges[e].dihedral - np.pi) < _SMOOTH for e in both))
+        found.append(any(abs(sweep.solid.edges[e].dihedral - np.pi) < SMOOTH for e in both))
     return found
 
 

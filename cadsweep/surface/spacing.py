@@ -3,7 +3,8 @@
 Place in the flow: the surface stage calls it before any node is placed.
 
 Method: a layer stands at one *place* in [0, 1] for all rails of a loop. Within a span between
-stations the places are even, graded by `bias`, or the user's `fractions`. Around the loops, the
+stations the places are even but for roundings that are tangent to a cap, graded by `bias`, or the user's
+`fractions`. Around the loops, the
 nodes of an edge away from the source divide it as the affine image of the source loop's nodes
 divides their image: by lengths of the image, which always keep the order and which on an affine
 image of the source are exact.
@@ -23,6 +24,10 @@ from .layout import Layout
 Fit = Callable[[FloatArray, FloatArray], FloatArray]
 """``fit(source_ring (b, 3), rings (m, b, 3)) -> (m, 3, 3)``: linear parts A, ``ring ~ ring_0 @ A.T + c``."""
 
+SMOOTH = 0.05
+"""Radians from pi below which cap and side are tangent."""
+_RIM_BIAS = 2.5
+"""Thickness of a rounding's layer at a tangent cap over that at its other end."""
 _GREATEST_JUNCTION_STRETCH = 2.0
 _LEAST_STRETCH, _GREATEST_STRETCH = 0.25, 4.0
 
@@ -78,7 +83,8 @@ def place_layers(
         lengths = _span_lengths(sweep, layout, loop, knots)
         ends = np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
         for (a, b), (start, end) in zip(pairwise(knots), pairwise(ends), strict=True):
-            inside = _follow_junctions(sweep, layout, loop, (a, b), graded_places(b - a, bias))
+            grading = _at_smooth_rim(sweep, loop, (a == 0, b == n_layers)) if bias is None else bias
+            inside = _follow_junctions(sweep, layout, loop, (a, b), graded_places(b - a, grading))
             table[loop, a : b + 1] = start + (end - start) * inside
     # A loop without stations follows those that have them, so that a layer is one place on all rails.
     with_stations = [loop for loop in range(n_loops) if stations[loop]]
@@ -88,6 +94,20 @@ def place_layers(
             if not stations[loop]:
                 table[loop] = common
     return table
+
+
+def _at_smooth_rim(sweep: Sweep, loop: int, ends: tuple[bool, bool]) -> float | None:
+    """Bias of a rounding's span that begins (or ends) where it is tangent to a cap: its layer there is thickest.
+
+    Hexes at such a rim are as good as the angle between the first segments on cap and side.
+    """
+    if ends == (True, True):
+        return None
+    rims = [rim for rim, is_end in zip((sweep.source_loops, sweep.target_loops), ends, strict=True) if is_end]
+    smooth = any(abs(sweep.solid.edges[e].dihedral - np.pi) < SMOOTH for rim in rims for e, _ in rim[loop])
+    if not smooth:
+        return None
+    return 1 / _RIM_BIAS if ends[0] else _RIM_BIAS
 
 
 def _follow_junctions(sweep: Sweep, layout: Layout, loop: int, span: tuple[int, int], places: FloatArray) -> FloatArray:

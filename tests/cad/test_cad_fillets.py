@@ -96,6 +96,13 @@ def test_meshed_better_than_undivided(model):
     assert np.isclose(report.volume, mesh.info["cad_volume"], rtol=0.01)
 
 
+def test_layers_that_are_thicker_at_a_tangent_cap_are_better_than_even_ones():
+    part = cs.load(rounded_box())
+    # Two layers or more in the half of the rounding that is 2 pi / 4 long.
+    graded, even = (cs.sweep_mesh(part, size=0.6, bias=bias).info["quality"] for bias in (None, 1.0))
+    assert graded.min_scaled_jacobian > even.min_scaled_jacobian
+
+
 def test_named_rounding_keeps_its_name_on_both_halves():
     model = rounded_box()
     assembly = cq.Assembly()
