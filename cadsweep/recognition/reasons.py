@@ -20,6 +20,9 @@ from .bands import Band, BandSearch
 from .corners import STRICT, why_no_rectangle
 from .revolution import find_axis
 
+TANGENT = 0.02
+"""Radians from pi within which a face counts as a rounding of the corner between its neighbours."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reason:
@@ -84,13 +87,15 @@ def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) 
 
 
 def _runs_out(solid: Solid, source: int, side: int) -> bool:
-    """Whether a neighbour of a face has one edge there and only two more, which meet in a point beyond."""
+    """Whether a neighbour of a face has one edge there and only two more, smooth ones, which meet in a point beyond."""
     face = solid.faces[side]
-    if len(face.loops) != 1 or len(face.edges) != 3:
+    if face.kind == "plane" or len(face.loops) != 1 or len(face.edges) != 3:
         return False
     loop = face.loops[0]
     beside = [k for k, e in enumerate(loop.edges) if source in solid.edges[e].faces]
-    return len(beside) == 1 and loop.angles[(beside[0] + 2) % 3] < STRICT.end_high * pi / 180.0
+    if len(beside) != 1 or loop.angles[(beside[0] + 2) % 3] > STRICT.end_high * pi / 180.0:
+        return False
+    return all(abs(solid.edges[e].dihedral - pi) < TANGENT for k, e in enumerate(loop.edges) if k != beside[0])
 
 
 def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
