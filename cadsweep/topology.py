@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import floor, log10
 from pathlib import Path
 from typing import Protocol
 
@@ -80,6 +81,38 @@ class Surface(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
+class Units:
+    """How working coordinates become the model's.
+
+    Attributes
+    ----------
+    scale : float
+        Model units per working unit, a power of two.
+    offset : (3,) float64
+        Model coordinates of the working origin.
+    """
+
+    scale: float = 1.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    def to_model(self, points: FloatArray) -> FloatArray:
+        """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
+        if self.scale == 1.0 and not self.offset.any():
+            return points
+        return points * self.scale + self.offset
+
+    def place(self, point: FloatArray) -> str:
+        """Return how messages say where a working point is: its model coordinates, to four digits of the part."""
+        working = np.where(np.abs(point) > 1e-9, point, 0.0)
+        if not self.offset.any():
+            return ", ".join(f"{c:.4g}" for c in working * self.scale + 0.0)
+        # Far from the origin, four digits of the coordinates themselves would be the same all over the part.
+        step = self.scale * max(float(np.abs(working).max()), 1e-9) * 1e-4
+        decimals = max(0, -floor(log10(step)))
+        return ", ".join(f"{round(float(c), decimals) + 0.0:.15g}" for c in self.to_model(working))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edge:
     """A bounded curve between two vertices (which may be the same vertex only on refused parts).
@@ -110,6 +143,8 @@ class Edge:
     key : str
         The id the edge had in the input, such as ``"edge 7"``; pieces of a divided edge share it. Empty
         where no edge was there.
+    units : Units
+        What messages give places in.
     """
 
     id: int
@@ -125,6 +160,7 @@ class Edge:
     name: str | None = None
     groups: tuple[str, ...] = ()
     key: str = ""
+    units: Units = field(default_factory=Units)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -133,7 +169,7 @@ class Edge:
 
     def label(self) -> str:
         """How messages name the edge: id, name, kind and place of its middle."""
-        return _label("edge", self.id, self.name, self.kind, self.midpoint)
+        return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -215,6 +251,8 @@ class Face:
         of a divided face share it.
     patches : tuple of Patch
         Parts of a merged face that go by another name.
+    units : Units
+        What messages give places in.
     """
 
     id: int
@@ -229,6 +267,7 @@ class Face:
     color: str | None = None
     key: str = ""
     patches: tuple[Patch, ...] = ()
+    units: Units = field(default_factory=Units)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -242,13 +281,12 @@ class Face:
 
     def label(self) -> str:
         """How messages name the face: id, name, kind and place."""
-        return _label("face", self.id, self.name, self.kind, self.center)
+        return _label("face", self.id, self.name, self.kind, self.units.place(self.center))
 
 
-def _label(what: str, number: int, name: str | None, kind: str, place: FloatArray) -> str:
-    x, y, z = (float(f"{c:.4g}") if abs(c) > 1e-9 else 0.0 for c in place)
+def _label(what: str, number: int, name: str | None, kind: str, place: str) -> str:
     named = f" '{name}'" if name else ""
-    return f"{what} {number}{named} ({kind} at {x:g}, {y:g}, {z:g})"
+    return f"{what} {number}{named} ({kind} at {place})"
 
 
 class BrepWriter(Protocol):
@@ -278,6 +316,8 @@ class Solid:
     material : str or None
     color : str or None
         The part's colour in the CAD model, as in ``Face.color``.
+    units : Units
+        What messages give places in.
     """
 
     vertices: FloatArray
@@ -293,6 +333,7 @@ class Solid:
     name: str | None = None
     material: str | None = None
     color: str | None = None
+    units: Units = field(default_factory=Units)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -323,9 +364,7 @@ class Part:
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
-        if self.scale == 1.0 and not self.offset.any():
-            return points
-        return points * self.scale + self.offset
+        return Units(self.scale, self.offset).to_model(points)
 
 
 DirectedEdge = tuple[int, bool]

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..errors import CadError, CadSweepError
-from ..topology import Part
+from ..topology import Part, Units
 from .colors import split_colors
 from .divide import divide_closed
 from .extract import EdgeLabel, FaceLabel, Labels, extract_solid
@@ -57,6 +57,7 @@ def make_part(model: Model) -> Part:
         notes += mend(traced)
     with _stage(model, "normalising units"):
         scale, offset, size = normalise(traced)
+    units = Units(model.scale * scale, model.scale * offset)
     with _stage(model, "merging slivers"):
         notes += merge_slivers(traced, size)
     with _stage(model, "dividing closed faces"):
@@ -83,12 +84,13 @@ def make_part(model: Model) -> Part:
             name=name,
             material=material,
             color=color,
+            units=units,
         )
     return Part(
         solids=(extracted,),
         name=model.name or name or "part",
-        scale=model.scale * scale,
-        offset=model.scale * offset,
+        scale=units.scale,
+        offset=units.offset,
         notes=tuple(notes + naming_notes),
         names={**of_solid.originals, **edges.originals, **faces.originals},
     )

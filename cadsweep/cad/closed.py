@@ -149,7 +149,9 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
         [label_of(None if j is None else solid.faces[j]) for j in first_face],
         find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
     )
-    opened = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
+    opened = extract_solid(
+        traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+    )
     if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
         return None
     note = "the closed ring is cut open; its source and target are one and the same place"

@@ -24,7 +24,7 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
 from ..errors import CadError
-from ..topology import Edge, Face, FloatArray, Loop, Solid
+from ..topology import Edge, Face, FloatArray, Loop, Solid, Units
 from .angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
 from .curves import EdgeCurve, Parametric, Reparametrised
 from .face_surface import FaceSurface
@@ -74,6 +74,7 @@ def extract_solid(
     name: str | None = None,
     material: str | None = None,
     color: str | None = None,
+    units: Units | None = None,
     part_maps: tuple[Any, Any, Any] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
@@ -85,6 +86,8 @@ def extract_solid(
     labels : Labels, optional
         Keys, names and colours of its faces and edges, by id.
     name, material, color : str, optional
+    units : Units, optional
+        How the working lengths become the model's.
     part_maps : three maps, optional
         Vertices, edges and faces of the whole part, for the keys that tell shared entities.
 
@@ -98,6 +101,7 @@ def extract_solid(
         shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
     )
     n_faces, n_edges = len(holder.faces), len(holder.edges)
+    units = Units() if units is None else units
     if labels is None:
         labels = Labels(
             [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
@@ -110,10 +114,9 @@ def extract_solid(
     for j, (curve, _) in enumerate(curves):
         gap = np.linalg.norm(curve.evaluate(np.array([0.0, 1.0])) - vertices[list(ends[j])], axis=1).max()
         if not gap <= _LARGEST_GAP * size:
-            x, y, z = vertices[ends[j][0]]
             raise CadError(
-                f"edge {j} ends {gap:.3g} off its vertices, near ({x:.4g}, {y:.4g}, {z:.4g}), so the model is damaged. "
-                "Export it again from its CAD program."
+                f"edge {j} ends {gap * units.scale:.3g} off its vertices, near "
+                f"({units.place(vertices[ends[j][0]])}), so the model is damaged. Export it again from its CAD program."
             )
 
     # Of several points that sewing took for one vertex it keeps any: the first edge's end is always the same.
@@ -138,6 +141,7 @@ def extract_solid(
             uses=uses[j],
             normals=frames,
             label=labels.edges[j],
+            units=units,
         )
         for j in range(n_edges)
     )
@@ -153,6 +157,7 @@ def extract_solid(
             loops=loops[j],
             measure=measures[j],
             label=labels.faces[j],
+            units=units,
         )
         for j in range(n_faces)
     )
@@ -171,6 +176,7 @@ def extract_solid(
         name=name,
         material=material,
         color=color,
+        units=units,
     )
 
 
@@ -315,14 +321,14 @@ def _edge(
     uses: Sequence[tuple[int, bool]],
     normals: Sequence[dict[int, FloatArray]],
     label: EdgeLabel,
+    units: Units,
 ) -> Edge:
     geometry, kind = curve
     at = np.array([0.0, 0.5, 1.0])
     points, tangents = geometry.evaluate(at), geometry.tangents(at)
     if len(uses) != 2:
-        x, y, z = points[1]
         raise CadError(
-            f"Edge {number} at ({x:.4g}, {y:.4g}, {z:.4g}) bounds {len(uses)} faces instead of 2. "
+            f"Edge {number} at ({units.place(points[1])}) bounds {len(uses)} faces instead of 2. "
             "The solid is not closed, or is not manifold there; repair it in its CAD program."
         )
     # The face that runs the edge forward first: its material lies on the left of the tangent.
@@ -342,6 +348,7 @@ def _edge(
         name=label.names[0] if label.names else None,
         groups=label.names[1:],
         key=label.key,
+        units=units,
     )
 
 
@@ -386,6 +393,7 @@ def _face(
     loops: tuple[Loop, ...],
     measure: Measure,
     label: FaceLabel,
+    units: Units,
 ) -> Face:
     return Face(
         id=number,
@@ -399,6 +407,7 @@ def _face(
         groups=label.names[1:],
         color=label.color,
         key=label.key,
+        units=units,
     )
 
 

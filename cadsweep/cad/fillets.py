@@ -224,7 +224,9 @@ def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
         [label_of(face) for face in old],
         [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
     )
-    return extract_solid(shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
+    return extract_solid(
+        shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+    )
 
 
 __all__ = ["divide_roundings"]

@@ -108,7 +108,7 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
         divide_closed(traced)
         (shape,) = subshapes(traced.shape, SOLID)
         check_closed(shape)
-        merged = extract_solid(shape, name=solid.name, material=solid.material, color=solid.color)
+        merged = extract_solid(shape, name=solid.name, material=solid.material, color=solid.color, units=solid.units)
         origins = traced.face_origins(index_map(shape, FACE))
         edge_origins = traced.edge_origins(index_map(shape, EDGE))
     except (CadError, ValueError):

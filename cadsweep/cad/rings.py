@@ -126,11 +126,14 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
         [label_of(None if j is None else solid.faces[j]) for j in origins],
         find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
     )
-    cut = extract_solid(traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color)
+    cut = extract_solid(
+        traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+    )
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
+        after, before = (one.volume * part.scale**3 for one in (cut, solid))
         raise CadError(
-            f"'{part.name}': the ring has the volume {cut.volume:.6g} after it was cut open, "
-            f"and {solid.volume:.6g} before, so OpenCASCADE failed at it. Model a sector of the ring instead."
+            f"'{part.name}': the ring has the volume {after:.6g} after it was cut open, and {before:.6g} before, "
+            "so OpenCASCADE failed at it. Model a sector of the ring instead."
         )
     return Part(
         solids=(cut,),

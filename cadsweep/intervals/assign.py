@@ -64,11 +64,14 @@ def assign_intervals(
     """
     solid = sweep.solid
     wide = max(float(np.linalg.norm(np.ptp(solid.vertices, axis=0))), solid.size)
+    scale = solid.units.scale
     if size is not None:
-        size = _check_size("size", size, wide)
+        size = _check_size("size", size, wide, scale)
     if layers is not None:
         layers = _check_count("layers", layers)
-    sizes = {_check_edge(sweep, e): _check_size(f"size of edge {e}", s, wide) for e, s in (edge_sizes or {}).items()}
+    sizes = {
+        _check_edge(sweep, e): _check_size(f"size of edge {e}", s, wide, scale) for e, s in (edge_sizes or {}).items()
+    }
     demands = [_check_demand(sweep, edges, n) for edges, n in (edge_counts or {}).items()]
     target_size = default_size(sweep) if size is None else size
 
@@ -125,9 +128,10 @@ def _check_division(sweep: Sweep, wanted: Mapping[int, float], sizes: Mapping[in
     """Refuse a size so small that the programme would never end."""
     edge = max(wanted, key=lambda e: wanted[e], default=None)
     if edge is not None and wanted[edge] > MOST_SEGMENTS:
+        solid = sweep.solid
         raise InputError(
-            f"size {sizes.get(edge, size):g} would divide {sweep.solid.edges[edge].label()} into {wanted[edge]:.3g} "
-            "segments: take a larger size"
+            f"size {sizes.get(edge, size) * solid.units.scale:g} would divide {solid.edges[edge].label()} into "
+            f"{wanted[edge]:.3g} segments: take a larger size"
         )
 
 
@@ -147,11 +151,13 @@ def _check_edge(sweep: Sweep, edge: Any) -> int:
     return int(edge)
 
 
-def _check_size(what: str, size: Any, wide: float) -> float:
+def _check_size(what: str, size: Any, wide: float, scale: float) -> float:
     if isinstance(size, bool) or not isinstance(size, Real) or not isfinite(float(size)) or float(size) <= 0.0:
         raise InputError(f"{what} must be a positive length, not {size!r}")
     if float(size) > wide:
-        raise InputError(f"{what} {float(size):g} is larger than the whole part, whose diagonal is {wide:.4g}")
+        raise InputError(
+            f"{what} {float(size) * scale:g} is larger than the whole part, whose diagonal is {wide * scale:.4g}"
+        )
     return float(size)
 
 

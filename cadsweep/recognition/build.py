@@ -109,8 +109,7 @@ def _unmatched_fold(sweep: Sweep) -> str:
             else:
                 matched = edge.id in other and abs(solid.edges[other[edge.id][0]].dihedral - pi + fold) < MAX_FOLD
             if not matched:
-                x, y, z = edge.midpoint
-                return f"its cap is folded at edge {edge.id} ({x:.4g}, {y:.4g}, {z:.4g}) and the other cap is not"
+                return f"its cap is folded at {edge.label()} and the other cap is not"
     return ""
 
 
@@ -149,8 +148,7 @@ def order_loop(solid: Solid, edges: Sequence[DirectedEdge]) -> list[DirectedEdge
     for e, forward in edges:
         v = solid.edges[e].start if forward else solid.edges[e].end
         if v in begins:
-            x, y, z = solid.vertices[v]
-            return f"a loop of the cap touches itself at ({x:.4g}, {y:.4g}, {z:.4g})"
+            return f"a loop of the cap touches itself at ({solid.units.place(solid.vertices[v])})"
         begins[v] = (e, forward)
     loop = [edges[0]]
     while len(loop) <= len(edges):

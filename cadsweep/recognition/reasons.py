@@ -103,7 +103,8 @@ def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
     name = f"'{solid.name}'" if solid.name else "the solid"
     axis = find_axis(solid)
     if axis is not None and not _on_axis(solid, *axis):
-        point, direction = (", ".join(f"{round(x, 9) + 0.0:.4g}" for x in row) for row in axis)
+        point = solid.units.place(axis[0])
+        direction = ", ".join(f"{round(x, 9) + 0.0:.4g}" for x in axis[1])
         return (
             f"{name} is a closed ring, turned about the axis through ({point}) along ({direction}), and has no caps; "
             "cut it into two solids by a plane through the axis, or turn it by less than 360 degrees"

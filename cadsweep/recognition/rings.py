@@ -27,7 +27,7 @@ def why_not_closed(sweep: Sweep) -> str:
     for source, target in zip(sweep.source_loops, sweep.target_loops, strict=True):
         a, b = (solid.vertices[_start(solid, loop[0])] for loop in (source, target))
         if np.linalg.norm(a - b) > NEAR * solid.size:
-            places = " and ".join("(" + ", ".join(f"{x:.4g}" for x in p) + ")" for p in (a, b))
+            places = " and ".join(f"({solid.units.place(p)})" for p in (a, b))
             return (
                 f"the ring closes with a twist: the edge along it that begins at the first of {places} "
                 "ends, once around, at the second, so that no mesh of one section meets itself"

@@ -159,9 +159,9 @@ class _Builder:
         place = (loop, column % self.loop_sizes[loop], layer)
         known = self.vertices.setdefault(vertex, place)
         if known != place:
-            x, y, z = self.solid.vertices[vertex]
+            at = self.solid.units.place(self.solid.vertices[vertex])
             raise SurfaceMeshError(
-                f"the edge counts do not close around vertex {vertex} at ({x:.4g}, {y:.4g}, {z:.4g}): "
+                f"the edge counts do not close around vertex {vertex} at ({at}): "
                 f"column {known[1]} and {place[1]}, layer {known[2]} and {place[2]}"
             )
 
