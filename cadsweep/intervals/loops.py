@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -142,7 +143,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
     if align:
         opposite += [pair for f in sweep.source for pair in _opposite_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in _across_wall(sweep.solid, f, edges)]
+        opposite += [pair for f in sweep.source for pair in _across_wall(sweep, f, edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
             parent[find(one[0])] = find(other[0])
@@ -178,12 +179,13 @@ def _opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return [(sides[0], sides[2]), (sides[1], sides[3])]
 
 
-def _across_wall(solid: Solid, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+def _across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """The two loops of a wall without corners, such as a tube's; none where their wanted counts are far apart.
 
-    Equal counts there let the wall be filled with rings of quads. Edges that lie beside each other get equal
-    ones each, where every edge has its own.
+    Equal counts there let the wall be filled with rings of quads. On the way to the target they stay beside
+    each other only if the rings between, too, are divided alike inside and outside.
     """
+    solid = sweep.solid
     loops = solid.faces[face].loops
     if len(loops) != 2 or any(not STRAIGHT < a < 2.0 * pi - STRAIGHT for loop in loops for a in loop.angles):
         return []
@@ -191,11 +193,37 @@ def _across_wall(solid: Solid, face: int, wanted: dict[int, float]) -> list[tupl
     totals = [sum(wanted[e] for e in loop) for loop in (outer, hole)]
     if max(totals) > UNEQUAL_WALL * min(totals):
         return []
+    pairs = _beside(solid, outer, hole) or [(outer, hole)]
+    rings = [_rings_over(sweep, loop) for loop in (outer, hole)]
+    if len(rings[0]) == len(rings[1]):
+        pairs += [pair for one, other in zip(*rings, strict=True) for pair in _beside(solid, one, other)]
+    return pairs
+
+
+def _beside(solid: Solid, outer: Sequence[int], hole: Sequence[int]) -> list[tuple[list[int], list[int]]]:
+    """Edges of two rings that lie beside each other, where every edge has its own; none else."""
     middles = np.array([solid.edges[e].midpoint for e in hole])
-    beside = [int(np.argmin(np.linalg.norm(middles - solid.edges[e].midpoint, axis=1))) for e in outer]
-    if len(outer) == len(hole) == len(set(beside)):
-        return [([e], [hole[j]]) for e, j in zip(outer, beside, strict=True)]
-    return [(outer, hole)]
+    nearest = [int(np.argmin(np.linalg.norm(middles - solid.edges[e].midpoint, axis=1))) for e in outer]
+    if not len(outer) == len(hole) == len(set(nearest)):
+        return []
+    return [([e], [hole[j]]) for e, j in zip(outer, nearest, strict=True)]
+
+
+def _rings_over(sweep: Sweep, edges: Sequence[int]) -> list[list[int]]:
+    """The rings of edges over a loop of the source: its stations in order, and the loop of the target."""
+    loop = next((j for j, one in enumerate(sweep.source_loops) if {e for e, _ in one} == set(edges)), None)
+    if loop is None:
+        return []
+    ends = [{v for e in span for v in _vertices(sweep.solid, e)} for span in sweep.spans[loop]]
+    rings = []
+    for below, above in pairwise(ends):
+        between = below & above
+        rings += [list(ring) for ring in sweep.stations if any(between & _vertices(sweep.solid, e) for e in ring)]
+    return [*rings, [e for e, _ in sweep.target_loops[loop]]]
+
+
+def _vertices(solid: Solid, edge: int) -> set[int]:
+    return {solid.edges[edge].start, solid.edges[edge].end}
 
 
 def _alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEdge]) -> bool:

@@ -1,5 +1,7 @@
 """What ``sweep_mesh`` promises: a checked mesh, the options it was asked for, or a named error."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -230,3 +232,11 @@ def test_a_named_imprint_that_no_sweep_follows_keeps_its_boundary():
     # the quads of 1 whose middles lie in 4 x 8 are between 3 x 7 and 5 x 9
     assert 21 <= mesh.info["quality"].areas["pad"] <= 45
     assert any("'pad'" in note and "outline" in note for note in mesh.info["notes"])
+
+
+@pytest.mark.parametrize("size", [2.2, 3.0, 4.0])
+def test_the_rings_of_a_wall_are_divided_alike_inside_and_outside(size):
+    # Its bend is quartered at one station and halved at the other.
+    part = cs.load(Path(__file__).parent.parent / "parts" / "sweepable" / "pipe_straight_bend.py")
+    mesh = cs.sweep_mesh(part, size=size)
+    assert mesh.quality().min_scaled_jacobian > 0.5
