@@ -141,7 +141,7 @@ def quad_scaled_jacobians(points: FloatArray, quads: IntArray) -> FloatArray:
 
 
 def quad_areas(points: FloatArray, quads: IntArray) -> FloatArray:
-    """Area of every bilinear quad (q,) in space, by 3 x 3 Gauss points."""
+    """Area of every bilinear quad (q,) in space."""
     areas = np.empty(len(quads))
     surface_kernels.measure_areas(_points(points), np.ascontiguousarray(np.asarray(quads)[:, :4]), areas)
     return areas

@@ -146,4 +146,20 @@ def test_area_of_flat_quads_is_exact_and_of_a_saddle_is_its_integral():
     # z = s t over the unit square: the integral of sqrt(1 + s^2 + t^2), here by a fine midpoint rule.
     saddle = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]])
     s, t = np.meshgrid((np.arange(400) + 0.5) / 400, (np.arange(400) + 0.5) / 400)
-    assert quad_areas(saddle, np.array([[0, 1, 2, 3]]))[0] == pytest.approx(np.sqrt(1 + s**2 + t**2).mean(), rel=1e-4)
+    assert quad_areas(saddle, np.array([[0, 1, 2, 3]]))[0] == pytest.approx(np.sqrt(1 + s**2 + t**2).mean(), rel=1e-6)
+
+
+@pytest.mark.parametrize("turn", [1e-3, 0.05, 0.2, 1.0, 2.5])
+def test_area_of_a_long_strip_that_is_wrung(turn):
+    # Straight lines between two edges of length w, h apart, one turned by an angle: the bilinear surface, whose
+    # area is the integral of |du x dv|; here by a midpoint rule of 2,000 x 2,000 cells.
+    w, h = 0.3, 2.0
+    quad = np.array(
+        [[-w, 0, 0], [w, 0, 0], [w * np.cos(turn), w * np.sin(turn), h], [-w * np.cos(turn), -w * np.sin(turn), h]]
+    )
+    s = (np.arange(2000) + 0.5) / 2000
+    a, b, c, d = quad
+    du = (b - a) + s[:, None] * (c - d - b + a)
+    dv = (d - a) + s[:, None] * (c - b - d + a)
+    area = np.mean(np.linalg.norm(np.cross(du[:, None], dv[None]), axis=2))
+    assert quad_areas(quad, np.array([[0, 1, 2, 3]]))[0] == pytest.approx(area, rel=1e-6)
