@@ -13,7 +13,7 @@ from numba import njit
 _njit = njit(cache=True, error_model="numpy", nogil=True)
 
 HARDLY_TURNS = 0.999
-"""Flat over true area of a quad from which three Gauss points a direction give ten digits of it."""
+"""Flat over true area of a quad from which three Gauss points a direction give nine digits of it."""
 
 
 def _gauss(n: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
