@@ -32,6 +32,9 @@ GOOD_ENOUGH = 0.1
 SMOOTH_BELOW = 0.3
 """Worst scaled Jacobian below which smoothing is tried."""
 
+COARSE = 0.01
+"""Part of the volume that a mesh may lose or gain without a note."""
+
 MOST_CANDIDATES = 3
 """Sweeps of one solid that are tried before the first one's error is raised."""
 
@@ -102,6 +105,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
+    factored.info["notes"] += volume_notes(report, factored)
     return Made(factored=factored, report=report, mesh=mesh)
 
 
@@ -179,6 +183,16 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
     raise explained(sweeps[0], failures[0])
 
 
+def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
+    """Say so where a valid mesh is too coarse to be the part: its facets cut off what is round."""
+    off = report.volume / factored.info["cad_volume"] - 1.0
+    if abs(off) <= COARSE:
+        return []
+    return [
+        f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
+    ]
+
+
 def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
     """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
     info = factored.info
@@ -193,5 +207,5 @@ def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
         "seconds": info["seconds"],
         "sweeps": info["sweeps"],
         "material": info.get("material"),
-        "notes": info["notes"],
+        "notes": info["notes"] + volume_notes(report, factored),
     }

@@ -187,6 +187,15 @@ def test_the_same_part_gives_the_same_bits(plate):
     assert np.array_equal(one.hexes, two.hexes)
 
 
+def test_a_mesh_too_coarse_for_its_curves_says_so():
+    bar = cq.Workplane().circle(10).extrude(30)
+    coarse, fine = cs.sweep_mesh(bar, size=9.0), cs.sweep_mesh(bar, size=1.5)
+    lost = 1.0 - coarse.quality().volume / coarse.info["cad_volume"]
+    assert lost > 0.02
+    assert [note for note in coarse.info["notes"] if f"the volume is -{lost:.1%} off the CAD's" in note]
+    assert not [note for note in fine.info["notes"] if "off the CAD's" in note]
+
+
 def test_what_cannot_be_swept_is_refused_with_reasons():
     with pytest.raises(cs.NotSweepableError) as caught:
         cs.sweep_mesh(cq.Workplane().sphere(5))
