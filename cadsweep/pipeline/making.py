@@ -188,9 +188,7 @@ def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
     off = report.volume / factored.info["cad_volume"] - 1.0
     if abs(off) <= COARSE:
         return []
-    return [
-        f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
-    ]
+    return [f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"]
 
 
 def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
