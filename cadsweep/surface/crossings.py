@@ -40,11 +40,11 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     a, b, c, d = starts[i], ends[i], starts[j], ends[j]
     sides = np.stack([_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b)])
     across = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
-    # Rounding gives segments in one straight line any signs, so what meets must also be side by side.
+    in_line = ~sides.any(axis=0)
     along = b - a
     first, last = ((c - a) * along).sum(axis=1), ((d - a) * along).sum(axis=1)
     overlap = (np.maximum(first, last) >= 0) & (np.minimum(first, last) <= (along**2).sum(axis=1))
-    return bool((across & overlap).any())
+    return bool((across & (~in_line | overlap)).any())
 
 
 def _firsts(loops: Sequence[FloatArray]) -> list[int]:
