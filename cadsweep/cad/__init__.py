@@ -1,9 +1,9 @@
 """CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
-``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one
-surface, ``divide_roundings`` divides the roundings of a cap's edges, and ``find_crossing`` says where a solid runs
-into itself.
+``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one surface,
+``divide_roundings`` divides the roundings of a cap's edges and ``divide_annuli`` plane faces around a hole, and
+``find_crossing`` says where a solid runs into itself.
 """
 
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = [
     "cut_closed",
     "cut_ring",
+    "divide_annuli",
     "divide_roundings",
     "find_crossing",
     "find_mergeable",
@@ -43,6 +44,13 @@ def cut_closed(part: "Part") -> "Iterator[Part]":
     from .closed import cut_closed as cut
 
     return cut(part)
+
+
+def divide_annuli(part: "Part") -> "Part | None":
+    """Divide plane faces with one hole into halves (:func:`cadsweep.cad.annuli.divide_annuli`)."""
+    from .annuli import divide_annuli as divide
+
+    return divide(part)
 
 
 def divide_roundings(part: "Part", caps: "Sequence[tuple[int, Sequence[int]]]") -> "Part | None":

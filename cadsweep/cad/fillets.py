@@ -21,23 +21,18 @@ from math import cos, pi
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Builder, BRep_Tool
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Section, BRepAlgoAPI_Splitter
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeSolid
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.BRepLib import BRepLib
 from OCP.GCE2d import GCE2d_MakeSegment
 from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Pnt2d
-from OCP.TopoDS import TopoDS_Shell
-from OCP.TopTools import TopTools_ListOfShape
 
 from ..errors import CadError
 from ..topology import Face, FloatArray, Part, Solid
 from .composite import join_faces
-from .extract import EdgeLabel, Labels, extract_solid, label_of
-from .naming import inner_point
-from .shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, subshapes, typed
-from .tracing import Traced
-from .validate import check_closed
+from .shapes import EDGE, SolidShape, subshapes
+from .splitting import split_faces
 
 _HALF_WAY = cos(pi / 4)
 _MARGIN = 0.12
@@ -80,7 +75,7 @@ def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> P
     if not cuts:
         return None
     try:
-        divided = _extract(solid, *_split(holder, cuts, [solid.faces[plane].normal for plane, _ in caps]))
+        divided = split_faces(solid, holder, cuts, [solid.faces[plane].normal for plane, _ in caps])
     except (CadError, ValueError, RuntimeError):
         return None  # the part as it was has the last word
     if len(divided.faces) <= len(solid.faces) or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
@@ -161,72 +156,6 @@ def _crossing(face: Face, edge: int, between: tuple[float, float], direction: Fl
 
 def _plane(normal: FloatArray, height: float) -> Any:
     return gp_Pln(gp_Pnt(*(height * normal)), gp_Dir(*normal))
-
-
-def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray]) -> tuple[Any, Traced]:
-    """Divide the faces of a solid along edges that lie on them; what comes to lie nearer to a cap is a further face."""
-    splitter = BRepAlgoAPI_Splitter()
-    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
-    arguments.Append(holder.shape)
-    for edge in cuts:
-        tools.Append(edge)
-    splitter.SetArguments(arguments)
-    splitter.SetTools(tools)
-    splitter.SetNonDestructive(True)
-    splitter.Build()
-    (split,) = subshapes(splitter.Shape(), SOLID)
-
-    def image(sub: Any) -> Any:
-        if splitter.IsDeleted(sub):
-            return None
-        new = list(splitter.Modified(sub))
-        return compound(new) if new else sub
-
-    traced = Traced(holder.shape)
-    traced.replace(split, image)
-    found = index_map(split, FACE)
-    # As the solid has them: the pieces that history gives may be turned the other way.
-    pieces = [[typed(found.FindKey(found.FindIndex(face)), FACE) for face in faces] for faces in traced.faces]
-    for divided in pieces:
-        if len(divided) > 1:
-            divided.sort(key=lambda piece: _lean(piece, normals))
-    return _in_order(pieces), traced
-
-
-def _lean(piece: Any, normals: Sequence[FloatArray]) -> float:
-    """How much a face turns to the nearest cap: the greatest cosine in its middle."""
-    found = inner_point(piece)
-    if found is None:
-        raise CadError("a piece of a divided face has no inside")
-    normal = np.array([found[1].X(), found[1].Y(), found[1].Z()])
-    return max(float(normal @ cap) for cap in normals)
-
-
-def _in_order(pieces: Sequence[Sequence[Any]]) -> Any:
-    """A solid with its faces in the order of the faces they come from, second and further pieces last."""
-    builder, shell = BRep_Builder(), TopoDS_Shell()
-    builder.MakeShell(shell)
-    for piece in [faces[0] for faces in pieces] + [piece for faces in pieces for piece in faces[1:]]:
-        builder.Add(shell, piece)
-    shell.Closed(True)
-    solid = BRepBuilderAPI_MakeSolid(shell).Solid()
-    check_closed(solid)
-    return solid
-
-
-def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
-    origins = traced.face_origins(index_map(shape, FACE))
-    edge_origins = traced.edge_origins(index_map(shape, EDGE))
-    old = [solid.faces[j] for j in origins if j is not None]
-    if len(old) != len(origins):
-        raise CadError("a face of the divided solid comes from none of the old ones")
-    labels = Labels(
-        [label_of(face) for face in old],
-        [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
-    )
-    return extract_solid(
-        shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
-    )
 
 
 __all__ = ["divide_roundings"]

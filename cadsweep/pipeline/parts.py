@@ -79,7 +79,8 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     A full ring of revolution that has none, or a worse one than that around its axis, is cut open. Where a cap of
     the best sweep runs tangent into a rounding, that is divided between cap and sides. Where nothing is found, or
     nothing good, or the best sweep's caps are divided in ways that do not correspond, faces that only divide one
-    surface are merged. A cap that the user named keeps its faces where the part has any sweep.
+    surface are merged; where still nothing is found, plane faces around a hole are divided. A cap that the user
+    named keeps its faces where the part has any sweep.
     """
     solid = _only_solid(part)
     hinted = source is not None or target is not None
@@ -108,10 +109,22 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     if better is None and not (hinted and _is_sweepable(solid)):
         better = _merge_and_find(part, source, target)
     if better is not None and (not sweeps or better[1][0].score > sweeps[0].score):
-        return better
-    if refusal is not None:
-        raise refusal
+        part, sweeps = better
+    elif refusal is not None:
+        across = _across_walls(part, source, target)
+        if across is None:
+            raise refusal
+        part, sweeps = across
     return part, sweeps
+
+
+def _across_walls(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
+    """The part with plane faces around a hole divided, for a sweep across its walls; None where that gives none."""
+    divided = cad.divide_annuli(part)
+    if divided is not None:
+        with suppress(NotSweepableError):  # the part as it was has the last word
+            return divided, _find(divided, source, target)
+    return None
 
 
 def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
