@@ -93,6 +93,7 @@ def describe_part(
 ) -> dict[str, Any]:
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
     from ..pipeline import load
+    from ..pipeline.directions import other_directions
     from ..pipeline.parts import open_and_find, resolve_cap
     from ..recognition import describe, describe_edges, find_sweeps
 
@@ -113,6 +114,9 @@ def describe_part(
         except NotSweepableError as refusal:
             found, error = refusal, str(refusal)
         tables = describe(solid, found)
+        if error is None and caps == (None, None):
+            for other in other_directions(loaded, found):
+                tables["sweeps"] += describe(other.solid, [other])["sweeps"]
         tables["edges"] = describe_edges(solid, None if error is not None else found[0])
         for edge in tables["edges"]:
             edge["length"] *= loaded.scale

@@ -16,9 +16,10 @@ run        seconds by stage, progress
 ========== =========================================================================
 """
 
+from .directions import find_sweeps
 from .making import SMOOTH_BELOW, Plan, figures, plan_mesh, refusal, smoothed
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
-from .parts import find_sweeps, load
+from .parts import load
 from .run import Progress
 
 __all__ = [

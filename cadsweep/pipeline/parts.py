@@ -56,23 +56,6 @@ def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int |
     return cad.load(source, params=params, part=part)
 
 
-def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep]:
-    """List the ways in which a part can be swept, best first.
-
-    Parameters
-    ----------
-    part : Part, or whatever :func:`load` takes
-    source, target : name, id, CadQuery selector string, sequence of them, or None
-        Keep only sweeps with this cap.
-
-    Raises
-    ------
-    NotSweepableError
-        There is none; ``.reasons`` says why, a line for each candidate.
-    """
-    return open_and_find(load(part), source, target)[1]
-
-
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
     """Find the sweeps of a part.
 
@@ -82,12 +65,12 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     surface are merged; where still nothing is found, plane faces around a hole are divided. A cap that the user
     named keeps its faces where the part has any sweep.
     """
-    solid = _only_solid(part)
+    solid = only_solid(part)
     hinted = source is not None or target is not None
     refusal: NotSweepableError | None = None
     sweeps: list[Sweep] = []
     try:
-        sweeps = _find(part, source, target)
+        sweeps = search(part, source, target)
         around = None if hinted else _better_around(part, sweeps[0])
         if around is not None:
             return around
@@ -123,7 +106,7 @@ def _across_walls(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     divided = cad.divide_annuli(part)
     if divided is not None:
         with suppress(NotSweepableError):  # the part as it was has the last word
-            return divided, _find(divided, source, target)
+            return divided, search(divided, source, target)
     return None
 
 
@@ -137,7 +120,7 @@ def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]
     """
     for ring in _cut_open(part):
         try:
-            sweeps = [sweep for sweep in _find(ring, source, target) if is_ring(sweep)]
+            sweeps = [sweep for sweep in search(ring, source, target) if is_ring(sweep)]
         except NotSweepableError:
             continue  # another section may do, and the part as it is has its own reasons
         gaps = [recognition.why_not_closed(sweep) for sweep in sweeps]
@@ -145,7 +128,7 @@ def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]
         if closed:
             return ring, closed
         if gaps:
-            name = _only_solid(part).name
+            name = only_solid(part).name
             named = f"'{name}'" if name else "the solid"
             raise NotSweepableError(
                 f"{named} is a closed ring, and {gaps[0]}; cut it into two solids and mesh each", reasons=gaps
@@ -157,14 +140,12 @@ def _cut_open(part: Part) -> Iterator[Part]:
     ring = cad.cut_ring(part)
     if ring is not None:
         yield ring
-    elif recognition.may_be_ring(_only_solid(part)):
+    elif recognition.may_be_ring(only_solid(part)):
         yield from cad.cut_closed(part)
 
 
-def _find(part: Part, source: Any, target: Any) -> list[Sweep]:
-    return recognition.find_sweeps(
-        _only_solid(part), source=resolve_cap(part, source), target=resolve_cap(part, target)
-    )
+def search(part: Part, source: Any, target: Any) -> list[Sweep]:
+    return recognition.find_sweeps(only_solid(part), source=resolve_cap(part, source), target=resolve_cap(part, target))
 
 
 def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
@@ -174,7 +155,7 @@ def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
     with suppress(CadError, NotSweepableError):  # a ring that cannot be cut open is swept as it is
         ring = cad.cut_ring(part)
         if ring is not None:
-            sweeps = [around for around in _find(ring, None, None) if is_ring(around)]
+            sweeps = [around for around in search(ring, None, None) if is_ring(around)]
             if sweeps and sweeps[0].score > sweep.score:
                 return ring, sweeps
     return None
@@ -192,7 +173,7 @@ def _divide_roundings(part: Part, sweeps: list[Sweep], source: Any, target: Any)
         if divided is None:
             continue
         with suppress(NotSweepableError):  # a cap that the user named may be divided now
-            better = recognition.find_sweeps(_only_solid(divided), source=choice[0], target=choice[1])
+            better = recognition.find_sweeps(only_solid(divided), source=choice[0], target=choice[1])
             grown = {plane for plane, _ in roundings}
             wanted = [found for found in better if grown <= {*found.source, *found.target}]
             better = wanted + [found for found in better if found not in wanted]
@@ -225,7 +206,7 @@ def _merge_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sw
     if best is None:
         return None
     sweep = best[1][0]
-    solid = _only_solid(part)
+    solid = only_solid(part)
     keys = [{solid.faces[f].key for e in group for f in solid.edges[e].faces} for group in groups]
     caps = [{sweep.solid.faces[f].key for f in cap} for cap in (sweep.source, sweep.target)]
     needed = set(range(len(groups)))
@@ -253,7 +234,7 @@ def _try_merged(
         return None
     with suppress(NotSweepableError):  # then the part as it was has the last word
         try:
-            return merged, _find(merged, source, target)
+            return merged, search(merged, source, target)
         except NotSweepableError:
             return _open_ring(merged, source, target)
     return None
@@ -266,7 +247,7 @@ def _is_sweepable(solid: Solid) -> bool:
         return False
 
 
-def _only_solid(part: Part) -> Solid:
+def only_solid(part: Part) -> Solid:
     if len(part.solids) != 1:
         raise CadError(
             f"'{part.name}' has {len(part.solids)} solids, and a sweep belongs to one: "

@@ -51,3 +51,11 @@ def test_names_of_a_divided_end_hold_on_both_halves():
     outside = [face.id for face in part.solids[0].faces if face.kind == "cylinder" and abs(face.center[1]) > 5]
     mesh = cs.sweep_mesh(tube, source=outside[0], layers=3)
     assert mesh.quality().areas["rim"] == pytest.approx(3.141592653589793 * (100 - 36), rel=0.01)
+
+
+def test_a_tube_has_three_directions():
+    along, *others = cs.find_sweeps(TUBE)
+    assert {along.solid.faces[f].kind for f in along.source} == {"plane"}
+    kinds = [{sweep.solid.faces[f].kind for f in sweep.source} for sweep in others]
+    assert sorted(kinds, key=str) == [{"cylinder"}, {"plane"}]
+    assert [sum("around the axis" in note for note in sweep.notes) for sweep in others if sweep.notes].count(1) == 1
