@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "recognition"))
 
 from recognition_solids import plate_with_square_holes, prism, regular, square
 
+from cadsweep.brep import Solid
 from cadsweep.intervals import assign_intervals
 from cadsweep.recognition import find_sweeps
-from cadsweep.topology import Solid
 
 
 def stack(n_faces: int) -> Solid:

@@ -27,8 +27,8 @@ import quality
 from numpy.typing import NDArray
 
 import cadsweep as cs
+from cadsweep.cells import SweptStructure
 from cadsweep.gmsh_session import gmsh_session
-from cadsweep.mesh import SweptStructure
 from cadsweep.quality import HEX_CORNERS
 from cadsweep.smoothing import ladder
 from cadsweep.smoothing.cutting import grown, hex_nodes, patches, touches_others

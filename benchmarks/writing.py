@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from cadsweep import io
-from cadsweep.mesh import HexMesh, side_quads, sweep_hexes
+from cadsweep.cells import side_quads, sweep_hexes
+from cadsweep.mesh import HexMesh
 
 
 def make_box(n_hexes: int) -> HexMesh:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .brep import Part
     from .errors import (
         CadError,
         CadSweepError,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .mesh import HexMesh
     from .pipeline import find_sweeps, load, stream_mesh, sweep_mesh
     from .quality import QualityReport
-    from .topology import Part, Sweep
+    from .sweep import Sweep
 
 _HOMES = {
     "CadError": "errors",
@@ -37,9 +38,9 @@ _HOMES = {
     "SurfaceMeshError": "errors",
     "WorkerError": "errors",
     "HexMesh": "mesh",
-    "Part": "topology",
+    "Part": "brep",
     "QualityReport": "quality",
-    "Sweep": "topology",
+    "Sweep": "sweep",
     "find_sweeps": "pipeline",
     "load": "pipeline",
     "read": "io",

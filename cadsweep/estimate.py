@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from .errors import InputError
-from .topology import Intervals, Sweep
+from .sweep import Intervals, Sweep
 
 BYTES_PER_HEX = 400
 """Peak memory for a hexahedron: points, connectivity, boundaries, checks, the written bytes."""

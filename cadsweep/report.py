@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from ._version import __version__
+from .arrays import FloatArray, IntArray
 from .errors import CadSweepError
 from .mesh import HexMesh
 from .quality import QualityReport
-from .topology import FloatArray, IntArray
 from .view import kept_by_clip, mesh_colors, skin, write_whole
 
 MOST_QUADS = 150_000

@@ -44,12 +44,14 @@ from typing import Any
 import numpy as np
 
 import cadsweep as cs
+from cadsweep.arrays import FloatArray
+from cadsweep.brep import Solid
+from cadsweep.cells import sweep_hexes
 from cadsweep.intervals import assign_intervals
-from cadsweep.mesh import SurfaceMesh, sweep_hexes
+from cadsweep.mesh import SurfaceMesh
 from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseudo_normal
 from cadsweep.quality import scaled_jacobians
 from cadsweep.surface import mesh_surfaces
-from cadsweep.topology import FloatArray, Solid
 from cadsweep.view import add_mesh, check_drawing, quiet_vtk, to_pyvista
 
 EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square_to_arcs": 11}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cadsweep.mesh import HEX_FACES, side_quads, sweep_hexes
+from cadsweep.cells import HEX_FACES, side_quads, sweep_hexes
 
 SQUARE = np.array([[0, 1, 2, 3]])
 CYCLE = (np.array([0, 1, 2, 3]),)

@@ -9,12 +9,12 @@
 from typing import TYPE_CHECKING
 
 from .loading import load
-from .selection import select_edges, select_edges_of, select_faces
+from .names.selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
 
-    from ..topology import Part, Solid
+    from ..brep import Part, Solid
 
 __all__ = [
     "cut_closed",
@@ -34,48 +34,48 @@ __all__ = [
 def cut_ring(part: "Part") -> "Part | None":
     """Cut a full ring of revolution open (:func:`cadsweep.cad.rings.cut_ring`)."""
     # OpenCASCADE takes 1.6 s to import, and `import cadsweep.cad` should not.
-    from .rings import cut_ring as cut
+    from .edit.rings import cut_ring as cut
 
     return cut(part)
 
 
 def cut_closed(part: "Part") -> "Iterator[Part]":
     """Cut a closed sweep along any curve open (:func:`cadsweep.cad.closed.cut_closed`)."""
-    from .closed import cut_closed as cut
+    from .edit.closed import cut_closed as cut
 
     return cut(part)
 
 
 def divide_annuli(part: "Part") -> "Part | None":
     """Divide plane faces with one hole into halves (:func:`cadsweep.cad.annuli.divide_annuli`)."""
-    from .annuli import divide_annuli as divide
+    from .edit.annuli import divide_annuli as divide
 
     return divide(part)
 
 
 def divide_roundings(part: "Part", caps: "Sequence[tuple[int, Sequence[int]]]") -> "Part | None":
     """Divide faces that round the edges of caps (:func:`cadsweep.cad.fillets.divide_roundings`)."""
-    from .fillets import divide_roundings as divide
+    from .edit.fillets import divide_roundings as divide
 
     return divide(part, caps)
 
 
 def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[int, ...]]:
     """Groups of edges that divide one surface (:func:`cadsweep.cad.merging.find_mergeable`)."""
-    from .merging import find_mergeable as find
+    from .edit.merging import find_mergeable as find
 
     return find(part, across_kinks=across_kinks)
 
 
 def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None":
     """Merge faces across such edges (:func:`cadsweep.cad.merging.merge_faces`)."""
-    from .merging import merge_faces as merge
+    from .edit.merging import merge_faces as merge
 
     return merge(part, groups)
 
 
 def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tuple[int, int] | None:
     """Find two faces that cross each other (:func:`cadsweep.cad.crossing.find_crossing`)."""
-    from .crossing import find_crossing as find
+    from .geometry.crossing import find_crossing as find
 
     return find(solid, coincident=coincident)

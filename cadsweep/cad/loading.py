@@ -1,4 +1,4 @@
-"""``load``: from whatever the user has to a ``topology.Part``.
+"""``load``: from whatever the user has to a ``brep.Part``.
 
 Place in the flow: the first stage. Reading (``files``, ``scripts``, ``objects``), healing
 (``heal``), normalising (``units``), dividing (``divide``), extraction (``extract``).
@@ -12,10 +12,10 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError
 from ..libraries import explain_import_error
-from ..topology import Part
-from .model import Model
+from .read.model import Model
 
 logger = logging.getLogger(__name__)
 
@@ -53,8 +53,8 @@ def load(source: Any, *, params: Mapping[str, Any] | None = None, part: str | in
         The model cannot be read, or is not one usable solid.
     """
     model = read_model(source, params=params)
-    from .clean import make_part
-    from .parts import choose_part
+    from .heal.clean import make_part
+    from .read.parts import choose_part
 
     return make_part(choose_part(model, part))
 
@@ -72,19 +72,19 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
             raise InputError(f"{path}: there is no such file.")
         if suffix in SCRIPTS:
             _import_opencascade()
-            from .scripts import run_script
+            from .read.scripts import run_script
 
             return run_script(path, params or {})
         if params:
             raise InputError(f"{path}: only scripts (.py) take parameters, given: {', '.join(map(str, params))}.")
         _import_opencascade()
-        from .files import read_file
+        from .read.files import read_file
 
         return read_file(path)
     if params:
         raise InputError("Only scripts (.py) take parameters.")
     _import_opencascade()
-    from .objects import read_object
+    from .read.objects import read_object
 
     model = read_object(source)
     if model is None:

@@ -20,8 +20,8 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
+from ..arrays import FloatArray
 from ..errors import CadError
-from ..topology import FloatArray
 
 SOLID = TopAbs_ShapeEnum.TopAbs_SOLID
 SHELL = TopAbs_ShapeEnum.TopAbs_SHELL
@@ -111,7 +111,7 @@ def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidShape:
-    """The OpenCASCADE side of a ``topology.Solid``; it is the solid's ``write_brep``.
+    """The OpenCASCADE side of a ``brep.Solid``; it is the solid's ``write_brep``.
 
     Attributes
     ----------

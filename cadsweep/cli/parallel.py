@@ -31,7 +31,7 @@ def mesh_over_ranks(source: str, output: str, options: dict[str, Any]) -> dict[s
         raise CadSweepError(
             f"a run of several ranks needs mpi4py and an MPI ({error}): pip install 'cadsweep[mpi]'"
         ) from error
-    from ..distributed import mesh_distributed
+    from ..pipeline.ranks import mesh_distributed
 
     comm = MPI.COMM_WORLD
     try:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..topology import Intervals, Sweep
+from ..sweep import Intervals, Sweep
 from .demands import Demand
 from .layers import assign_layers
 from .loops import assign_loops, loop_edges

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..topology import FloatArray
+from ..arrays import FloatArray
 
 FIRM = 100.0
 """Price of leaving a user's wish beside that of leaving what a length asks for."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..topology import Solid
+from ..brep import Solid
 from .naming import name_edges
 
 

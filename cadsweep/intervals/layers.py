@@ -14,8 +14,9 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..topology import FloatArray, Sweep
+from ..sweep import Sweep
 from .balance import FIRM, balance
 from .demands import Demand, find_conflict, name_demands
 from .levels import Levels, find_levels, n_least

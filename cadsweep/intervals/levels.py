@@ -16,7 +16,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..topology import DirectedEdge, LinkingSide, Solid, Sweep
+from ..brep import Solid
+from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .sizes import turns_back
 
 SAME_PLACE = 0.25

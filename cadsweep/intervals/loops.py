@@ -16,8 +16,9 @@ from math import pi
 
 import numpy as np
 
+from ..brep import Loop, Solid
 from ..errors import SurfaceMeshError
-from ..topology import DirectedEdge, Loop, Solid, Sweep
+from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges

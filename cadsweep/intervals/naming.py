@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..topology import Solid
+from ..brep import Solid
 
 
 def name_edges(solid: Solid, edges: Sequence[int], *, most: int = 6) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
-from ..topology import FloatArray
+from ..arrays import FloatArray
 from .balance import balance
 
 FREE = -1

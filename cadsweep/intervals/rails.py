@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from ..errors import InputError
-from ..topology import Sweep
+from ..sweep import Sweep
 from .levels import directed_ends
 from .naming import name_edges
 

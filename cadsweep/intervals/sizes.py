@@ -10,7 +10,8 @@ from math import cos, pi, sqrt
 
 import numpy as np
 
-from ..topology import Edge, Sweep
+from ..brep import Edge
+from ..sweep import Sweep
 
 WANTED_HEXES = 8_000
 """Hexes of a plain part where the user names no size."""

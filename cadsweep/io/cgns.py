@@ -23,9 +23,9 @@ from typing import Any, BinaryIO
 import h5py
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .compare import Groups, all_boundaries, disjoint_parts
 from .hdf5 import load
 from .labels import LabelledMesh, check_nodes

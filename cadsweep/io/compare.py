@@ -11,9 +11,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import CadSweepError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .labels import LabelledMesh
 from .sides import cyclic
 

@@ -24,9 +24,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arrays import IntArray
+from ..cells import HEX_FACES
 from ..errors import InputError
-from ..mesh import HEX_FACES, HexMesh
-from ..topology import IntArray
+from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
 from .sides import corner_keys

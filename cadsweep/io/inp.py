@@ -26,9 +26,9 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .labels import LabelledMesh
 from .sides import quads_of_sides
 from .text import write_rows

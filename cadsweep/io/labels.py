@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from .names import portable_names
 from .sides import corner_keys, find_sides
 
@@ -121,7 +121,7 @@ class LabelledMesh:
 
     @cached_property
     def sides(self) -> tuple[IntArray, IntArray]:
-        """Hex and side (row of :data:`~cadsweep.mesh.HEX_FACES`) of every quad."""
+        """Hex and side (row of :data:`~cadsweep.cells`) of every quad."""
         return find_sides(self.hexes, self.quads, len(self.points))
 
     @cached_property

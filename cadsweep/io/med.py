@@ -21,9 +21,9 @@ from typing import BinaryIO
 import h5py
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .hdf5 import load
 from .labels import Blocks, LabelledMesh, check_nodes
 

@@ -22,9 +22,9 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .labels import Blocks, LabelledMesh, check_nodes
 from .sides import HEX_EDGES, SIDES, corner_keys, find_sides, quads_of_sides
 from .text import write_rows

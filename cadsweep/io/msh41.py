@@ -18,7 +18,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..topology import IntArray
+from ..arrays import IntArray
 from .labels import LabelledMesh
 from .msh_common import HEX_ORDER, HEX_TYPES, QUAD_TYPES, physical_names
 from .vtk_cells import write_bytes

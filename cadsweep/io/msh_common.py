@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from .labels import check_nodes
 
 HEX_TYPES = {8: 5, 20: 17, 27: 12}

@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from .msh_common import NODES_OF_TYPE, Groups, collect
 
 _OPENING = re.compile(rb"^\$(\w+)[ \t]*\r?\n", re.MULTILINE)

@@ -29,9 +29,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from . import vtu
 from .vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, colors_of_fields, hexes_of_cells
 

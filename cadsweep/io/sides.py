@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import IntArray
+from ..cells import HEX_FACES
 from ..errors import InputError
-from ..mesh import HEX_FACES
-from ..topology import IntArray
 
 _CHUNK = 1 << 14
 
@@ -57,7 +57,7 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     Returns
     -------
     (q,) int64, (q,) int64
-        Hex ids, and rows of :data:`~cadsweep.mesh.HEX_FACES`.
+        Hex ids, and rows of :data:`~cadsweep.cells`.
 
     Raises
     ------

@@ -22,8 +22,8 @@ from typing import Any, BinaryIO
 import h5py
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import CadSweepError
-from ..topology import FloatArray, IntArray
 from .vtk_cells import CELL_TYPES
 from .vtkhdf import open_grid, write_arrays
 

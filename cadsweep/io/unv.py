@@ -19,9 +19,9 @@ from typing import BinaryIO
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import IntArray
 from .labels import LabelledMesh
 from .text import write_rows
 

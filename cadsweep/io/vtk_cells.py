@@ -11,9 +11,9 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from .labels import LabelledMesh, check_nodes
 from .sides import find_sides
 

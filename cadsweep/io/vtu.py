@@ -35,9 +35,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from . import vtk_cells
 from .compare import ExpectedBytes
 from .labels import LabelledMesh

@@ -8,9 +8,10 @@ from dataclasses import replace
 from typing import Any
 
 from .. import cad, recognition
-from ..assembly import is_ring
+from ..blocks.reference import is_ring
+from ..brep import Part
 from ..errors import CadError, NotSweepableError
-from ..topology import Part, Sweep
+from ..sweep import Sweep
 from .parts import load, only_solid, open_and_find, search
 
 

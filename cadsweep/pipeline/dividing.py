@@ -7,10 +7,11 @@ as short there, and there alone, mend that at the price of a few more hexes; the
 from __future__ import annotations
 
 from .. import estimate, intervals, surface
+from ..brep import Part
 from ..errors import SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
-from ..topology import Intervals, Part, Sweep
+from ..sweep import Intervals, Sweep
 from .hints import Hints, resolve_hints
 from .run import Run
 

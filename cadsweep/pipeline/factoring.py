@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..assembly import FactoredMesh, factor_mesh, find_colors, is_ring
+from ..blocks.block import FactoredMesh, factor_mesh
+from ..blocks.naming import find_colors
+from ..blocks.reference import is_ring
+from ..brep import Part
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
 from ..projection.caps import place_target
-from ..topology import Intervals, Part, Sweep
+from ..sweep import Intervals, Sweep
 from .dividing import mesh_boundary
 from .run import Run
 

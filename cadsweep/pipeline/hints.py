@@ -6,9 +6,10 @@ import re
 from dataclasses import dataclass
 
 from .. import cad, intervals
+from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
-from ..topology import Part, Sweep
+from ..sweep import Sweep
 
 _SPAN = re.compile(r"span\s+(\d+)")
 

@@ -10,16 +10,18 @@ from typing import Any
 import numpy as np
 
 from .. import cad, smoothing
-from ..assembly import FactoredMesh, is_ring, make_reference
-from ..curving import project_to_edges, project_to_faces
-from ..elevate import elevate
+from ..blocks.block import FactoredMesh
+from ..blocks.reference import is_ring, make_reference
+from ..blocks.stream import check_boundary
+from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..order2.curving import project_to_edges, project_to_faces
+from ..order2.elevate import elevate
 from ..quality import QualityReport, check_mesh
 from ..quality.check import SurfaceFindings
-from ..streaming import check_boundary
-from ..topology import Part, Sweep
+from ..sweep import Sweep
 from .factoring import factor_sweep
 from .parts import find_candidates
 from .run import Progress, Run, silent

@@ -6,15 +6,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ..assembly import FactoredMesh, make_reference
+from ..blocks.block import FactoredMesh
+from ..blocks.files import load_factors, save_factors
+from ..blocks.reference import make_reference
+from ..blocks.stream import check_boundary, make_slab_report, write_slabs
+from ..brep import Part
 from ..errors import InputError
-from ..factors import load_factors, save_factors
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import CadReference, QualityReport, check_mesh
-from ..streaming import check_boundary, make_slab_report, write_slabs
-from ..topology import Part, Sweep
+from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
 from .parts import find_candidates
@@ -61,7 +63,7 @@ def sweep_mesh(
     """
     chosen = make_options(options)
     if isolated:
-        from ..cad.handover import make_portable
+        from ..cad.read.handover import make_portable
         from ..isolation import run_isolated
 
         result: HexMesh = run_isolated(

@@ -7,10 +7,11 @@ from contextlib import suppress
 from typing import Any
 
 from .. import cad, recognition
-from ..assembly import is_ring
+from ..blocks.reference import is_ring
+from ..brep import Part, Solid
 from ..errors import CadError, InputError, NotSweepableError
 from ..options import SweepOptions
-from ..topology import Part, Solid, Sweep
+from ..sweep import Sweep
 from .hints import fitting_sweeps
 from .run import Run
 

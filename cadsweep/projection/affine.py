@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..topology import FloatArray
 from .fitting import fit_from_cap
 from .inputs import FUNCTIONALS, checked_choice, checked_points
 from .normals import row_loops

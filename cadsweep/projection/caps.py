@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import ProjectionError
 from ..mesh import SurfaceMesh
-from ..topology import FloatArray, IntArray, Sweep
+from ..sweep import Sweep
 from .target import project_target
 
 

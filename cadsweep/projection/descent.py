@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..topology import FloatArray
+from ..arrays import FloatArray
 
 Energy = Callable[[FloatArray], tuple[float, FloatArray]]
 _MEMORY = 8

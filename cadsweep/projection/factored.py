@@ -16,8 +16,8 @@ from os import PathLike
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..topology import FloatArray, IntArray
 from . import kernels
 
 _SLAB_BYTES = 1 << 20

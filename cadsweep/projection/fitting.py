@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from .functionals import AffineMaps, RingFactors, rows_of_g, rows_of_h, solve, without_noise
 from .kernels import gram_matrices, share_layers, turned_products
 from .normals import RingMoments, ring_moments

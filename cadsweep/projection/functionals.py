@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from .normals import PLANAR, normal_share
 
 RANK_TOLERANCE = 1e-9

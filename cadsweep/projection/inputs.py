@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..topology import FloatArray, IntArray
 
 FUNCTIONALS = ("F", "G", "H")
 STRATEGIES = ("source", "advancing", "both")

@@ -17,8 +17,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numba import njit
 
+from ..arrays import FloatArray, IntArray
 from ..quality.threads import n_threads
-from ..topology import FloatArray, IntArray
 
 _BLOCK = 128
 _LAYERS = 8

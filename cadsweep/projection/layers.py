@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..topology import FloatArray, IntArray
 from .factored import FactoredSweep, make_basis
 from .fitting import fit_from_caps, fit_steps
 from .functionals import AffineMaps

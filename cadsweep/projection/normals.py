@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError, ProjectionError
-from ..topology import FloatArray, IntArray
 from .inputs import checked_loops, checked_points, loop_slices
 from .kernels import loop_sums, share_layers
 

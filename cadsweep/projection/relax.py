@@ -23,7 +23,7 @@ from numba import njit
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from .descent import Energy, minimise
 
 AREA_WEIGHT = 0.1

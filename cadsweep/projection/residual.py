@@ -22,8 +22,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
+from ..arrays import FloatArray, IntArray
 from ..errors import InputError
-from ..topology import FloatArray, IntArray
 from .inputs import loop_slices
 
 log = logging.getLogger(__name__)

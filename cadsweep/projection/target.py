@@ -21,8 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
+from ..brep import Surface
 from ..errors import InputError, ProjectionError
-from ..topology import FloatArray, IntArray, Surface
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
 from .normals import pseudo_normal

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from . import kernels
 from .bernstein import positive_inside
 from .kernels import ZERO

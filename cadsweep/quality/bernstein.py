@@ -21,7 +21,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from .kernels import ZERO
 
 MAX_BOXES = 20_000

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from . import conformity
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from . import surface_kernels
 from .boundary import boundary_blocks
 from .metrics import quad_areas

@@ -24,8 +24,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..mesh import HexMesh
-from ..topology import FloatArray, IntArray
 from . import conformity
 from .accumulate import QualityAccumulator
 from .boundary import boundary_problems, place

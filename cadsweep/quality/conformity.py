@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..mesh import HEX_FACES
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
+from ..cells import HEX_FACES
 from . import surface_kernels
 
 _FACES = HEX_FACES.copy()

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..mesh import SweptStructure
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
+from ..cells import SweptStructure
 
 HEX_CORNERS = (
     (0, 1, 3, 4),

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 from .limits import BoundaryLimit
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Set
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 
 
 def measure_slack(

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..mesh import SweptStructure, side_quads
-from ..topology import IntArray
+from ..arrays import IntArray
+from ..cells import SweptStructure, side_quads
 from .conformity import duplicate_rows, scan_hexes
 
 

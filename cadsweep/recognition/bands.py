@@ -21,7 +21,8 @@ import numpy.typing as npt
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
-from ..topology import FloatArray, Solid
+from ..arrays import FloatArray
+from ..brep import Solid
 from .corners import Reading, read_rectangles, why_no_rectangle
 
 STEP_COST = 1e-3

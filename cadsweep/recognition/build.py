@@ -1,7 +1,7 @@
-"""From a layout to a :class:`~cadsweep.topology.Sweep`: loops, sides, rails, stations in order.
+"""From a layout to a :class:`~cadsweep.sweep`: loops, sides, rails, stations in order.
 
 Place in the flow: fourth step of :mod:`cadsweep.recognition`. Directions follow the conventions of
-:class:`~cadsweep.topology.Sweep` and :class:`~cadsweep.topology.LinkingSide`; faces are oriented
+:class:`~cadsweep.sweep` and :class:`~cadsweep.sweep`; faces are oriented
 outward, so the bottom of a linking side in the face's own direction runs along the source loop.
 """
 
@@ -12,7 +12,8 @@ from math import pi
 
 import numpy as np
 
-from ..topology import DirectedEdge, LinkingSide, Solid, Sweep
+from ..brep import Solid
+from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .bands import Band
 from .layout import Layout
 from .match import match_caps, why_unmatched

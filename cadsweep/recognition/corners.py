@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from math import comb, pi
 
-from ..topology import Face
+from ..brep import Face
 
 RIGHT = pi / 2
 MAX_READINGS = 24

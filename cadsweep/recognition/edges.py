@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..topology import Solid, Sweep
+from ..brep import Solid
+from ..sweep import Sweep
 
 
 def describe_edges(solid: Solid, sweep: Sweep | None) -> list[dict[str, Any]]:

@@ -1,7 +1,7 @@
 """All sweeps of a solid, best first, or a reason for every face that is no cap of one.
 
-Place in the flow: ``recognition`` takes a :class:`~cadsweep.topology.Solid` and gives
-:class:`~cadsweep.topology.Sweep`; ``intervals`` and ``surface`` work from that. Method:
+Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep` and gives
+:class:`~cadsweep.sweep`; ``intervals`` and ``surface`` work from that. Method:
 :mod:`.corners` reads faces as rectangles, :mod:`.bands` ties edges to classes that define bands of
 linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
 :mod:`.score` ranks.
@@ -16,8 +16,9 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
+from ..brep import Solid
 from ..errors import InputError, NotSweepableError
-from ..topology import Solid, Sweep
+from ..sweep import Sweep
 from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
 from .growth import with_grown

@@ -14,7 +14,8 @@ from math import pi, sin
 
 import numpy as np
 
-from ..topology import Edge, Solid, Sweep
+from ..brep import Edge, Solid
+from ..sweep import Sweep
 from .bands import Band
 from .layout import Layout
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 
-from ..topology import Solid
+from ..brep import Solid
 from .bands import Band
 
 FLAT = 0.03

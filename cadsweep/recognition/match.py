@@ -12,7 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..topology import DirectedEdge, FloatArray, Solid, Sweep
+from ..arrays import FloatArray
+from ..brep import Solid
+from ..sweep import DirectedEdge, Sweep
 
 
 def match_caps(sweep: Sweep) -> Sweep:

@@ -14,8 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray
+from ..brep import Solid
 from ..errors import NotSweepableError
-from ..topology import FloatArray, Solid, Sweep
+from ..sweep import Sweep
 from .bands import Band, BandSearch
 from .corners import STRICT, why_no_rectangle
 from .revolution import find_axis

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..topology import FloatArray, Solid
+from ..arrays import FloatArray
+from ..brep import Solid
 
 TOLERANCE = 1e-6
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..topology import DirectedEdge, Solid, Sweep
+from ..brep import Solid
+from ..sweep import DirectedEdge, Sweep
 from .corners import read_rectangles
 
 NEAR = 1e-5

@@ -13,7 +13,9 @@ from math import pi, sqrt
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray, Solid, Sweep
+from ..arrays import FloatArray, IntArray
+from ..brep import Solid
+from ..sweep import Sweep
 from .growth import rim_quality
 from .layout import Layout
 

@@ -9,8 +9,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from ..mesh import SweptStructure
-from ..topology import IntArray
+from ..arrays import IntArray
+from ..cells import SweptStructure
 from .patch import BoolArray
 
 

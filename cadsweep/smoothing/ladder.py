@@ -31,9 +31,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh import SweptStructure
+from ..arrays import FloatArray, IntArray
+from ..cells import SweptStructure
 from ..quality import corner_limits
-from ..topology import FloatArray, IntArray
 from .cutting import grown, hex_nodes, patches, touches_others
 from .optimise import polished, untangled
 from .patch import BoolArray, Patch, edge_lengths, proven_values

@@ -13,9 +13,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..projection.descent import minimise
 from ..quality.threads import n_threads
-from ..topology import FloatArray, IntArray
 from .energy import hex_energy
 from .patch import Patch
 from .relax import laplacian_solver

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import FloatArray, IntArray
 from ..quality import measure_hexes, positive_inside
-from ..topology import FloatArray, IntArray
 
 BoolArray = npt.NDArray[np.bool_]
 

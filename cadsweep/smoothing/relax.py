@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import cg, splu, spsolve
 
-from ..topology import FloatArray
+from ..arrays import FloatArray
 from .patch import EDGES, BoolArray, Patch
 
 MOST_FREE = 30_000

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..mesh import SurfaceMesh
-from ..topology import Intervals, Sweep
+from ..sweep import Intervals, Sweep
 from .layout import build_layout
 from .opposite import opposite_angles
 from .quads import CapBuilder

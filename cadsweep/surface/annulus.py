@@ -22,7 +22,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 
 THIN = 3.0
 """Thickness of a wall, in segments, below which these quads are tried before a mesher's."""

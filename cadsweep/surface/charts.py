@@ -16,7 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..topology import DirectedEdge, Face, FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
+from ..brep import Face
+from ..sweep import DirectedEdge
 from .crossings import loops_cross
 from .transfinite import join_chains
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..topology import FloatArray
+from ..arrays import FloatArray
 
 
 def loops_cross(loops: Sequence[FloatArray]) -> bool:

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
-from ..topology import FloatArray, IntArray
 from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import SurfaceMeshError
-from ..topology import DirectedEdge, IntArray, Intervals, LinkingSide, Sweep
+from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 
 CHAIN_NAMES = ("bottom", "right", "top", "left")
 

@@ -23,7 +23,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 
 _FLAT = np.radians(150)
 _FORBIDDEN = 1000

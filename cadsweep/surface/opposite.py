@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray, Sweep
+from ..arrays import FloatArray, IntArray
+from ..sweep import Sweep
 
 _SAME_ANGLE = np.radians(30)
 

@@ -18,9 +18,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
+from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
-from ..topology import DirectedEdge, Face, FloatArray, IntArray, Intervals, Sweep
+from ..sweep import DirectedEdge, Intervals, Sweep
 from .annulus import THIN, fill_wall, wall_thickness
 from .charts import Chart, charts_of
 from .gmsh_quads import mesh_polygon, settings_for

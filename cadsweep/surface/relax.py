@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
-from ..topology import FloatArray, IntArray, Surface
+from ..arrays import FloatArray, IntArray
+from ..brep import Surface
 
 _Number = TypeVar("_Number", bound=np.generic)
 

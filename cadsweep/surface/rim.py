@@ -19,7 +19,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..topology import DirectedEdge, FloatArray, IntArray, Sweep
+from ..arrays import FloatArray, IntArray
+from ..sweep import DirectedEdge, Sweep
 from .charts import signed_area
 from .crossings import loops_cross
 from .spacing import SMOOTH

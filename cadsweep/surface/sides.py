@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
-from ..topology import FloatArray, IntArray, Sweep
+from ..sweep import Sweep
 from .layout import Layout, PlacedEdge, PlacedSide
 from .spacing import Fit, divide_lengths, divide_like, image_lengths, rescaled
 from .transfinite import chain_fractions, fill, join_chains, worst_corner

@@ -17,8 +17,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..errors import InputError
-from ..topology import FloatArray, Sweep
+from ..sweep import Sweep
 from .layout import Layout
 
 Fit = Callable[[FloatArray, FloatArray], FloatArray]

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..mesh import QuadMesh
-from ..topology import FloatArray, Sweep
+from ..sweep import Sweep
 from .spacing import Fit, divide_like
 
 _N_CHORDS = 16

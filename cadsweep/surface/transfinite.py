@@ -20,7 +20,8 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from ..topology import FloatArray, Surface
+from ..arrays import FloatArray
+from ..brep import Surface
 from .relax import relax_quads
 
 _Number = TypeVar("_Number", bound=np.generic)

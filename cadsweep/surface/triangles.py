@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..topology import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray
 
 Edge = tuple[int, int]
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import CadSweepError, InputError
 from ..libraries import explain_import_error
 from ..mesh import HexMesh
 from ..quality import scaled_jacobians
-from ..topology import FloatArray, IntArray
 
 _VTK_TYPES = {8: 12, 20: 25, 27: 29}
 

@@ -8,8 +8,8 @@ pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
 
 from cadsweep.cad import cut_ring, load  # noqa: E402
-from cadsweep.cad.divide import _check_divided  # noqa: E402
-from cadsweep.cad.measure import measure_closed_area  # noqa: E402
+from cadsweep.cad.geometry.measure import measure_closed_area  # noqa: E402
+from cadsweep.cad.heal.divide import _check_divided  # noqa: E402
 from cadsweep.cad.shapes import FACE, compound, index_map  # noqa: E402
 from cadsweep.errors import CadError  # noqa: E402
 

@@ -226,7 +226,7 @@ def test_brep_files_that_are_cut_off(share, tmp_path):
 
 
 def test_every_byte_that_is_no_number_is_found_in_a_brep_file(tmp_path):
-    from cadsweep.cad.brep_text import check_brep_text
+    from cadsweep.cad.read.brep_text import check_brep_text
 
     path = tmp_path / "box.brep"
     cq.Workplane().box(1, 2, 3).faces(">Z").workplane().hole(0.5).val().exportBrep(str(path))

@@ -66,7 +66,7 @@ def test_fractions_are_of_arc_length(solid):
 def test_open_conics_are_those_of_opencascade(kind):
     from OCP import Geom, Geom2d, gp
 
-    from cadsweep.cad.geometry import read_curve, read_curve_2d
+    from cadsweep.cad.geometry.convert import read_curve, read_curve_2d
 
     frame = gp.gp_Ax2(gp.gp_Pnt(1, 2, 3), gp.gp_Dir(1, 1, 2), gp.gp_Dir(1, -1, 0))
     frame_2d = gp.gp_Ax22d(gp.gp_Pnt2d(1, 2), gp.gp_Dir2d(1, 3), gp.gp_Dir2d(3, -1))
@@ -84,8 +84,8 @@ def test_open_conics_are_those_of_opencascade(kind):
 
 @pytest.mark.parametrize("hook", [0.0, 1e-4])
 def test_hooks_at_the_ends_of_an_edge_are_no_corners(hook):
-    from cadsweep.cad.curves import EdgeCurve
-    from cadsweep.cad.nurbs import BSpline
+    from cadsweep.cad.geometry.curves import EdgeCurve
+    from cadsweep.cad.geometry.nurbs import BSpline
 
     # the first ten-thousandth of the edge goes across, the rest straight on along x
     poles = np.array([[0.0, 0.0, 0.0], [0.0, hook, 0.0], [1.0, hook, 0.0]])
@@ -170,7 +170,7 @@ def test_derivatives_are_those_of_evaluate(solid):
 
 
 def test_the_boundary_is_closed(solid):
-    from cadsweep.cad.measure import measure_face
+    from cadsweep.cad.geometry.measure import measure_face
 
     shares = [measure_face(face.surface, face.loops) for face in solid.faces]
     area = sum(face.area for face in solid.faces)

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from cadsweep.cad.names import declare, join_part, make_plain_names, plain
+from cadsweep.cad.names.unique import declare, join_part, make_plain_names, plain
 from cadsweep.errors import CadError, InputError
 
 PLAIN = re.compile(r"[A-Za-z0-9_]+")

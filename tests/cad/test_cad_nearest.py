@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.cad.nearest import nearest_on_spline
-from cadsweep.cad.nurbs import BSplineSurface
+from cadsweep.cad.geometry.nearest import nearest_on_spline
+from cadsweep.cad.geometry.nurbs import BSplineSurface
 
 cq = pytest.importorskip("cadquery")
 pytestmark = pytest.mark.cad
@@ -139,7 +139,7 @@ def test_opencascade_says_infinite_where_it_finds_no_foot():
     from OCP.Geom import Geom_Plane
     from OCP.gp import gp_Dir, gp_Pnt
 
-    from cadsweep.cad.geometry import distances_from
+    from cadsweep.cad.geometry.convert import distances_from
 
     distances = distances_from(Geom_Plane(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), np.array([[0.0, 0.0], [1.0, 1.0]]))
     found = distances(np.array([[0.5, 0.5, 2.0], [np.nan, 0.0, 0.0]]))

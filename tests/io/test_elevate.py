@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from io_meshes import bent_box, box, twisted_box
 
-from cadsweep.elevate import elevate
 from cadsweep.errors import InputError, InvertedHexError
 from cadsweep.io.sides import HEX_EDGES, SIDES
 from cadsweep.mesh import HexMesh
+from cadsweep.order2.elevate import elevate
 from cadsweep.quality import positive_inside
 
 

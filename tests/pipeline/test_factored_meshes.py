@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep import streaming
+from cadsweep.blocks import stream as streaming
 from cadsweep.pipeline import expand, write_factors
 
 pytestmark = pytest.mark.cad

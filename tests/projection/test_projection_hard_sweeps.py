@@ -18,7 +18,7 @@ from projection_sections import (
 )
 from test_projection_target import Graph, Plane
 
-from cadsweep.mesh import sweep_hexes
+from cadsweep.cells import sweep_hexes
 from cadsweep.projection import project_layers, project_target
 from cadsweep.projection.descent import minimise
 from cadsweep.projection.relax import _corner_energies

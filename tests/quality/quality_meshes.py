@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cadsweep.mesh import HexMesh, SweptStructure, side_quads, sweep_hexes
+from cadsweep.cells import SweptStructure, side_quads, sweep_hexes
+from cadsweep.mesh import HexMesh
 
 UNIT_CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh, swept_ring, without_structure
 
-from cadsweep.mesh import HexMesh, SweptStructure
+from cadsweep.cells import SweptStructure
+from cadsweep.mesh import HexMesh
 from cadsweep.quality import (
     CadReference,
     boundary_limit,

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.assembly import make_reference, pieces_by_name
+from cadsweep.blocks.naming import pieces_by_name
+from cadsweep.blocks.reference import make_reference
 from cadsweep.quality import check_mesh
 
 cq = pytest.importorskip("cadquery")

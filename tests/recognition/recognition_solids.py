@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cadsweep.topology import Edge, Face, Loop, Solid
+from cadsweep.brep import Edge, Face, Loop, Solid
 
 
 @dataclass

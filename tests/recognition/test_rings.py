@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.assembly import is_ring
+from cadsweep.blocks.reference import is_ring
 from cadsweep.errors import NotSweepableError
 from cadsweep.pipeline.parts import open_and_find
 

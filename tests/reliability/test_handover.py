@@ -9,7 +9,7 @@ from cadsweep.errors import InputError
 
 cq = pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
-from cadsweep.cad.handover import make_portable  # noqa: E402
+from cadsweep.cad.read.handover import make_portable  # noqa: E402
 
 pytestmark = pytest.mark.cad
 

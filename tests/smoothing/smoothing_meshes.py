@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cadsweep.mesh import SweptStructure
+from cadsweep.cells import SweptStructure
 from cadsweep.projection import project_layers
 
 

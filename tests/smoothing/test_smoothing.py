@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from smoothing_meshes import block, closed_ring, disturbed, domed_bend, folded_angle, swept_grid
 
-from cadsweep.mesh import sweep_hexes
+from cadsweep.cells import sweep_hexes
 from cadsweep.quality import boundary_limit, corner_limits, positive_inside, scaled_jacobians
 from cadsweep.smoothing import improve
 from cadsweep.smoothing.cutting import grown, hex_nodes, patches

@@ -7,7 +7,7 @@ import pytest
 from calculix import POISSON, YOUNG, require_calculix, solve
 
 import cadsweep as cs
-from cadsweep.elevate import elevate
+from cadsweep.order2.elevate import elevate
 
 pytestmark = [pytest.mark.solver, pytest.mark.cad]
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from cadsweep import io
-from cadsweep.elevate import elevate
+from cadsweep.cells import side_quads, sweep_hexes
 from cadsweep.io.mfem_mesh import LEXICOGRAPHIC
-from cadsweep.mesh import HexMesh, side_quads, sweep_hexes
+from cadsweep.mesh import HexMesh
+from cadsweep.order2.elevate import elevate
 
 skfem = pytest.importorskip("skfem")
 pytestmark = pytest.mark.solver

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cadsweep.topology import Edge, Face, Intervals, LinkingSide, Loop, Solid, Sweep
+from cadsweep.brep import Edge, Face, Loop, Solid
+from cadsweep.sweep import Intervals, LinkingSide, Sweep
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.surface.layout import build_layout
 from cadsweep.surface.sides import RingBuilder
 from cadsweep.surface.spacing import fit_linear_parts, graded_places, place_layers
-from cadsweep.topology import Intervals
+from cadsweep.sweep import Intervals
 
 
 def build_rings(sweep, intervals, **options):

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cadsweep.mesh import HexMesh, SweptStructure, side_quads, sweep_hexes
+from cadsweep.cells import SweptStructure, side_quads, sweep_hexes
+from cadsweep.mesh import HexMesh
 
 
 def twisted_block(n=4, n_layers=6, *, turn=0.8):

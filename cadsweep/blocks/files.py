@@ -1,0 +1,91 @@
+"""A swept mesh as a file of factors, ``.sweep.npz``: megabytes for a mesh of any number of layers.
+
+Place in the flow: ``pipeline`` saves a :class:`~cadsweep.blocks.block.FactoredMesh` here and makes the same mesh
+again, bit for bit, without CAD or gmsh.
+
+The file is a numpy archive: the arrays of the factored sweep (:mod:`cadsweep.projection.storage`), the owner of
+every boundary quad, the nodes that smoothing moved, and one JSON text with the names.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from os import PathLike
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ..cells import SweptStructure
+from ..errors import InputError
+from ..projection.storage import sweep_arrays, sweep_of_arrays
+from .block import FactoredMesh
+
+SUFFIX = ".sweep.npz"
+
+_PREFIX = "mesh_"
+
+
+def save_factors(factored: FactoredMesh, stream: BinaryIO) -> None:
+    """Write `factored` as a numpy archive."""
+    structure = factored.structure
+    text = {
+        "owner_names": factored.owner_names,
+        "part": factored.part,
+        "periodic": structure.periodic,
+        "scale": factored.scale,
+        "info": {key: value for key, value in factored.info.items() if key != "quality"},
+    }
+    arrays: dict[str, Any] = {
+        "source_owners": factored.source_owners.astype(np.int32),
+        "target_owners": factored.target_owners.astype(np.int32),
+        "side_owners": factored.side_owners.astype(np.int32),
+        "moved_nodes": factored.moved_nodes,
+        "moved_points": factored.moved_points,
+        "offset": factored.offset,
+        "text": np.array(json.dumps(text)),
+    }
+    named = {_PREFIX + name: array for name, array in arrays.items()}
+    np.savez_compressed(stream, **sweep_arrays(factored.sweep), **named)  # type: ignore[arg-type]
+
+
+def load_factors(path: str | PathLike[str]) -> FactoredMesh:
+    """Read what :func:`save_factors` wrote.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, or something else.
+    """
+    if Path(path).is_file() and not zipfile.is_zipfile(path):  # numpy would talk of pickles
+        raise InputError(f"{path}: not a file of sweep factors (.sweep.npz), or a damaged one")
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+        text = json.loads(str(arrays[_PREFIX + "text"]))
+        sweep = sweep_of_arrays(arrays)
+        return FactoredMesh(
+            sweep=sweep,
+            structure=SweptStructure(
+                quads=sweep.quads,
+                loops=sweep.loops,
+                n_nodes=sweep.n_nodes,
+                n_layers=sweep.n_layers,
+                periodic=bool(text["periodic"]),
+            ),
+            owner_names=tuple(tuple(names) for names in text["owner_names"]),
+            source_owners=arrays[_PREFIX + "source_owners"].astype(np.int64),
+            target_owners=arrays[_PREFIX + "target_owners"].astype(np.int64),
+            side_owners=arrays[_PREFIX + "side_owners"].astype(np.int64),
+            moved_nodes=arrays[_PREFIX + "moved_nodes"],
+            moved_points=arrays[_PREFIX + "moved_points"],
+            part=text["part"],
+            scale=float(text["scale"]),
+            offset=arrays[_PREFIX + "offset"],
+            info=text["info"],
+        )
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except (OSError, KeyError, ValueError, EOFError, TypeError, IndexError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: not a file of sweep factors, or a damaged one ({error})") from error

@@ -1,0 +1,120 @@
+"""What the CAD model says the mesh must be: the figures that :mod:`cadsweep.quality` holds a mesh against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Part, Solid
+from ..quality import CadReference
+from ..sweep import Sweep
+from .naming import name_pieces, pieces_by_name
+
+
+def is_ring(sweep: Sweep) -> bool:
+    """Whether the caps lie on each other: a full ring that was cut open, whose mesh closes on itself."""
+    faces, size = sweep.solid.faces, sweep.solid.size
+    centers = [sum(faces[i].area * faces[i].center for i in cap) for cap in (sweep.source, sweep.target)]
+    areas = [sum(faces[i].area for i in cap) for cap in (sweep.source, sweep.target)]
+    if abs(areas[0] - areas[1]) > 1e-6 * areas[0]:
+        return False
+    return bool(np.linalg.norm(centers[0] - centers[1]) <= 1e-6 * areas[0] * size)
+
+
+def make_reference(part: Part, sweep: Sweep) -> CadReference:
+    """Collect what the CAD model says the mesh must be, in model units."""
+    solid = sweep.solid
+    ring = is_ring(sweep)
+    by_name: dict[str, set[int]] = {}
+    mixed: list[set[str]] = []  # names of which the mesh knows no lines between: only their common area is known
+    for name, pieces in pieces_by_name(sweep).items():
+        faces = {i for i, _ in pieces if not (ring and i in (*sweep.source, *sweep.target))}
+        if faces:
+            by_name[name] = faces
+        for i in faces:
+            if sum(1 for face, _ in pieces if face == i) < 1 + len(solid.faces[i].patches):
+                mixed.append({name})
+                break
+    parted = set().union(*mixed)
+    for one in solid.faces:
+        joined = {name for name, ids in by_name.items() if one.id in ids}
+        if joined & parted:
+            joined.update(*(names for names in mixed if names & joined))
+            mixed = [names for names in mixed if not names & joined] + [joined]
+
+    def distance(points: FloatArray, name: str, close: float) -> FloatArray:
+        places, close = (points - part.offset) / part.scale, close / part.scale
+        surfaces = [solid.faces[face].surface for face in by_name[name]]
+        enough = close if np.isfinite(close) else -1.0
+        nearest = np.full(len(places), np.inf)
+        for surface in surfaces:
+            left = np.flatnonzero(nearest > enough)
+            nearest[left] = np.minimum(nearest[left], surface.distance(places[left]))
+        # The slower ways are for what is far from all faces: of the pieces of a divided one, a node lies on one alone.
+        for surface in surfaces:
+            left = np.flatnonzero(nearest > close)
+            nearest[left] = np.minimum(nearest[left], surface.distance(places[left], close=close))
+        return nearest * part.scale
+
+    def area(names: Iterable[str]) -> float:
+        return sum(solid.faces[i].area for i in {i for name in names for i in by_name[name]}) * part.scale**2
+
+    return CadReference(
+        volume=solid.volume * part.scale**3,
+        areas={name: area([name]) for name in by_name if name not in parted},
+        joint_areas={tuple(sorted(names)): area(names) for names in mixed},
+        euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
+        distance=distance,
+        rim_distance=_make_rim_distance(part, sweep, set().union(*by_name.values())),
+        tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
+    )
+
+
+def _make_rim_distance(
+    part: Part, sweep: Sweep, faces: set[int]
+) -> Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray]:
+    """Distances from the edges between two owners of quads, and from the vertices where more of them meet.
+
+    An owner is known by its set of names. Between those that share a face there may be no edge: they count as one.
+    """
+    solid = sweep.solid
+    owners: dict[int, set[frozenset[str]]] = {}
+    for (face, _), names in name_pieces(sweep).items():
+        if face in faces:
+            owners.setdefault(face, set()).add(frozenset(names))
+    joined: list[set[frozenset[str]]] = []
+    for own in owners.values():
+        merged = own.union(*(others for others in joined if others & own))
+        joined = [others for others in joined if not others & own] + [merged]
+    group_of = {owner: j for j, group in enumerate(joined) for owner in group}
+    groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
+    edges: dict[frozenset[int], list[int]] = {}
+    vertices: dict[int, set[int]] = {}
+    twins = {t: e for e, (t, _) in sweep.target_edges.items()} if is_ring(sweep) else {}
+    twins |= {e: t for t, e in twins.items()}  # of a ring cut open, the sides beside both edges of a pair meet there
+    for edge in solid.edges:
+        beside = [*edge.faces, *(solid.edges[twins[edge.id]].faces if edge.id in twins else ())]
+        around = frozenset(groups[face] for face in beside if face in groups)
+        edges.setdefault(around, []).append(edge.id)
+        for vertex in (edge.start, edge.end):
+            vertices.setdefault(vertex, set()).update(around)
+
+    def rim_distance(points: FloatArray, meeting_owners: frozenset[frozenset[str]]) -> FloatArray:
+        meeting = frozenset(group_of[owner] for owner in meeting_owners)
+        if len(meeting) == 1:
+            return np.zeros(len(points))
+        places = (points - part.offset) / part.scale
+        away = [solid.edges[e].curve.distance(places) for e in edges.get(meeting, ())]
+        if not away:
+            corners = [v for v, around in vertices.items() if meeting <= around]
+            away = [np.linalg.norm(places - solid.vertices[v], axis=1) for v in corners]
+        return np.min([np.full(len(places), np.inf), *away], axis=0) * part.scale
+
+    return rim_distance
+
+
+def euler_characteristic(solid: Solid) -> int:
+    """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""
+    return len(solid.vertices) - len(solid.edges) + sum(2 - len(face.loops) for face in solid.faces)

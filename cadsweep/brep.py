@@ -1,0 +1,366 @@
+"""The boundary representation as ids and numbers: what every stage after ``cad`` sees.
+
+Place in the flow: ``cad`` makes these objects; ``recognition``, ``intervals`` and ``surface`` read
+them. No OpenCASCADE type appears here; geometry is met only through the small protocols
+:class:`Curve` and :class:`Surface`.
+
+Lengths are *working* lengths: ``cad`` scales and shifts a part so that its size suits OpenCASCADE
+and gmsh. :meth:`Part.to_model` brings points back to model units, bit for bit where nothing was
+scaled.
+
+Not handled here: geometry that is not a solid, and non-manifold solids; ``cad`` refuses them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import floor, log10
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .arrays import FloatArray, IntArray
+
+
+class Curve(Protocol):
+    """Geometry of an edge. ``fractions`` are fractions of arc length, 0 at its start, 1 at its end."""
+
+    def evaluate(self, fractions: FloatArray) -> FloatArray:
+        """Return the points (m, 3) at the given arc-length fractions (m,)."""
+        ...
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return the arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
+        ...
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Return the distances (m,) of `points` (m, 3) from the edge, its ends included."""
+        ...
+
+
+class Surface(Protocol):
+    """Geometry of a face, in the surface's own parameters ``uv`` (m, 2)."""
+
+    @property
+    def periods(self) -> tuple[float | None, float | None]:
+        """Periods in u and v, None where the surface is not periodic."""
+        ...
+
+    def evaluate(self, uv: FloatArray) -> FloatArray:
+        """Return the points (m, 3) of the surface at `uv` (m, 2)."""
+        ...
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the partial derivatives (m, 3), (m, 3) by u and by v."""
+        ...
+
+    def normals(self, uv: FloatArray) -> FloatArray:
+        """Return unit normals (m, 3) that point out of the solid."""
+        ...
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Return the parameters (m, 2) of the points of the *face's surface* nearest to `points`."""
+        ...
+
+    def distance(self, points: FloatArray, *, close: float = ...) -> FloatArray:
+        """Return the distances (m,) of `points` (m, 3) from the *face's surface*.
+
+        Distances up to `close` are found fast; larger ones are made sure of by slower ways.
+        """
+        ...
+
+    def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:
+        """Return the parameters (m, 2) of an edge of this face at arc-length fractions (m,).
+
+        On a periodic surface the values of all edges lie in one consistent branch.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Units:
+    """How working coordinates become the model's.
+
+    Attributes
+    ----------
+    scale : float
+        Model units per working unit, a power of two.
+    offset : (3,) float64
+        Model coordinates of the working origin.
+    """
+
+    scale: float = 1.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    def to_model(self, points: FloatArray) -> FloatArray:
+        """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
+        if self.scale == 1.0 and not self.offset.any():
+            return points
+        return points * self.scale + self.offset
+
+    def place(self, point: FloatArray) -> str:
+        """Return how messages say where a working point is: its model coordinates, to four digits of the part."""
+        working = np.where(np.abs(point) > 1e-9, point, 0.0)
+        if not self.offset.any():
+            return ", ".join(f"{c:.4g}" for c in working * self.scale + 0.0)
+        # Far from the origin, four digits of the coordinates themselves would be the same all over the part.
+        step = self.scale * max(float(np.abs(working).max()), 1e-9) * 1e-4
+        decimals = max(0, -floor(log10(step)))
+        return ", ".join(f"{round(float(c), decimals) + 0.0:.15g}" for c in self.to_model(working))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Edge:
+    """A bounded curve between two vertices (which may be the same vertex only on refused parts).
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.edges``.
+    start, end : int
+        Vertex ids.
+    length : float
+        Arc length, working units.
+    kind : str
+        ``"line"``, ``"circle"``, ``"ellipse"``, ``"bspline"``, ``"other"``.
+    faces : (int, int)
+        Ids of the two faces that share the edge.
+    dihedral : float
+        Interior angle of the solid across the edge at its middle, radians: pi where the faces are
+        tangent, below pi where the edge is convex.
+    midpoint : (3,) float64
+    tangents : (2, 3) float64
+        Unit tangents at the start and at the end, both in the direction start to end.
+    curve : Curve
+    name : str or None
+        The user's name for the edge, if there is one; of several, the one that names the fewest edges.
+    groups : tuple of str
+        Its other names, which it shares with more edges.
+    key : str
+        The id the edge had in the input, such as ``"edge 7"``; pieces of a divided edge share it. Empty
+        where no edge was there.
+    units : Units
+        What messages give places in.
+    """
+
+    id: int
+    start: int
+    end: int
+    length: float
+    kind: str
+    faces: tuple[int, int]
+    dihedral: float
+    midpoint: FloatArray
+    tangents: FloatArray
+    curve: Curve
+    name: str | None = None
+    groups: tuple[str, ...] = ()
+    key: str = ""
+    units: Units = field(default_factory=Units)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the edge."""
+        return self.groups if self.name is None else (self.name, *self.groups)
+
+    def label(self) -> str:
+        """How messages name the edge: id, name, kind and place of its middle."""
+        return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loop:
+    """A closed cycle of edges that bounds a face, its material on the left seen from outside.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Edge ids in cyclic order.
+    forward : tuple of bool
+        Whether edge j is run through from its start to its end.
+    angles : tuple of float
+        Interior angle of the face, in (0, 2 pi), at the vertex where edge j begins.
+    """
+
+    edges: tuple[int, ...]
+    forward: tuple[bool, ...]
+    angles: tuple[float, ...]
+
+    @property
+    def directed(self) -> tuple[tuple[int, bool], ...]:
+        """The directed edges ``(edge id, forward)`` of the loop."""
+        return tuple(zip(self.edges, self.forward, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Patch:
+    """A part of a face that was a face of its own in the model; its outline is no edge any more.
+
+    Attributes
+    ----------
+    names : tuple of str
+    key : str
+    color : str or None
+        As for :class:`Face`.
+    area : float
+    place : (3,) float64
+        A point inside it.
+    contains : callable
+        ``contains(points)`` says of points (m, 3) on the face's surface which lie in the patch, (m,) bool.
+    """
+
+    names: tuple[str, ...]
+    key: str
+    color: str | None
+    area: float
+    place: FloatArray
+    contains: Callable[[FloatArray], npt.NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Face:
+    """A bounded piece of a surface.
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.faces``.
+    kind : str
+        ``"plane"``, ``"cylinder"``, ``"cone"``, ``"sphere"``, ``"torus"``, ``"bspline"``,
+        ``"revolution"``, ``"extrusion"``, ``"other"``.
+    area : float
+    center : (3,) float64
+        Centroid of the face.
+    normal : (3,) float64
+        Unit normal out of the solid at the point of the face nearest to `center`.
+    loops : tuple of Loop
+        Outer loop first.
+    surface : Surface
+    name : str or None
+        The user's name for the face, if there is one; of several, the one that names the fewest faces.
+    groups : tuple of str
+        Its other names, which it shares with more faces.
+    color : str or None
+        The face's own colour in the CAD model, sRGB as ``#rrggbb`` or ``#rrggbbaa``; None where it has the part's.
+    key : str
+        A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
+        of a divided face share it.
+    patches : tuple of Patch
+        Parts of a merged face that go by another name.
+    units : Units
+        What messages give places in.
+    """
+
+    id: int
+    kind: str
+    area: float
+    center: FloatArray
+    normal: FloatArray
+    loops: tuple[Loop, ...]
+    surface: Surface
+    name: str | None = None
+    groups: tuple[str, ...] = ()
+    color: str | None = None
+    key: str = ""
+    patches: tuple[Patch, ...] = ()
+    units: Units = field(default_factory=Units)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the face."""
+        return self.groups if self.name is None else (self.name, *self.groups)
+
+    @property
+    def edges(self) -> tuple[int, ...]:
+        """Ids of all edges of the face."""
+        return tuple(e for loop in self.loops for e in loop.edges)
+
+    def label(self) -> str:
+        """How messages name the face: id, name, kind and place."""
+        return _label("face", self.id, self.name, self.kind, self.units.place(self.center))
+
+
+def _label(what: str, number: int, name: str | None, kind: str, place: str) -> str:
+    named = f" '{name}'" if name else ""
+    return f"{what} {number}{named} ({kind} at {place})"
+
+
+class BrepWriter(Protocol):
+    """Writes faces of a solid, in working units, for a mesher that reads BREP files."""
+
+    def __call__(self, path: Path, faces: Sequence[int]) -> None: ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solid:
+    """One solid: vertices, edges and faces by id, every edge shared by exactly two faces.
+
+    Attributes
+    ----------
+    vertices : (n_vertices, 3) float64
+    edges : tuple of Edge
+    faces : tuple of Face
+    volume : float
+    size : float
+        Diagonal of the bounding box.
+    tolerance : float
+        Largest gap that the model allows between a vertex or an edge and its faces.
+    write_brep : BrepWriter
+    vertex_keys, edge_keys, face_keys : int64 arrays
+        Ids within the whole part: equal keys in two solids mean the same, shared entity.
+    name : str or None
+    material : str or None
+    color : str or None
+        The part's colour in the CAD model, as in ``Face.color``.
+    units : Units
+        What messages give places in.
+    """
+
+    vertices: FloatArray
+    edges: tuple[Edge, ...]
+    faces: tuple[Face, ...]
+    volume: float
+    size: float
+    tolerance: float = 0.0
+    write_brep: BrepWriter
+    vertex_keys: IntArray
+    edge_keys: IntArray
+    face_keys: IntArray
+    name: str | None = None
+    material: str | None = None
+    color: str | None = None
+    units: Units = field(default_factory=Units)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """What ``load`` returns: the solids of a model, made clean for meshing.
+
+    Attributes
+    ----------
+    solids : tuple of Solid
+    name : str
+    scale : float
+        Model units per working unit, a power of two.
+    offset : (3,) float64
+        Model coordinates of the working origin.
+    notes : tuple of str
+        What was done to the model on the way (faces divided, slivers merged, shells sewn, names
+        changed): one readable line each.
+    names : dict
+        Declared (unique, ``[A-Za-z0-9_]``) name to the name the user gave.
+    """
+
+    solids: tuple[Solid, ...]
+    name: str = "part"
+    scale: float = 1.0
+    offset: FloatArray = field(default_factory=lambda: np.zeros(3))
+    notes: tuple[str, ...] = ()
+    names: dict[str, str] = field(default_factory=dict)
+
+    def to_model(self, points: FloatArray) -> FloatArray:
+        """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
+        return Units(self.scale, self.offset).to_model(points)

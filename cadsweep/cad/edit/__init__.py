@@ -1,0 +1,1 @@
+"""A loaded part changed for a sweep: cut open, divided, merged; names and ids kept."""

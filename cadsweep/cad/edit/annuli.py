@@ -1,0 +1,81 @@
+"""Plane annuli divided into halves: the ends of a round tube become linking sides.
+
+Place in the flow: called by the pipeline for a part that has no sweep as it is. A tube with holes through its wall is
+swept across the wall, from outside to inside; its ends are then sides, but a face with a hole is no rectangle.
+Straight edges from two vertices of the hole to two of the outer loop divide it, where the closed faces beside it are
+divided already.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.gp import gp_Pnt
+
+from ...brep import Face, Part, Solid
+from ...errors import CadError
+from ..shapes import SolidShape
+from .splitting import split_faces
+
+_STRAIGHT = pi / 6
+"""Radians by which a loop may turn at a vertex that is no corner."""
+
+
+def divide_annuli(part: Part) -> Part | None:
+    """Divide every plane face with one hole whose loops have no corners.
+
+    Parameters
+    ----------
+    part : Part
+        One solid.
+
+    Returns
+    -------
+    Part
+        The same solid, its old faces first.
+    None
+        Where no face is to be divided, or OpenCASCADE fails at it.
+    """
+    if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
+        return None
+    solid, holder = part.solids[0], part.solids[0].write_brep
+    lines = [_dividing_lines(solid, face) for face in solid.faces if _is_annulus(face)]
+    cuts = [line for pair in lines for line in pair]
+    if not cuts:
+        return None
+    try:
+        divided = split_faces(solid, holder, cuts)
+    except (CadError, ValueError, RuntimeError):
+        return None  # the part as it was has the last word
+    n_divided = sum(bool(pair) for pair in lines)
+    if len(divided.faces) != len(solid.faces) + n_divided or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
+        return None
+    return replace(part, solids=(divided,), notes=(*part.notes, f"plane faces with a hole divided: {n_divided}"))
+
+
+def _is_annulus(face: Face) -> bool:
+    """Whether a face is plane and bounded by two loops without corners."""
+    angles = [angle for loop in face.loops for angle in loop.angles]
+    return face.kind == "plane" and len(face.loops) == 2 and all(abs(angle - pi) < _STRAIGHT for angle in angles)
+
+
+def _dividing_lines(solid: Solid, face: Face) -> list[Any]:
+    """Two straight edges between the loops of a face, at the vertices of the hole that lie farthest apart."""
+    outer, hole = (
+        np.array([solid.vertices[edge.start if forward else edge.end] for edge, forward in directed])
+        for directed in ([(solid.edges[e], forward) for e, forward in loop.directed] for loop in face.loops)
+    )
+    nearest = np.argmin(np.linalg.norm(hole[:, None] - outer, axis=2), axis=1)
+    apart = np.linalg.norm(hole[:, None] - hole, axis=2) * (nearest[:, None] != nearest)
+    j, k = np.unravel_index(int(np.argmax(apart)), apart.shape)
+    if not apart[j, k] > 0.0:
+        return []
+    ends = [(hole[i], outer[nearest[i]]) for i in (j, k)]
+    return [BRepBuilderAPI_MakeEdge(gp_Pnt(*a), gp_Pnt(*b)).Edge() for a, b in ends]
+
+
+__all__ = ["divide_annuli"]

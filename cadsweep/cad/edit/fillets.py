@@ -1,0 +1,162 @@
+"""Rounded cap edges divided where their normal is half way between cap and side.
+
+Place in the flow: called by the pipeline for a part whose best sweep has a cap that runs tangent into a rounding.
+Wherever such a face belongs as a whole, to the cap or to the sides, cap and side meet tangentially somewhere, and hexes
+there are flat. Divided in the middle, the cap grows over one half and the sides over the other, and what is
+turned over one hex at the rim is turned by both its neighbours.
+
+Method: along the edges of a face the place is looked for where the outward normal stands at 45 degrees to the
+cap's. On a rounding of constant radius beside a plane cap all these places lie in one plane parallel to the
+cap, which is cut with the face; otherwise the two places on opposite edges are joined by a line in the
+parameters. OpenCASCADE's splitter then divides the faces of the solid along the new edges.
+
+Not handled: caps without a plane face, and hollow (concave) roundings, which no cap should grow over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import cos, pi
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.BRepLib import BRepLib
+from OCP.GCE2d import GCE2d_MakeSegment
+from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Pnt2d
+
+from ...arrays import FloatArray
+from ...brep import Face, Part, Solid
+from ...errors import CadError
+from ..geometry.composite import join_faces
+from ..shapes import EDGE, SolidShape, subshapes
+from .splitting import split_faces
+
+_HALF_WAY = cos(pi / 4)
+_MARGIN = 0.12
+"""How far beyond half way, in cosines, the normals of a face reach on both sides if it is to be divided."""
+_SAMPLES = 33
+_TANGENT = 1e-3
+"""Radians from pi below which two faces are tangent."""
+_LEVEL = 1e-6
+"""Greatest difference in height, as a share of the part's size, between places in one plane."""
+
+
+def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> Part | None:
+    """Divide the faces that round the edges of caps.
+
+    Parameters
+    ----------
+    part : Part
+        One solid.
+    caps : sequence of (int, sequence of int)
+        For every cap a plane face, and the faces that may round its edges.
+
+    Returns
+    -------
+    Part
+        The same solid. A divided face keeps id, name and key for the half at the sides. The half at the cap becomes a
+        part of the cap's plane; where it has a name of its own, a patch of it.
+    None
+        Where no face is to be divided, or OpenCASCADE fails at it.
+    """
+    if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
+        return None
+    solid, holder = part.solids[0], part.solids[0].write_brep
+    cuts: list[Any] = []
+    n_divided = 0
+    for plane, near in caps:
+        for f in near:
+            lines = _dividing_edges(solid, holder, solid.faces[f], solid.faces[plane].normal)
+            cuts += lines
+            n_divided += bool(lines)
+    if not cuts:
+        return None
+    try:
+        divided = split_faces(solid, holder, cuts, [solid.faces[plane].normal for plane, _ in caps])
+    except (CadError, ValueError, RuntimeError):
+        return None  # the part as it was has the last word
+    if len(divided.faces) <= len(solid.faces) or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
+        return None
+    for plane, _ in caps:
+        divided = _grown(divided, plane)
+    note = f"faces that round the edge of a cap divided half way between cap and side: {n_divided}"
+    return replace(part, solids=(divided,), notes=(*part.notes, note))
+
+
+def _grown(solid: Solid, plane: int) -> Solid:
+    """The solid with a plane face joined to what runs tangent into it and leans less than half way."""
+    normal = solid.faces[plane].normal
+    group = [plane]
+    for f in group:
+        for e in solid.faces[f].edges:
+            edge = solid.edges[e]
+            face = solid.faces[edge.faces[0] if edge.faces[1] == f else edge.faces[1]]
+            if face.id in group or abs(edge.dihedral - pi) > _TANGENT:
+                continue
+            uv = np.concatenate([face.surface.edge_uv(k, np.linspace(0.0, 1.0, _SAMPLES)) for k in face.edges])
+            if np.min(face.surface.normals(uv) @ normal) > _HALF_WAY - _LEVEL:
+                group.append(face.id)
+    joined = join_faces(solid, group, plane) if len(group) > 1 else None
+    return solid if joined is None else joined
+
+
+def _dividing_edges(solid: Solid, holder: SolidShape, face: Face, direction: FloatArray) -> list[Any]:
+    """New edges that divide a face where its normal is half way between a direction and square to it."""
+    if face.kind == "plane" or len(face.loops) != 1:
+        return []
+    heights, cosines, places = [], [], []
+    fractions = np.linspace(0.0, 1.0, _SAMPLES)
+    for e in face.edges:
+        uv = face.surface.edge_uv(e, fractions)
+        along = face.surface.normals(uv) @ direction
+        points = face.surface.evaluate(uv)
+        heights.append(points @ direction)
+        cosines.append(along)
+        for k in np.flatnonzero((along[1:] > _HALF_WAY) != (along[:-1] > _HALF_WAY)).tolist():
+            places.append(_crossing(face, e, (float(fractions[k]), float(fractions[k + 1])), direction))
+    cosine, height = np.concatenate(cosines), np.concatenate(heights)
+    above = cosine > _HALF_WAY
+    low, high = float(np.min(cosine)), float(np.max(cosine))
+    if low > _HALF_WAY - _MARGIN or high < _HALF_WAY + _MARGIN or len(places) != 2:
+        return []
+    if low < -_MARGIN or np.mean(height[above]) <= np.mean(height[~above]):
+        return []  # it goes round to the other cap, or is hollow
+    levels = face.surface.evaluate(np.array(places)) @ direction
+    if np.ptp(levels) <= _LEVEL * solid.size:
+        section = BRepAlgoAPI_Section(holder.faces[face.id], _plane(direction, float(levels.mean())), False)
+        section.Approximation(True)
+        section.ComputePCurveOn1(True)
+        section.Build()
+        return subshapes(section.Shape(), EDGE) if section.IsDone() else []
+    surface = BRep_Tool.Surface_s(holder.faces[face.id])
+    first, last = (gp_Pnt2d(*map(float, uv)) for uv in places)
+    edge = BRepBuilderAPI_MakeEdge(GCE2d_MakeSegment(first, last).Value(), surface).Edge()
+    BRepLib.BuildCurves3d_s(edge)
+    return [edge]
+
+
+def _crossing(face: Face, edge: int, between: tuple[float, float], direction: FloatArray) -> FloatArray:
+    """Parameters (2,) of the place on an edge where the face's normal is half way; by bisection."""
+
+    def above(fraction: float) -> bool:
+        normal = face.surface.normals(face.surface.edge_uv(edge, np.array([fraction])))[0]
+        return bool(normal @ direction > _HALF_WAY)
+
+    low, high = between
+    at_low = above(low)
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if above(middle) == at_low else (low, middle)
+    place: FloatArray = face.surface.edge_uv(edge, np.array([(low + high) / 2]))[0]
+    return place
+
+
+def _plane(normal: FloatArray, height: float) -> Any:
+    return gp_Pln(gp_Pnt(*(height * normal)), gp_Dir(*normal))
+
+
+__all__ = ["divide_roundings"]

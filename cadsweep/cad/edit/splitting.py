@@ -1,0 +1,114 @@
+"""Faces of a solid divided along edges that lie on them, ids and names kept.
+
+Place in the flow: the tool of :mod:`.fillets` and :mod:`.annuli`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+from OCP.TopoDS import TopoDS_Shell
+from OCP.TopTools import TopTools_ListOfShape
+
+from ...arrays import FloatArray
+from ...brep import Solid
+from ...errors import CadError
+from ..extract.solids import EdgeLabel, Labels, extract_solid, label_of
+from ..heal.tracing import Traced
+from ..heal.validate import check_closed
+from ..names.naming import inner_point
+from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, subshapes, typed
+
+
+def split_faces(solid: Solid, holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray] = ()) -> Solid:
+    """Divide the faces of a solid along edges that lie on them.
+
+    Parameters
+    ----------
+    solid : Solid
+    holder : SolidShape
+        Its shapes.
+    cuts : sequence of TopoDS_Edge
+    normals : sequence of (3,) float64
+        Of the pieces of a face, the one that leans least to any of these directions keeps the face's id; the others
+        come after the last face.
+
+    Raises
+    ------
+    CadError
+        What OpenCASCADE made of it is no closed solid, or a face of it comes from none of the old ones.
+    """
+    return _extract(solid, *_split(holder, cuts, normals))
+
+
+def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray]) -> tuple[Any, Traced]:
+    splitter = BRepAlgoAPI_Splitter()
+    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
+    arguments.Append(holder.shape)
+    for edge in cuts:
+        tools.Append(edge)
+    splitter.SetArguments(arguments)
+    splitter.SetTools(tools)
+    splitter.SetNonDestructive(True)
+    splitter.Build()
+    (split,) = subshapes(splitter.Shape(), SOLID)
+
+    def image(sub: Any) -> Any:
+        if splitter.IsDeleted(sub):
+            return None
+        new = list(splitter.Modified(sub))
+        return compound(new) if new else sub
+
+    traced = Traced(holder.shape)
+    traced.replace(split, image)
+    found = index_map(split, FACE)
+    # As the solid has them: the pieces that history gives may be turned the other way.
+    pieces = [[typed(found.FindKey(found.FindIndex(face)), FACE) for face in faces] for faces in traced.faces]
+    for divided in pieces:
+        if len(divided) > 1 and len(normals):
+            divided.sort(key=lambda piece: _lean(piece, normals))
+    return _in_order(pieces), traced
+
+
+def _lean(piece: Any, normals: Sequence[FloatArray]) -> float:
+    """How much a face turns to the nearest cap: the greatest cosine in its middle."""
+    found = inner_point(piece)
+    if found is None:
+        raise CadError("a piece of a divided face has no inside")
+    normal = np.array([found[1].X(), found[1].Y(), found[1].Z()])
+    return max(float(normal @ cap) for cap in normals)
+
+
+def _in_order(pieces: Sequence[Sequence[Any]]) -> Any:
+    """A solid with its faces in the order of the faces they come from, second and further pieces last."""
+    builder, shell = BRep_Builder(), TopoDS_Shell()
+    builder.MakeShell(shell)
+    for piece in [faces[0] for faces in pieces] + [piece for faces in pieces for piece in faces[1:]]:
+        builder.Add(shell, piece)
+    shell.Closed(True)
+    solid = BRepBuilderAPI_MakeSolid(shell).Solid()
+    check_closed(solid)
+    return solid
+
+
+def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
+    origins = traced.face_origins(index_map(shape, FACE))
+    edge_origins = traced.edge_origins(index_map(shape, EDGE))
+    old = [solid.faces[j] for j in origins if j is not None]
+    if len(old) != len(origins):
+        raise CadError("a face of the divided solid comes from none of the old ones")
+    labels = Labels(
+        [label_of(face) for face in old],
+        [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
+    )
+    return extract_solid(
+        shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+    )
+
+
+__all__ = ["split_faces"]

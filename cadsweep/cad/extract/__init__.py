@@ -1,0 +1,1 @@
+"""From OpenCASCADE solids to :mod:`cadsweep.brep` values: ids, loops, angles, geometry, keys."""

@@ -1,0 +1,1 @@
+"""Curves and surfaces as numpy: points, derivatives, nearest points, areas and angles, thousands at a time."""

@@ -1,0 +1,319 @@
+"""Edges' curves by arc length, in numpy alone.
+
+Place in the flow: ``extract`` turns the curves of OpenCASCADE into these, and ``brep.Edge.curve``
+holds an :class:`EdgeCurve`.
+
+Method: lines and circles have constant speed. For other curves the arc length is integrated by
+Gauss-Legendre quadrature on intervals that are halved until two orders agree to 1e-13 of the
+length, and inverted by Newton's method from a table.
+
+Not handled: curves whose speed vanishes over an interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from ...arrays import FloatArray
+from .nurbs import BSpline
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+_MAX_HALVINGS = 12
+_HOOK = 1e-3
+"""Share of an edge's length at its ends in which a turn is no feature of the part."""
+_STRAIGHT = 0.05
+"""Radians by which the edge may turn beside a hook."""
+
+
+class Parametric(Protocol):
+    """A curve in its own parameter."""
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order` (0, 1 or 2), each (m, d)."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Line:
+    """``origin + t * direction``."""
+
+    origin: FloatArray
+    direction: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        points = self.origin + parameters[:, None] * self.direction
+        out = [points, np.broadcast_to(self.direction, points.shape), np.zeros_like(points)]
+        return out[: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ellipse:
+    """``center + cos t * x_axis + sin t * y_axis``; the axes carry the radii."""
+
+    center: FloatArray
+    x_axis: FloatArray
+    y_axis: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        cos, sin = np.cos(parameters)[:, None], np.sin(parameters)[:, None]
+        radius = cos * self.x_axis + sin * self.y_axis
+        out = [self.center + radius, cos * self.y_axis - sin * self.x_axis, -radius]
+        return out[: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hyperbola:
+    """``center + cosh t * x_axis + sinh t * y_axis``."""
+
+    center: FloatArray
+    x_axis: FloatArray
+    y_axis: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        cosh, sinh = np.cosh(parameters)[:, None], np.sinh(parameters)[:, None]
+        arm = cosh * self.x_axis + sinh * self.y_axis
+        return [self.center + arm, cosh * self.y_axis + sinh * self.x_axis, arm][: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parabola:
+    """``vertex + t * t * x_axis + t * y_axis``."""
+
+    vertex: FloatArray
+    x_axis: FloatArray
+    y_axis: FloatArray
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        t = parameters[:, None]
+        slope = 2.0 * t * self.x_axis + self.y_axis
+        curvature = np.broadcast_to(2.0 * self.x_axis, slope.shape)
+        return [self.vertex + t * t * self.x_axis + t * self.y_axis, slope, curvature][: order + 1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Periodic:
+    """A B-spline that goes on beyond its knots with a period."""
+
+    spline: BSpline
+    period: float
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Distinct knots of one period."""
+        return self.spline.breaks
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        first, last = self.spline.knots[0], self.spline.knots[-1]
+        outside = (parameters < first) | (parameters > last)
+        wrapped = np.where(outside, first + np.mod(parameters - first, self.period), parameters)
+        return self.spline.derivatives(wrapped, order)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reparametrised:
+    """``curve(offset + rate * t)``: a parameter curve whose range is not that of its edge."""
+
+    curve: Parametric
+    offset: float
+    rate: float
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        found = self.curve.derivatives(self.offset + self.rate * parameters, order)
+        return [values * self.rate**k for k, values in enumerate(found)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Called:
+    """A curve known only through a function of one parameter (any other kind of OpenCASCADE curve)."""
+
+    function: Callable[[float, int], tuple[tuple[float, ...], ...]]
+
+    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
+        """Points and derivatives up to `order`."""
+        rows = np.array([self.function(float(t), order) for t in parameters], dtype=float)
+        return [np.ascontiguousarray(rows[:, k]) for k in range(order + 1)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EdgeCurve:
+    """A parametric curve between two parameters, run through by arc length.
+
+    Attributes
+    ----------
+    geometry : Parametric
+    first, last : float
+        Parameters at the edge's start and end, ``first < last``.
+    breaks : float64 array
+        Parameters where the curve may be less than smooth.
+    constant_speed : bool
+        Arc length is proportional to the parameter (lines and circles).
+    """
+
+    geometry: Parametric
+    first: float
+    last: float
+    breaks: FloatArray = field(default_factory=lambda: np.empty(0))
+    constant_speed: bool = False
+
+    @cached_property
+    def _table(self) -> tuple[FloatArray, FloatArray]:
+        """Interval ends, and the arc length from the start to each of them."""
+        inner = self.breaks[(self.breaks > self.first) & (self.breaks < self.last)]
+        ends = np.concatenate([[self.first], inner, [self.last]])
+        ends = np.concatenate([np.linspace(a, b, 3)[:-1] for a, b in pairwise(ends)] + [[ends[-1]]])
+        for _ in range(_MAX_HALVINGS):
+            middles = (ends[:-1] + ends[1:]) / 2
+            whole = self._integrate(ends[:-1], ends[1:])
+            halves = self._integrate(ends[:-1], middles) + self._integrate(middles, ends[1:])
+            coarse = np.abs(whole - halves) > 1e-13 * halves.sum()
+            if not coarse.any():
+                break
+            ends = np.sort(np.concatenate([ends, middles[coarse]]))
+        lengths = self._integrate(ends[:-1], ends[1:])
+        return ends, np.concatenate([[0.0], np.cumsum(lengths)])
+
+    def _speed(self, parameters: FloatArray) -> FloatArray:
+        return np.linalg.norm(self.geometry.derivatives(parameters, 1)[1], axis=1)
+
+    def _integrate(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        width = upper - lower
+        at = lower[:, None] + width[:, None] * _NODES
+        speed = self._speed(at.ravel()).reshape(at.shape)
+        return width * (speed @ _WEIGHTS)
+
+    @cached_property
+    def length(self) -> float:
+        """Arc length."""
+        if self.constant_speed:
+            return float(self._speed(np.array([self.first]))[0]) * (self.last - self.first)
+        return float(self._table[1][-1])
+
+    def parameters(self, fractions: FloatArray) -> FloatArray:
+        """The curve's own parameters (m,) at arc-length fractions (m,)."""
+        fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
+        if self.constant_speed:
+            # Written so that 0 and 1 give the ends exactly.
+            return self.first * (1.0 - fractions) + self.last * fractions
+        ends, lengths = self._table
+        total = lengths[-1]
+        wanted = fractions * total
+        k = np.clip(np.searchsorted(lengths, wanted, side="right") - 1, 0, len(ends) - 2)
+        step = lengths[k + 1] - lengths[k]
+        step = np.where(step > 0, step, 1.0)
+        t = ends[k] + (ends[k + 1] - ends[k]) * (wanted - lengths[k]) / step
+        for _ in range(20):
+            miss = lengths[k] + self._integrate(ends[k], t) - wanted
+            if np.abs(miss).max(initial=0.0) <= 4e-16 * total:
+                break
+            speed = self._speed(t)
+            speed = np.where(speed > 0, speed, total / (self.last - self.first))
+            t = np.clip(t - miss / speed, ends[k], ends[k + 1])
+        t = np.where(fractions <= 0, self.first, t)
+        return np.where(fractions >= 1, self.last, t)
+
+    def fractions(self, parameters: FloatArray) -> FloatArray:
+        """Arc-length fractions (m,) at the curve's own parameters (m,)."""
+        if self.constant_speed:
+            return (parameters - self.first) / (self.last - self.first)
+        ends, lengths = self._table
+        k = np.clip(np.searchsorted(ends, parameters, side="right") - 1, 0, len(ends) - 2)
+        return (lengths[k] + self._integrate(ends[k], parameters)) / lengths[-1]
+
+    def evaluate(self, fractions: FloatArray) -> FloatArray:
+        """Points (m, 3) at arc-length fractions (m,)."""
+        return self.geometry.derivatives(self.parameters(fractions))[0]
+
+    def tangents(self, fractions: FloatArray) -> FloatArray:
+        """Unit tangents (m, 3) at arc-length fractions (m,), in the direction start to end.
+
+        Where the speed vanishes (a cusp of the parametrisation) the chord to a point nearby stands in.
+        """
+        fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
+        tangents = self.geometry.derivatives(self.parameters(fractions), 1)[1]
+        norms = np.linalg.norm(tangents, axis=1)
+        mean_speed = self.length / (self.last - self.first)
+        for j in np.flatnonzero(norms <= 1e-9 * mean_speed):
+            pair = self.evaluate(np.clip([fractions[j] - 1e-4, fractions[j] + 1e-4], 0.0, 1.0))
+            tangents = np.array(tangents)
+            tangents[j] = pair[1] - pair[0]
+            norms[j] = np.linalg.norm(tangents[j])
+        return tangents / np.where(norms > 0, norms, 1.0)[:, None]
+
+    @cached_property
+    def end_tangents(self) -> FloatArray:
+        """Unit tangents (2, 3) at the start and the end, in the direction start to end.
+
+        Intersection curves may end in hooks much smaller than any detail of the part, which are left out.
+        """
+        tangents = self.tangents(np.array([0.0, 1.0]))
+        if isinstance(self.geometry, (Line, Ellipse)):
+            return tangents
+        shares = _HOOK * np.array([1.0, 3.0, 10.0])
+        points = self.evaluate(np.concatenate([shares, 1.0 - shares]))
+        steps = np.diff(points.reshape(2, 3, 3), axis=1) * [[[1.0]], [[-1.0]]]
+        steps /= np.maximum(np.linalg.norm(steps, axis=2, keepdims=True), 1e-300)
+        near, far = steps[:, 0], steps[:, 1]
+        straight = np.linalg.norm(near - far, axis=1) < _STRAIGHT
+        hooked = np.linalg.norm(tangents - near, axis=1) > 4 * _STRAIGHT
+        return np.where((straight & hooked)[:, None], near, tangents)
+
+    @cached_property
+    def _samples(self) -> tuple[FloatArray, FloatArray]:
+        n = 65 if self.constant_speed else int(min(max(65, 8 * len(self._table[0])), 2049))
+        parameters = self.parameters(np.linspace(0.0, 1.0, n))
+        return parameters, self.geometry.derivatives(parameters)[0]
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
+        return np.clip(self.fractions(self._nearest(points)), 0.0, 1.0)
+
+    def distance(self, points: FloatArray) -> FloatArray:
+        """Distances (m,) of `points` (m, 3) from the edge, its ends included."""
+        return np.linalg.norm(self.geometry.derivatives(self._nearest(points))[0] - points, axis=1)
+
+    def _nearest(self, points: FloatArray) -> FloatArray:
+        """The curve's own parameters (m,) nearest to `points` (m, 3)."""
+        points = np.atleast_2d(np.asarray(points, dtype=float))
+        if isinstance(self.geometry, Line):
+            d = self.geometry.direction
+            t = (points - self.geometry.origin) @ d / (d @ d)
+            return np.clip(t, self.first, self.last)
+        if isinstance(self.geometry, Ellipse) and self.constant_speed:
+            arm = points - self.geometry.center
+            t = np.arctan2(arm @ self.geometry.y_axis, arm @ self.geometry.x_axis)
+            # Into the turn around the middle of the arc: beyond its ends the nearer end is nearest.
+            t -= 2.0 * np.pi * np.round((t - (self.first + self.last) / 2.0) / (2.0 * np.pi))
+            return np.clip(t, self.first, self.last)
+        from scipy.spatial import cKDTree
+
+        samples, places = self._samples
+        nearest = cKDTree(places).query(np.where(np.isfinite(points), points, 0.0))[1]
+        t = samples[nearest]
+        lower, upper = samples[np.maximum(nearest - 1, 0)], samples[np.minimum(nearest + 1, len(samples) - 1)]
+        for _ in range(30):
+            place, first, second = self.geometry.derivatives(t, 2)
+            off = place - points
+            slope = np.einsum("md,md->m", off, first)
+            # The Gauss-Newton term stands in where the full second derivative is not positive.
+            gauss = np.einsum("md,md->m", first, first)
+            curvature = gauss + np.einsum("md,md->m", off, second)
+            curvature = np.where(curvature > 0.1 * gauss, curvature, np.maximum(gauss, 1e-300))
+            new = np.clip(t - slope / curvature, lower, upper)
+            moved = np.abs(new - t).max(initial=0.0)
+            t = new
+            if moved <= 1e-15 * (abs(self.first) + abs(self.last)):
+                break
+        return t

@@ -1,0 +1,295 @@
+"""The bounded, oriented surface of one face: what ``brep.Face.surface`` holds.
+
+Place in the flow: ``extract`` makes one per face from a geometry of :mod:`cadsweep.cad.surfaces` and
+the parameter curves of the face's edges.
+
+Method of ``project`` where there is no closed form: the nearest of a grid of points over the face's
+parameter box, finer where the surface turns, then Gauss-Newton with halved steps, every point at once (compiled for
+many points on B-splines, :mod:`.nearest`). The result may leave the
+face (by a margin of its box), as the *surface* is asked for, not the trimmed face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...arrays import FloatArray
+from .curves import EdgeCurve, Parametric
+from .nearest import MANY, nearest_on_spline
+from .surfaces import Geometry, Offset, Periods, Spline, grid_points, knots_of
+
+_GRID = 33
+"""Places of the grid along each parameter, at least."""
+_LARGEST_TURN = np.pi / 18
+"""Turn of the surface between two places of the grid, at most, up to `_MOST_GRID` of them."""
+_MOST_GRID = 1024
+_PLACES = 8
+"""Places of the grid from which a doubtful point is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FaceSurface:
+    """A surface with the box of a face, its outward side and its edges' parameter curves.
+
+    Attributes
+    ----------
+    geometry : Geometry
+    outward : float
+        1 where the cross product of the partial derivatives points out of the solid, else -1.
+    box : (2, 2) float64
+        Least and greatest u and v of the face.
+    limits : (2, 2) float64
+        Where the surface is defined; infinite where it goes on.
+    curves : mapping of int to (EdgeCurve, Parametric or None, (2,) float64)
+        For each edge: its curve in space, its curve in the parameters (None: not known), and the
+        shift that brings the latter into the face's branch.
+    second_opinion : callable or None
+        Distances (m,) of points (m, 3) from the surface over the face's box, by OpenCASCADE: slow.
+    """
+
+    geometry: Geometry
+    outward: float
+    box: FloatArray
+    limits: FloatArray
+    curves: Mapping[int, tuple[EdgeCurve, Parametric | None, FloatArray]] = field(default_factory=dict)
+    second_opinion: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def periods(self) -> Periods:
+        """Periods in u and v, None where the surface is not periodic."""
+        return self.geometry.periods
+
+    def evaluate(self, uv: FloatArray) -> FloatArray:
+        """Points (m, 3) at the parameters (m, 2)."""
+        return self.geometry.evaluate(_rows(uv, 2))
+
+    def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Partial derivatives by u and by v, each (m, 3)."""
+        _, by_u, by_v = self.geometry.derivatives(_rows(uv, 2))
+        return by_u, by_v
+
+    def normals(self, uv: FloatArray) -> FloatArray:
+        """Unit normals (m, 3) out of the solid; at a singular point the one of a point nearby, inside."""
+        uv = _rows(uv, 2)
+        exact = getattr(self.geometry, "unit_normals", None)
+        if exact is not None:
+            return self.outward * exact(uv)
+        middle = self.box.mean(axis=0)
+        inside = uv
+        normals = np.empty((len(uv), 3))
+        todo = np.arange(len(uv))
+        for share in (0.0, 1e-6, 1e-4, 1e-2):
+            inside = uv[todo] + share * (middle - uv[todo])
+            _, by_u, by_v = self.geometry.derivatives(inside)
+            cross = np.cross(by_u, by_v)
+            norm = np.linalg.norm(cross, axis=1)
+            scale = np.linalg.norm(by_u, axis=1) * np.linalg.norm(by_v, axis=1)
+            normals[todo] = cross / np.where(norm > 0, norm, 1.0)[:, None]
+            singular = norm <= 1e-9 * np.maximum(scale, self._scale)
+            todo = todo[singular]
+            if not len(todo):
+                break
+        return self.outward * normals
+
+    @cached_property
+    def _scale(self) -> float:
+        """Size of the product of the partial derivatives over the face, to know a vanishing one by."""
+        shares = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, 5)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)
+        grid = self.box[0] + shares * (self.box[1] - self.box[0])
+        _, by_u, by_v = self.geometry.derivatives(grid)
+        return float(np.median(np.linalg.norm(by_u, axis=1)) * np.median(np.linalg.norm(by_v, axis=1)))
+
+    def in_branch(self, uv: FloatArray) -> FloatArray:
+        """Shift parameters (m, 2) by periods into the branch around the middle of the face."""
+        uv = np.array(_rows(uv, 2), dtype=float)
+        for j, period in enumerate(self.periods):
+            if period is not None:
+                middle = self.box[:, j].mean()
+                uv[:, j] -= period * np.round((uv[:, j] - middle) / period)
+        return uv
+
+    def project(self, points: FloatArray) -> FloatArray:
+        """Parameters (m, 2) of the points of the surface nearest to `points` (m, 3)."""
+        return self._nearest(_rows(points, 3))[0]
+
+    def distance(self, points: FloatArray, *, close: float = np.inf) -> FloatArray:
+        """Distances (m,) of `points` (m, 3) from the surface.
+
+        Where Newton's method ends farther away than `close`, it begins anew from other places of the grid, and what is
+        still far is left to OpenCASCADE; the least distance counts.
+        """
+        points = _rows(points, 3)
+        found = self._nearest(points)[1]
+        if self._exact is not None:
+            return found
+        for slower in (self._from_many_places, self.second_opinion):
+            far = np.flatnonzero(found > close)
+            if len(far) and slower is not None:
+                found[far] = np.minimum(found[far], slower(points[far]))
+        return found
+
+    @property
+    def _exact(self) -> Callable[[FloatArray], FloatArray] | None:
+        """Nearest parameters in closed form, where the geometry knows them."""
+        return getattr(self.geometry, "project", None)
+
+    def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Nearest parameters (m, 2), and the distances there (m,)."""
+        if self._exact is not None:
+            uv = self.in_branch(self._exact(points))
+            return uv, np.linalg.norm(self.geometry.evaluate(uv) - points, axis=1)
+        grid, tree = self._grid
+        start = grid[tree.query(np.where(np.isfinite(points), points, 0.0))[1]]
+        return self._descended(points, start)
+
+    def _from_many_places(self, points: FloatArray) -> FloatArray:
+        """Least distance (m,) of descents from some of the nearest places of the grid."""
+        grid, tree = self._grid
+        starts = grid[tree.query(points, k=min(_PLACES, len(grid)))[1]]
+        found = [self._descended(points, starts[:, k])[1] for k in range(starts.shape[1])]
+        return np.asarray(np.min(found, axis=0))
+
+    def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Nearest parameters and distances near start values (m, 2)."""
+        lower, upper = self._reach
+        surface = self.geometry.basis if isinstance(self.geometry, Offset) else self.geometry
+        if isinstance(surface, Spline) and len(points) >= MANY:
+            uv, distances = nearest_on_spline(
+                surface.spline, points, start, lower=lower, upper=upper, periods=surface.periods
+            )
+            if surface is self.geometry:
+                return uv, distances
+        else:
+            uv = self._refine(points, start)
+        # A surface and its offset have the same feet.
+        return uv, np.linalg.norm(self.geometry.evaluate(uv) - points, axis=1)
+
+    @cached_property
+    def _reach(self) -> tuple[FloatArray, FloatArray]:
+        """Least and greatest parameters that are looked at: the face's box with a margin, within the limits."""
+        width = self.box[1] - self.box[0]
+        return np.maximum(self.limits[0], self.box[0] - 0.5 * width), np.minimum(
+            self.limits[1], self.box[1] + 0.5 * width
+        )
+
+    @cached_property
+    def _grid(self) -> tuple[FloatArray, cKDTree]:
+        """Parameters (g, 2) over the face's box, and a tree of the places there."""
+        stops = []
+        for low, high, knots in zip(*self.box, knots_of(self.geometry), strict=True):
+            inner = knots[(knots > low) & (knots < high)]
+            stops.append(np.concatenate([[low], inner[:: 1 + len(inner) // _MOST_GRID], [high]]))
+        axes = [self._divided(stops[0], stops[1], 0), self._divided(stops[1], stops[0], 1)]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        return grid, cKDTree(grid_points(self.geometry, *axes))
+
+    def _divided(self, stops: FloatArray, across: FloatArray, axis: int) -> FloatArray:
+        """Parameters along one axis, between which the surface hardly turns: no coil of a spring is missed."""
+        fine = np.interp(np.arange(16 * (len(stops) - 1) + 1) / 16, np.arange(len(stops)), stops)
+        lines = np.linspace(across[0], across[-1], 5)
+        if axis == 0:
+            places = grid_points(self.geometry, fine, lines).reshape(len(fine), 5, 3)
+        else:
+            places = grid_points(self.geometry, lines, fine).reshape(5, len(fine), 3).swapaxes(0, 1)
+        steps = np.diff(places, axis=0)
+        norms = np.linalg.norm(steps, axis=2)
+        cosines = np.einsum("mld,mld->ml", steps[1:], steps[:-1]) / np.maximum(norms[1:] * norms[:-1], 1e-300)
+        turns = np.arccos(np.clip(cosines, -1.0, 1.0)).max(axis=1, initial=0.0)
+        total = float(turns.sum())
+        n = int(np.clip(np.ceil(total / _LARGEST_TURN), _GRID - 1, _MOST_GRID))
+        # Half of the parts go with the turns, half with the parameter.
+        by_turn = np.concatenate([[0.0], np.cumsum(turns), [total]])
+        share = np.linspace(0.0, 1.0, len(fine)) + (by_turn / total if total > 0 else 0.0)
+        return np.interp(np.linspace(0.0, share[-1], n + 1), share, fine)
+
+    def _refine(self, points: FloatArray, uv: FloatArray, n_steps: int = 50) -> FloatArray:
+        """Gauss-Newton for the nearest points from `uv`; a step that does not come nearer is halved."""
+        lower, upper = self._reach
+        enough = 1e-13 * np.abs(self.box[1] - self.box[0]).max()
+        uv = np.array(uv, dtype=float)
+        active = np.arange(len(uv))
+        for _ in range(n_steps):
+            place, by_u, by_v = self.geometry.derivatives(uv[active])
+            off = points[active] - place
+            distance = np.einsum("md,md->m", off, off)
+            step = _least_squares_step(by_u, by_v, off)
+            new = np.clip(uv[active] + step, lower, upper)
+            worse = np.arange(len(active))
+            for _halving in range(8):
+                off = points[active[worse]] - self.geometry.evaluate(new[worse])
+                still = np.einsum("md,md->m", off, off) > distance[worse] * (1 + 1e-14) + 1e-300
+                worse = worse[still]
+                if not len(worse):
+                    break
+                new[worse] = 0.5 * (new[worse] + uv[active[worse]])
+            new[worse] = uv[active[worse]]
+            moved = np.abs(new - uv[active]).max(axis=1) > enough
+            uv[active] = new
+            active = active[moved]
+            if not len(active):
+                break
+        return uv
+
+    def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:
+        """Parameters (m, 2) of an edge of this face at arc-length fractions (m,).
+
+        Raises
+        ------
+        KeyError
+            The edge does not bound the face.
+        """
+        fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
+        curve, in_parameters, shift = self.curves[edge]
+        parameters = curve.parameters(fractions)
+        points = curve.geometry.derivatives(parameters)[0]
+        exact = getattr(self.geometry, "project", None)
+        if in_parameters is None:
+            uv = self.in_branch(self.project(points))
+            return self._unrolled(uv)
+        guess = in_parameters.derivatives(parameters)[0] + shift
+        if exact is None:
+            return self._refine(points, guess, n_steps=4)
+        uv = exact(points)
+        for j, period in enumerate(self.periods):
+            if period is not None:
+                uv[:, j] += period * np.round((guess[:, j] - uv[:, j]) / period)
+        # At an apex or a pole the angle is free, and only the parameter curve knows it.
+        _, by_u, by_v = self.geometry.derivatives(guess)
+        for j, partial in enumerate((by_u, by_v)):
+            if self.periods[j] is not None:
+                norm = np.linalg.norm(partial, axis=1)
+                singular = norm <= 1e-7 * max(norm.max(initial=0.0), np.abs(self.box).max(initial=1.0) * 1e-3)
+                uv[singular, j] = guess[singular, j]
+        return uv
+
+    def _unrolled(self, uv: FloatArray) -> FloatArray:
+        for j, period in enumerate(self.periods):
+            if period is not None:
+                uv[:, j] = np.unwrap(uv[:, j], period=period)
+        return uv
+
+
+def _rows(values: FloatArray, width: int) -> FloatArray:
+    return np.asarray(values, dtype=float).reshape(-1, width)
+
+
+def _least_squares_step(by_u: FloatArray, by_v: FloatArray, off: FloatArray) -> FloatArray:
+    """Solve the 2 x 2 normal equations of every point; a singular direction gets no step."""
+    a = np.einsum("md,md->m", by_u, by_u)
+    b = np.einsum("md,md->m", by_u, by_v)
+    c = np.einsum("md,md->m", by_v, by_v)
+    e = np.einsum("md,md->m", by_u, off)
+    f = np.einsum("md,md->m", by_v, off)
+    determinant = a * c - b * b
+    regular = determinant > 1e-14 * np.maximum(a * c, 1e-300)
+    safe = np.where(regular, determinant, 1.0)
+    step = np.column_stack([(c * e - b * f) / safe, (a * f - b * e) / safe])
+    along_u = np.column_stack([e / np.where(a > 0, a, 1.0), np.zeros_like(e)])
+    along_v = np.column_stack([np.zeros_like(f), f / np.where(c > 0, c, 1.0)])
+    single = np.where((a >= c)[:, None], along_u, along_v)
+    return np.where(regular[:, None], step, single)

@@ -1,0 +1,197 @@
+"""Closed faces and closed edges are divided, so that every edge has two vertices and every side rails.
+
+Place in the flow: after healing, before extraction.
+
+Method: OpenCASCADE's ``ShapeUpgrade_ShapeDivideClosed`` cuts a closed face along its seam and
+opposite to it. It approximates the new edges by B-splines (2e-6 off a circle), therefore each new
+edge that is an isoparametric line gets its exact curve, taken from the surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepTools import BRepTools, BRepTools_ReShape
+from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
+from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
+from OCP.GeomAdaptor import GeomAdaptor_Curve, GeomAdaptor_Surface
+from OCP.gp import gp_Vec
+from OCP.GProp import GProp_GProps
+from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges
+from OCP.TColStd import TColStd_Array1OfReal
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopLoc import TopLoc_Location
+
+from ...errors import CadError
+from ..geometry.measure import measure_closed_area
+from ..shapes import EDGE, FACE, VERTEX, explore, index_map, mapped, subshapes
+from .tracing import Traced
+from .validate import place
+
+
+def divide_closed(traced: Traced) -> list[str]:
+    """Divide closed faces, then closed edges, in place; return a note on what was divided.
+
+    Raises
+    ------
+    CadError
+        A face is closed in a way that could not be divided.
+    """
+    old_edges = index_map(traced.shape, EDGE)
+    n_faces = len(subshapes(traced.shape, FACE))
+    old_faces = index_map(traced.shape, FACE)
+    _quarter_whole_surfaces(traced)
+    for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
+        tool = tool_class(traced.shape)
+        tool.SetNbSplitPoints(1)
+        if tool.Perform():
+            context = tool.GetContext()
+            traced.replace(context.Apply(traced.shape), context.Apply)
+    _make_exact(traced.shape, old_edges)
+    _check_divided(traced.shape, old_faces)
+    n_new = len(subshapes(traced.shape, FACE)) - n_faces
+    return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
+
+
+def _quarter_whole_surfaces(traced: Traced) -> None:
+    """Divide every face that is a whole surface, closed both ways, into four.
+
+    OpenCASCADE's tool loses edges of such a face unless it is a torus.
+    """
+    reshape = BRepTools_ReShape()
+    found = False
+    for face in subshapes(traced.shape, FACE):
+        surface = BRep_Tool.Surface_s(face)
+        uses = [sum(edge.IsSame(other) for other in explore(face, EDGE)) for edge in subshapes(face, EDGE)]
+        if uses != [2, 2]:
+            continue
+        u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+        u, v = (u0 + u1) / 2, (v0 + v1) / 2
+        sewing = BRepBuilderAPI_Sewing(1e-6)
+        for box in ((u0, u, v0, v), (u, u1, v0, v), (u0, u, v, v1), (u, u1, v, v1)):
+            # A copy each: on one common surface the edges of two quarters would count as seams.
+            quarter = BRepBuilderAPI_MakeFace(surface.Copy(), *box, 1e-7).Face()
+            sewing.Add(quarter.Oriented(face.Orientation()))
+        sewing.Perform()
+        # In the shell the face stands forward or reversed; the replacement takes that orientation on again.
+        replacement = sewing.SewedShape()
+        if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            replacement = replacement.Reversed()
+        reshape.Replace(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD), replacement)
+        found = True
+    if found:
+        traced.replace(reshape.Apply(traced.shape), reshape.Apply)
+
+
+def _check_divided(shape: Any, old_faces: Any) -> None:
+    """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
+    for number, face in enumerate(subshapes(shape, FACE)):
+        uses = [edge for edge in explore(face, EDGE) if not BRep_Tool.Degenerated_s(edge)]
+        for edge in subshapes(face, EDGE):
+            is_seam = sum(edge.IsSame(other) for other in uses) > 1
+            if is_seam or len(subshapes(edge, VERTEX)) < 2:
+                raise CadError(
+                    f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
+                    "Split it in the CAD program, for example by drawing the section in two halves."
+                )
+    new_faces = index_map(shape, FACE)
+    gone = [f for f in mapped(old_faces, FACE) if not new_faces.Contains(f)]
+    come = [f for f in mapped(new_faces, FACE) if not old_faces.Contains(f)]
+    before, after = _curved_area(gone), _curved_area(come)
+    if abs(after - before) > 1e-3 * before:
+        # OpenCASCADE's areas of a flat ellipse's or spline's side differ from its halves' by per cents.
+        before, after = (_curved_area(faces, precise=True) for faces in (gone, come))
+    if abs(after - before) > 1e-3 * before:
+        raise CadError(
+            "dividing the closed faces changed the surface, so OpenCASCADE failed at it. "
+            "Split closed faces in the CAD program."
+        )
+
+
+def _curved_area(faces: Sequence[Any], *, precise: bool = False) -> float:
+    """Area of the faces that can be closed; a plane is not, and the area of one with many holes takes long."""
+    total = 0.0
+    for face in faces:
+        if GeomAdaptor_Surface(BRep_Tool.Surface_s(face)).GetType() != GeomAbs_SurfaceType.GeomAbs_Plane:
+            area = measure_closed_area(face) if precise else None
+            if area is None:
+                properties = GProp_GProps()
+                BRepGProp.SurfaceProperties_s(face, properties)
+                area = properties.Mass()
+            total += area
+    return total
+
+
+def _make_exact(shape: Any, old_edges: Any) -> None:
+    """Give every new edge that runs along an isoparametric line the exact curve of that line."""
+    builder = BRep_Builder()
+    done = set()
+    for face in subshapes(shape, FACE):
+        surface = BRep_Tool.Surface_s(face)
+        for edge in explore(face, EDGE):
+            if edge in done or old_edges.Contains(edge) or BRep_Tool.Degenerated_s(edge):
+                continue
+            curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
+            if curve is None or GeomAdaptor_Curve(curve).GetType() != GeomAbs_CurveType.GeomAbs_BSplineCurve:
+                continue
+            pcurve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+            iso = None if pcurve is None else _isoparametric(surface, pcurve)
+            if iso is None:
+                continue
+            first, last = BRep_Tool.Range_s(edge)
+            # Both curves must run alike in the parameter, or the edge is left as it is.
+            tolerance = BRep_Tool.Tolerance_s(edge) + 1e-6
+            at = np.linspace(first, last, 9)
+            if max(iso.Value(float(t)).Distance(curve.Value(float(t))) for t in at) > 10 * tolerance:
+                continue
+            done.add(edge)
+            builder.UpdateEdge(edge, iso, TopLoc_Location(), BRep_Tool.Tolerance_s(edge))
+            builder.Range(edge, first, last)
+
+
+def _isoparametric(surface: Any, pcurve: Any) -> Any:
+    """The exact space curve of a parameter line along u or v with unit speed, else None."""
+    adaptor = Geom2dAdaptor_Curve(pcurve)
+    if adaptor.GetType() != GeomAbs_CurveType.GeomAbs_Line:
+        return None
+    line = adaptor.Line()
+    origin, direction = line.Location(), line.Direction()
+    along_v = abs(direction.X()) < 1e-12
+    if not along_v and abs(direction.Y()) >= 1e-12:
+        return None
+    curve = surface.UIso(origin.X()) if along_v else surface.VIso(origin.Y())
+    sense, start = (direction.Y(), origin.Y()) if along_v else (direction.X(), origin.X())
+    return _shifted(curve, start, sense)
+
+
+def _shifted(curve: Any, start: float, sense: float) -> Any:
+    """The curve reparametrised by ``t -> start + sense * t`` where its kind allows it, else None."""
+    while hasattr(curve, "BasisCurve") and hasattr(curve, "SetTrim"):
+        curve = curve.BasisCurve()
+    curve = curve.Copy()
+    if sense < 0:
+        # Reversed, the curve's old parameter p is its new parameter ReversedParameter(p).
+        start = curve.ReversedParameter(start)
+        curve.Reverse()
+    kind = GeomAdaptor_Curve(curve).GetType()
+    if kind == GeomAbs_CurveType.GeomAbs_Line:
+        curve.Translate(gp_Vec(curve.Lin().Direction()).Multiplied(start))
+    elif kind == GeomAbs_CurveType.GeomAbs_Circle:
+        curve.Rotate(curve.Circ().Axis(), start)
+    elif kind == GeomAbs_CurveType.GeomAbs_BSplineCurve:
+        _shift_knots(curve, -start)
+    elif abs(start) > 1e-14:
+        return None
+    return curve
+
+
+def _shift_knots(curve: Any, shift: float) -> None:
+    knots = TColStd_Array1OfReal(1, curve.NbKnots())
+    for j in range(1, curve.NbKnots() + 1):
+        knots.SetValue(j, curve.Knot(j) + shift)
+    curve.SetKnots(knots)

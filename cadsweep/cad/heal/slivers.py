@@ -1,0 +1,117 @@
+"""Edges and faces too small to be meant, merged into their neighbours.
+
+Place in the flow: after normalising, before dividing. Booleans of bodies that nearly fit and lofts
+through splines leave edges and strips some thousandths of a per cent long or wide, which would force
+elements of that size.
+
+Method: ``ShapeFix_FixSmallFace`` and ``ShapeFix_Wireframe`` of OpenCASCADE. Their result is taken only where
+it is one valid, closed solid of the same volume; else the shape stays as it is.
+"""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.ShapeBuild import ShapeBuild_ReShape
+from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
+
+from ...errors import CadError
+from ..shapes import EDGE, FACE, SOLID, subshapes
+from .tracing import Traced
+from .validate import check_closed, faults
+
+logger = logging.getLogger(__name__)
+
+TOLERANCE = 2e-4
+"""Width of a face or length of an edge, as a share of the part's size, below which it is a sliver."""
+
+_THINNEST = 0.02
+"""The same as a share of the part's mean thickness, so that a thin sheet is not taken for a sliver."""
+
+
+def merge_slivers(traced: Traced, size: float) -> list[str]:
+    """Merge sliver faces and edges in place; `size` is the part's. Returns a note where something was merged."""
+    if not any(_slivers(traced.shape, TOLERANCE * size)):
+        return []
+    volume, area = _volume(traced.shape), _area(traced.shape)
+    tolerance = min(TOLERANCE * size, _THINNEST * 2.0 * volume / area)
+    short, narrow = _slivers(traced.shape, tolerance)
+    if not short and not narrow:
+        return []
+    context = ShapeBuild_ReShape()
+    shape = traced.shape
+    try:
+        if narrow:
+            faces = ShapeFix_FixSmallFace()
+            faces.Init(shape)
+            faces.SetPrecision(tolerance)
+            faces.SetContext(context)
+            faces.Perform()
+            shape = faces.Shape()
+        if _slivers(shape, tolerance)[0]:
+            wires = ShapeFix_Wireframe(shape)
+            wires.SetContext(context)
+            wires.SetPrecision(tolerance)
+            wires.SetMaxTolerance(tolerance)
+            wires.ModeDropSmallEdges = True
+            wires.FixSmallEdges()
+            shape = wires.Shape()
+        if not _is_as_good(shape, volume):
+            logger.info("slivers below %.3g could not be merged and stay", tolerance)
+            return []
+    except Exception as error:  # OpenCASCADE raises any of its own here; the part can do without this step.
+        logger.info("OpenCASCADE failed at merging slivers (%s), and they stay", error)
+        return []
+    counts = len(subshapes(traced.shape, FACE)), len(subshapes(traced.shape, EDGE))
+    traced.replace(subshapes(shape, SOLID)[0], context.Apply)
+    n_faces = counts[0] - len(subshapes(traced.shape, FACE))
+    n_edges = counts[1] - len(subshapes(traced.shape, EDGE))
+    if n_edges == 0:
+        return []
+    return [f"slivers merged: {n_faces} faces and {n_edges} edges fewer (below {tolerance:.3g} working units)"]
+
+
+def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
+    """Short edges and narrow faces."""
+    short = [edge for edge in subshapes(shape, EDGE) if _length(edge) < tolerance]
+    narrow = []
+    for face in subshapes(shape, FACE):
+        edges = subshapes(face, EDGE)
+        # A narrow face has short ends, or is pinched between two or three edges.
+        if len(edges) <= 3 or any(edge.IsSame(other) for edge in edges for other in short):
+            perimeter = sum(_length(edge) for edge in edges)
+            if _area(face) < 0.5 * tolerance * perimeter:
+                narrow.append(face)
+    return short, narrow
+
+
+def _is_as_good(shape: Any, volume: float) -> bool:
+    solids = subshapes(shape, SOLID)
+    if len(solids) != 1 or faults(solids[0]):
+        return False
+    try:
+        check_closed(solids[0])
+    except CadError:
+        return False
+    return abs(_volume(solids[0]) - volume) < 1e-3 * volume
+
+
+def _length(edge: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.LinearProperties_s(edge, properties)
+    return float(properties.Mass())
+
+
+def _area(shape: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def _volume(shape: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return abs(float(properties.Mass()))

@@ -1,0 +1,197 @@
+"""From what a user calls a face or an edge to its ids: name, id, or CadQuery selector.
+
+Place in the flow: called by the pipeline and the command line; reads the ``Part`` alone, and the
+OpenCASCADE shape behind it only for selector strings.
+
+===================== ==============================================================================
+``"inlet"``           the faces (or edges) of that name
+``"face 7"``          the face of that id, as ``cadsweep info`` and every message show it; also ``7``
+``"edge 12"``         the edge of that id, as ``cadsweep info --edges`` and every message show it
+``">Z"``              a CadQuery selector
+``"faces:..."``       any of the above, among the faces only
+``"edges:..."``       any of the above, among the edges only: ``"edges:|Z and >X"``, ``"edges:rim"``
+===================== ==============================================================================
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Literal
+
+from ...brep import Edge, Face, Part, Patch, Solid
+from ...errors import InputError
+
+if TYPE_CHECKING:
+    from ..shapes import SolidShape
+
+Kind = Literal["face", "edge"]
+
+_MOST_LISTED = 40
+_SELECTOR_WORDS = ("XY", "XZ", "YZ", "front", "back", "left", "right", "top", "bottom")
+
+
+def select_faces(part: Part, selector: str | int) -> tuple[int, ...]:
+    """Find the faces that a user means.
+
+    Parameters
+    ----------
+    part : Part
+    selector : str or int
+        A face's name (as declared in ``Part.names``, or as the user gave it), its id (``7``, ``"7"`` or
+        ``"face 7"``), or a CadQuery selector (``">Z"``, ``"|Z and %PLANE"``); ``"faces:"`` may stand before it.
+
+    Returns
+    -------
+    tuple of int
+        Face ids of the part's first solid that has such faces, ascending.
+
+    Raises
+    ------
+    InputError
+        Nothing matches; the message lists names and ids.
+    """
+    return _select(part, selector, "face")
+
+
+def select_edges(part: Part, selector: str | int) -> tuple[int, ...]:
+    """Find the edges that a user means: as :func:`select_faces`, with ``"edge 12"`` and ``"edges:|Z"``."""
+    return _select(part, selector, "edge")
+
+
+def select_edges_of(part: Part, selector: str | int) -> tuple[Kind, tuple[int, ...]]:
+    """Find edges by what a user calls them, or by the faces that they bound.
+
+    Parameters
+    ----------
+    part : Part
+    selector : str or int
+        What chooses faces (:func:`select_faces`), an edge's name, ``"edge 12"``, or ``"edges:"`` before
+        whatever chooses edges.
+
+    Returns
+    -------
+    "face" or "edge"
+        What was named.
+    tuple of int
+        Ids of the edges: those named, or those of the faces named.
+
+    Raises
+    ------
+    InputError
+        Nothing matches, or the name is that of a face and of an edge.
+    """
+    text = str(selector).strip()
+    if text.startswith("edges:"):
+        return "edge", select_edges(part, selector)
+    for solid in part.solids:
+        if text.isdigit():  # a bare number is a face
+            break
+        edges = _by_word(part, solid.edges, text, "edge")
+        faces = _by_word(part, solid.faces, text, "face")
+        if edges and faces:
+            raise InputError(f"'{text}' names both faces and edges: write 'faces:{text}' or 'edges:{text}'.")
+        if edges:
+            return "edge", edges
+    try:
+        faces = select_faces(part, selector)
+    except InputError as error:
+        named = "" if text.startswith("faces:") or not isinstance(selector, str) else f" {_choices(part, 'edge')}"
+        raise InputError(f"{error}{named}") from error
+    return "face", tuple(dict.fromkeys(e for f in faces for e in part.solids[0].faces[f].edges))
+
+
+def _select(part: Part, selector: str | int, kind: Kind) -> tuple[int, ...]:
+    if isinstance(selector, bool) or not isinstance(selector, (str, int)):
+        article = "A" if kind == "face" else "An"
+        raise InputError(
+            f"{article} {kind} is chosen by name, id or selector string, not by a {type(selector).__name__}."
+        )
+    text = str(selector).strip()
+    other = "edges:" if kind == "face" else "faces:"
+    if text.startswith(other):
+        raise InputError(f"{selector!r} chooses {other[:-1]}, and a choice of {kind}s is asked for here.")
+    text = text.removeprefix(f"{kind}s:").strip()
+    for solid in part.solids:
+        word = text if isinstance(selector, str) else selector
+        found = _by_word(part, solid.faces if kind == "face" else solid.edges, word, kind)
+        if not found and isinstance(selector, str) and _looks_like_selector(text):
+            found = _by_selector(solid, text, kind)
+        if found:
+            return found
+    lost = [note for note in part.notes if text and f"'{text}'" in note]
+    raise InputError(f"No {kind} matches {selector!r}. {'; '.join([*lost, _choices(part, kind)])}")
+
+
+def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind: Kind) -> tuple[int, ...]:
+    """Ids of the faces or edges of a name, or of an id."""
+    text = str(selector)
+
+    def by_id(item: Face | Edge) -> bool:
+        return text in (str(item.id), f"{kind} {item.id}")
+
+    tests: list[Callable[[Face | Edge], bool]] = [
+        lambda item: text in item.names,
+        lambda item: any(part.names.get(name) == text for name in item.names),
+        # An assembly's "{part}_{name}" is also found by the name alone.
+        lambda item: any(part.names.get(name, "").endswith(f"_{text.lstrip('~')}") for name in item.names),
+        by_id,
+        # A name inside a merged face.
+        lambda item: any(text in (name, part.names.get(name)) for patch in _patches(item) for name in patch.names),
+    ]
+    if not text:
+        return ()
+    for test in [by_id] if isinstance(selector, int) else tests:
+        found = tuple(item.id for item in items if test(item))
+        if found:
+            return found
+    return ()
+
+
+def _patches(item: Face | Edge) -> tuple[Patch, ...]:
+    return item.patches if isinstance(item, Face) else ()
+
+
+def _looks_like_selector(text: str) -> bool:
+    """Whether a string can be a CadQuery selector, so that a misspelt name does not import CadQuery."""
+    return bool(re.search(r"[<>|#+\-%()]", text)) or text in _SELECTOR_WORDS
+
+
+def _by_selector(solid: Solid, text: str, kind: Kind) -> tuple[int, ...]:
+    import cadquery
+
+    holder: SolidShape = solid.write_brep  # type: ignore[assignment]
+    if kind == "face":
+        candidates = [cadquery.Face(shape) for shape in holder.faces]
+    else:
+        candidates = [cadquery.Edge(shape) for shape in holder.edges]
+    try:
+        chosen = set(cadquery.selectors.StringSyntaxSelector(text).filter(candidates))
+    except Exception as error:
+        raise InputError(
+            f"{text!r} is neither the name of {kind}s nor a CadQuery selector, such as '>Z', '|X', '#Y' or '%CYLINDER'"
+        ) from error
+    return tuple(j for j, candidate in enumerate(candidates) if candidate in chosen)
+
+
+def _choices(part: Part, kind: Kind) -> str:
+    """What there is to choose from: all faces; the named edges, for a part has many."""
+    lines = []
+    for solid in part.solids:
+        if kind == "face":
+            lines.append(_listed([face.label() for face in solid.faces]))
+            continue
+        named: dict[str, list[str]] = {}
+        for edge in solid.edges:
+            for name in edge.names:
+                named.setdefault(part.names.get(name, name), []).append(str(edge.id))
+        words = [f"'{name}' (edge{'s' if len(ids) > 1 else ''} {', '.join(ids)})" for name, ids in named.items()]
+        lines.append(
+            (f"named edges {_listed(words)}" if words else "no named edges")
+            + f", and edge 0 to edge {len(solid.edges) - 1}; 'cadsweep info --edges' shows them"
+        )
+    return f"There are: {'; '.join(lines)}."
+
+
+def _listed(words: Sequence[str]) -> str:
+    return ", ".join(words[:_MOST_LISTED]) + (f", and {len(words) - _MOST_LISTED} more" * (len(words) > _MOST_LISTED))

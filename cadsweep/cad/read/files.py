@@ -1,0 +1,107 @@
+"""STEP, BREP and IGES files, through OpenCASCADE alone.
+
+Place in the flow: one of the readers. Importing CadQuery would cost two seconds, so names are
+read through OpenCASCADE's XCAF here (``step``).
+
+Before OpenCASCADE sees a file, its frame is checked in Python: OpenCASCADE reads half of a truncated
+file without a word, and some damaged ones crash it.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from OCP.BinTools import BinTools
+from OCP.BRep import BRep_Builder
+from OCP.BRepTools import BRepTools
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.IGESControl import IGESControl_Reader
+from OCP.TopoDS import TopoDS_Shape
+
+from ...errors import CadError, InputError
+from ..quiet import quiet_opencascade
+from .brep_text import check_brep_text
+from .model import Model
+
+BOM = b"\xef\xbb\xbf"
+_NOT_FINITE = re.compile(rb"(?:^|\s)[-+]?(?:nan|inf)\b", re.IGNORECASE)
+
+
+def read_file(path: Path) -> Model:
+    """Read a STEP, BREP or IGES file.
+
+    Raises
+    ------
+    InputError
+        The file cannot be opened, or is empty.
+    CadError
+        It is not what its suffix says, is truncated, or holds no shape.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: the file cannot be read: {error.strerror or error}.") from error
+    if not data.strip(b" \t\r\n\0" + BOM):
+        raise InputError(f"{path}: the file is empty.")
+    suffix = path.suffix.lower()
+    with quiet_opencascade():
+        if suffix in (".step", ".stp"):
+            from .step import read_step
+            from .step_text import check_step_text
+
+            check_step_text(path, data)
+            return read_step(path, data)
+        shape = _read_brep(path, data) if suffix in (".brep", ".brp") else _read_iges(path, data)
+    return Model(shape=shape, source=str(path), name=path.stem)
+
+
+def _read_brep(path: Path, data: bytes) -> Any:
+    shape = TopoDS_Shape()
+    head = data[:200]
+    try:
+        if b"CASCADE Topology" in head and b"Open CASCADE" in head:
+            BinTools.Read_s(shape, str(path))
+        elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
+            if _NOT_FINITE.search(data):
+                raise CadError(f"{path}: the file holds a number that is not finite.")
+            check_brep_text(path, data)
+            BRepTools.Read_s(shape, str(path), BRep_Builder())
+        else:
+            raise CadError(f"{path}: this is not a BREP file of OpenCASCADE.")
+    except CadError:
+        raise
+    except Exception as error:
+        raise CadError(
+            f"{path}: OpenCASCADE cannot read the BREP file ({_first_line(error)}): it is damaged."
+        ) from error
+    if shape.IsNull():
+        raise CadError(f"{path}: the BREP file is damaged or cut off: no shape could be read from it.")
+    return shape
+
+
+def _read_iges(path: Path, data: bytes) -> Any:
+    first = data.removeprefix(BOM).splitlines()[0]
+    if len(first) < 73 or first[72:73] not in b"SCB":
+        raise CadError(f"{path}: this is not an IGES file: column 73 of its first line does not say S.")
+    last = data.rstrip(b"\r\n \0").splitlines()[-1]
+    if last[72:73] != b"T":
+        raise CadError(f"{path}: the IGES file is cut off: its last line is no T line. Export or copy it again.")
+    reader = IGESControl_Reader()
+    try:
+        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            raise CadError(f"{path}: OpenCASCADE cannot read the IGES file: it is damaged.")
+        reader.TransferRoots()
+        shape = reader.OneShape() if reader.NbShapes() else None
+    except CadError:
+        raise
+    except Exception as error:
+        raise CadError(f"{path}: OpenCASCADE cannot read the IGES file: {_first_line(error)}.") from error
+    if shape is None or shape.IsNull():
+        raise CadError(f"{path}: the IGES file holds no shape.")
+    return shape
+
+
+def _first_line(error: Any) -> str:
+    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

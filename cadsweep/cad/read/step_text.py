@@ -1,0 +1,81 @@
+"""A STEP file's text, checked before OpenCASCADE reads it.
+
+Place in the flow: called by ``files``. OpenCASCADE reads half of a file that is cut off without a
+word, takes a number that is none for another, and overflows its stack on an entity that refers to
+itself; all three show in the text.
+
+Not checked: whether the text says something sensible; ``step`` asks OpenCASCADE for that.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CadError
+
+_NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
+_HUGE = re.compile(rb"[\d.][eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
+_STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+_INSTANCE = re.compile(rb"#(\d+)\s*=([^;]*);")
+_REFERENCE = re.compile(rb"#(\d+)")
+_MOST_FOLLOWED = 1 << 27
+"""Bytes of a file in which references are followed; a check of more would take longer than it is worth."""
+
+
+def check_step_text(path: Path, data: bytes) -> None:
+    """Refuse a file that is no whole STEP file, has numbers that are none, or refers in circles.
+
+    Raises
+    ------
+    CadError
+    """
+    head, tail = data[:4096], data[-4096:]
+    if b"ISO-10303-21" not in head:
+        raise CadError(f"{path}: this is not a STEP file: it does not begin with ISO-10303-21.")
+    if b"END-ISO-10303-21" not in tail or b"ENDSEC" not in tail:
+        raise CadError(f"{path}: the STEP file is cut off: END-ISO-10303-21 is missing. Export or copy it again.")
+    for pattern, what in ((_NOT_FINITE, "a number that is not finite"), (_HUGE, "a number above 1e30")):
+        found = pattern.search(data)
+        if found:
+            line = data.count(b"\n", 0, found.start()) + 1
+            raise CadError(f"{path}, line {line}: the file holds {what}. Export it again from its CAD program.")
+    if len(data) <= _MOST_FOLLOWED:
+        circle = _circular(_STRINGS.sub(b"''", data))
+        if circle is not None:
+            raise CadError(
+                f"{path}: the STEP file is damaged: entity #{circle} refers to itself, directly or through others. "
+                "Export or copy it again."
+            )
+
+
+def _circular(data: bytes) -> int | None:
+    """Number of an entity on a circle of references, or None."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    numbers: list[int] = []
+    references: list[list[int]] = []
+    for found in _INSTANCE.finditer(data):
+        numbers.append(int(found[1]))
+        references.append([int(r) for r in _REFERENCE.findall(found[2])])
+    place = {number: j for j, number in enumerate(numbers)}
+    rows, columns = [], []
+    for j, targets in enumerate(references):
+        for target in targets:
+            k = place.get(target)
+            if k == j:
+                return numbers[j]
+            if k is not None:
+                rows.append(j)
+                columns.append(k)
+    if not rows:
+        return None
+    n = len(numbers)
+    graph = csr_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
+    n_groups, groups = connected_components(graph, directed=True, connection="strong")
+    if n_groups == n:
+        return None
+    return numbers[int(np.flatnonzero(np.bincount(groups)[groups] > 1)[0])]
