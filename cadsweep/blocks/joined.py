@@ -7,7 +7,6 @@ number from the beginning) or from a stack; :mod:`.finish` gives it names and tu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -33,6 +32,8 @@ class JoinedMesh:
         The cell, and its own id of the face.
     roles : mapping of (cell, face) to str
         ``"source"``, ``"target"`` or ``"side"``: what unnamed boundaries are called by.
+    edge_nodes : mapping of edge key to (k,) int64
+        Nodes along every edge of the cells, from its start to its end.
     """
 
     points: FloatArray
@@ -42,27 +43,11 @@ class JoinedMesh:
     quad_cells: IntArray
     quad_faces: IntArray
     roles: dict[tuple[int, int], str] = field(default_factory=dict)
+    edge_nodes: dict[int, IntArray] = field(default_factory=dict)
 
     def moved(self, points: FloatArray) -> JoinedMesh:
         """The same mesh with its nodes elsewhere."""
         return replace(self, points=points)
-
-
-def join(meshes: Sequence[JoinedMesh]) -> JoinedMesh:
-    """Put meshes that share no node side by side."""
-    starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
-    roles: dict[tuple[int, int], str] = {}
-    for mesh in meshes:
-        roles |= mesh.roles
-    return JoinedMesh(
-        points=np.concatenate([mesh.points for mesh in meshes]),
-        hexes=np.concatenate([mesh.hexes + a for mesh, a in zip(meshes, starts, strict=False)]),
-        hex_cells=np.concatenate([mesh.hex_cells for mesh in meshes]),
-        quads=np.concatenate([mesh.quads + a for mesh, a in zip(meshes, starts, strict=False)]),
-        quad_cells=np.concatenate([mesh.quad_cells for mesh in meshes]),
-        quad_faces=np.concatenate([mesh.quad_faces for mesh in meshes]),
-        roles=roles,
-    )
 
 
 def neighbours_of(part: Part) -> dict[tuple[int, int], tuple[int, int]]:

@@ -185,6 +185,7 @@ class _Builder:
             quad_cells=np.repeat([cell for cell, _, _ in quads], [len(own) for _, own, _ in quads]),
             quad_faces=np.concatenate([faces for _, _, faces in quads]),
             roles=self.roles,
+            edge_nodes=self.skeleton.edges,
         )
 
 

@@ -20,6 +20,8 @@ from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..order2.curving import curves_of, surfaces_of
+from ..order2.elevate import elevate
 from ..plan import Plan, make_plan
 from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
@@ -151,6 +153,17 @@ def finish(
             points = joined.points.copy()
             points[better.nodes] = better.positions
             mesh, report = _checked(part, joined.moved(points), references, info, run)
+    if options.order == 2 and (report.valid or options.allow_inverted):
+        with run.stage("order 2"):
+            mesh = elevate(
+                mesh,
+                nodes=options.nodes,
+                curves=curves_of(part, joined),
+                surfaces=surfaces_of(part, joined, names),
+                allow_inverted=options.allow_inverted,
+            )
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=references)
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
@@ -176,4 +189,36 @@ def fixed_nodes(part: Part, joined: JoinedMesh) -> np.ndarray:
     return fixed
 
 
-__all__ = ["Complex", "PlanError", "finish", "fixed_nodes", "mesh_complex", "plan_cells"]
+def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
+    """One mesh of several that share no node; boundaries of one name become one."""
+    nodes = np.cumsum([0, *(mesh.n_nodes for mesh in meshes)])
+    hexes = np.cumsum([0, *(mesh.n_hexes for mesh in meshes)])
+    groups: dict[str, dict[str, list[np.ndarray]]] = {"boundaries": {}, "interfaces": {}, "parts": {}}
+    for mesh, node, first in zip(meshes, nodes, hexes, strict=False):
+        for kind, start in (("boundaries", node), ("interfaces", node), ("parts", first)):
+            for name, ids in getattr(mesh, kind).items():
+                groups[kind].setdefault(name, []).append(ids + start)
+    merged = {kind: {n: np.concatenate(ids) for n, ids in own.items()} for kind, own in groups.items()}
+    infos = [mesh.info for mesh in meshes]
+    return HexMesh(
+        points=np.concatenate([mesh.points for mesh in meshes]),
+        hexes=np.concatenate([mesh.hexes + node for mesh, node in zip(meshes, nodes, strict=False)]),
+        boundaries=merged["boundaries"],
+        interfaces=merged["interfaces"],
+        parts=merged["parts"],
+        info={
+            **infos[0],
+            "material": None,
+            "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
+            "cad_volume": sum(info["cad_volume"] for info in infos),
+            "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
+            "colors": {
+                kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
+                for kind in ("boundaries", "parts")
+            },
+            "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
+        },
+    )
+
+
+__all__ = ["Complex", "PlanError", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
