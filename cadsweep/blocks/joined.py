@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from ..arrays import FloatArray, IntArray
 from ..brep import Part
 

@@ -38,7 +38,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     for name in _ONE_SWEEP:
         if getattr(options, name) is not None:
             raise InputError(
-                f"{name} is about one sweep, and '{part.name}' has {len(part.models)} solids: choose one with part=..., "
+                f"{name} is about one sweep, and '{part.name}' has {len(part.models)} solids: choose one with part=, "
                 "or use sizes and counts"
             )
     check_words(part, options)
