@@ -50,8 +50,8 @@ def load(
     Returns
     -------
     Part
-        With one cell for each solid: where solids touch, their cells share faces, edges and vertices. STEP and IGES files are in millimetres, whatever unit they were written
-        in; other sources keep their numbers.
+        With one cell for each solid: where solids touch, their cells share faces, edges and vertices. STEP and IGES
+        files are in millimetres, whatever unit they were written in; other sources keep their numbers.
 
     Raises
     ------

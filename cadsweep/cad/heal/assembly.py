@@ -18,7 +18,7 @@ from ..extract.solids import EdgeLabel, FaceLabel, Labels
 from ..imprint.checking import volume_and_center
 from ..imprint.joining import imprint
 from ..names.naming import declare_names
-from ..names.unique import Declared, declare_words, number_repeated
+from ..names.unique import declare_words, number_repeated
 from ..read.colors import split_colors
 from ..read.model import Model, Named
 from ..shapes import EDGE, FACE, SOLID, compound, explore, index_map, subshapes, typed
@@ -65,6 +65,7 @@ def make_assembly(model: Model, *, touch: float | None = None) -> Part:
     n_loose = index_map(model.shape, FACE).Extent() - index_map(compound(solids), FACE).Extent()
     if n_loose:
         notes.append(f"{n_loose} faces that belong to no solid left out")
+    all_faces, all_edges = index_map(model.shape, FACE), index_map(model.shape, EDGE)
     healed: list[Any] = []
     labels: list[Labels] = []
     for solid, name, (_, face_colors) in zip(solids, names, colors, strict=True):
@@ -72,7 +73,11 @@ def make_assembly(model: Model, *, touch: float | None = None) -> Part:
         with stage(model, f"healing '{name}'"):
             notes += [f"'{name}': {note}" for note in _mended(traced, name)]
         healed.append(typed(traced.shape, SOLID))
-        labels.append(_labels(model, solid, traced, faces, edges, face_colors))
+        own = [all_faces.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
+        face_labels = [FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j)) for j in own]
+        own = [all_edges.FindIndex(edge) - 1 for edge in subshapes(solid, EDGE)]
+        edge_labels = [EdgeLabel(f"edge {j}", edges.by_entity.get(j, ())) for j in own]
+        labels.append(_followed(traced, face_labels, edge_labels))
     for what, declared, kept in (
         ("face", faces, [face for one in labels for face in one.faces]),
         ("edge", edges, [edge for one in labels for edge in one.edges]),
@@ -119,24 +124,12 @@ def _mended(traced: Traced, name: str) -> list[str]:
         raise CadError(f"'{name}': {error}") from error
 
 
-def _labels(
-    model: Model, solid: Any, traced: Traced, faces: Declared, edges: Declared, colors: dict[int, str]
-) -> Labels:
-    """Labels of a healed solid, whose faces and edges are numbered as the model's are."""
-    all_faces, all_edges = index_map(model.shape, FACE), index_map(model.shape, EDGE)
-    own_faces = [all_faces.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
-    own_edges = [all_edges.FindIndex(edge) - 1 for edge in subshapes(solid, EDGE)]
-    face_labels = [
-        FaceLabel()
-        if j is None
-        else FaceLabel(f"face {own_faces[j]}", faces.by_entity.get(own_faces[j], ()), colors.get(own_faces[j]))
-        for j in traced.face_origins(index_map(traced.shape, FACE))
-    ]
-    edge_labels = [
-        EdgeLabel() if j is None else EdgeLabel(f"edge {own_edges[j]}", edges.by_entity.get(own_edges[j], ()))
-        for j in traced.edge_origins(index_map(traced.shape, EDGE))
-    ]
-    return Labels(face_labels, edge_labels)
+def _followed(traced: Traced, faces: Sequence[FaceLabel], edges: Sequence[EdgeLabel]) -> Labels:
+    """Labels of a healed solid, from those of its faces and edges before."""
+    return Labels(
+        [FaceLabel() if j is None else faces[j] for j in traced.face_origins(index_map(traced.shape, FACE))],
+        [EdgeLabel() if j is None else edges[j] for j in traced.edge_origins(index_map(traced.shape, EDGE))],
+    )
 
 
 def _check_placed_once(model: Model, solids: Sequence[Any], names: Sequence[str]) -> None:

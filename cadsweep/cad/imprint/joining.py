@@ -2,10 +2,10 @@
 
 Place in the flow: for a model of several solids between healing and recognition; for a solid that was cut, after it.
 
-Method: the general fuse of the solids that may touch (:mod:`.fusing`), its result checked (:mod:`.checking`); then closed
-faces are divided on the whole compound, so that two solids get one and the same seam; then every solid is read with
-one set of keys, curves and surfaces. Where the fuse fails its checks, it is tried again with another tolerance and
-in another order, which is what helps.
+Method: the general fuse of the solids that may touch (:mod:`.fusing`), its result checked (:mod:`.checking`); then
+closed faces are divided on the whole compound, so that two solids get one and the same seam; then every solid is read
+with one set of keys, curves and surfaces. Where the fuse fails its checks, it is tried again with another tolerance
+and in another order, which is what helps.
 """
 
 from __future__ import annotations
@@ -81,12 +81,8 @@ def imprint(
     units = Units() if units is None else units
     own = list(range(len(shapes))) if owners is None else list(owners)
     if models is None:
-        models = [
-            ModelSolid(
-                name=f"solid_{i + 1}", volume=sum(volume_and_center(s)[0] for s, o in zip(shapes, own) if o == i)
-            )
-            for i in range(max(own) + 1)
-        ]
+        volumes = np.bincount(own, weights=[volume_and_center(shape)[0] for shape in shapes])
+        models = [ModelSolid(name=f"solid_{i + 1}", volume=float(volume)) for i, volume in enumerate(volumes)]
     called = [f"'{models[i].name}'" for i in own]
     if labels is None:
         labels = _numbered(shapes)
@@ -165,8 +161,10 @@ class _Origins:
     def __init__(self, shapes: Sequence[Any], labels: Sequence[Labels], traced: Traced) -> None:
         both = compound(shapes)
         self._faces, self._edges = index_map(traced.shape, FACE), index_map(traced.shape, EDGE)
-        self._of_face = _sources(self._faces, traced.faces, both, shapes, [one.faces for one in labels], FACE)
-        self._of_edge = _sources(self._edges, traced.edges, both, shapes, [one.edges for one in labels], EDGE)
+        of_faces = _by_old(index_map(both, FACE), [subshapes(s, FACE) for s in shapes], [one.faces for one in labels])
+        of_edges = _by_old(index_map(both, EDGE), [subshapes(s, EDGE) for s in shapes], [one.edges for one in labels])
+        self._of_face = _by_new(self._faces, traced.faces, of_faces)
+        self._of_edge = _by_new(self._edges, traced.edges, of_edges)
 
     def labels(self, number: int, cell: Any) -> Labels:
         """Labels of the faces and edges of a cell, those of its own solid first."""
@@ -175,19 +173,23 @@ class _Origins:
         return Labels([_face_label(found) for found in faces], [_edge_label(found) for found in edges])
 
 
-def _sources(
-    found: Any, became: Sequence[Sequence[Any]], both: Any, shapes: Sequence[Any], labels: Sequence[Any], kind: Any
+def _by_old(old: Any, shapes: Sequence[Sequence[Any]], labels: Sequence[Sequence[Any]]) -> list[list[tuple[int, Any]]]:
+    """For every face (or edge) of a map of the input, the numbers of its solids and its labels there."""
+    out: list[list[tuple[int, Any]]] = [[] for _ in range(old.Extent())]
+    for i, (own, own_labels) in enumerate(zip(shapes, labels, strict=True)):
+        for sub, label in zip(own, own_labels, strict=True):
+            out[old.FindIndex(sub) - 1].append((i, label))
+    return out
+
+
+def _by_new(
+    new: Any, became: Sequence[Sequence[Any]], of_old: Sequence[Sequence[tuple[int, Any]]]
 ) -> list[list[tuple[int, Any]]]:
-    """For every present face (or edge), the solids and labels of those that it comes from."""
-    old = index_map(both, kind)
-    of_old: list[list[tuple[int, Any]]] = [[] for _ in range(old.Extent())]
-    for i, shape in enumerate(shapes):
-        for sub, label in zip(subshapes(shape, kind), labels[i], strict=True):
-            of_old[old.FindIndex(sub) - 1].append((i, label))
-    out: list[list[tuple[int, Any]]] = [[] for _ in range(found.Extent())]
+    """The same for every face (or edge) of a map of the present ones, each of which may come from several."""
+    out: list[list[tuple[int, Any]]] = [[] for _ in range(new.Extent())]
     for sources, pieces in zip(of_old, became, strict=True):
         for piece in pieces:
-            number = found.FindIndex(piece)
+            number = new.FindIndex(piece)
             if number:
                 out[number - 1].extend(sources)
     return out
