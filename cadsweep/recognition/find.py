@@ -1,7 +1,7 @@
 """All sweeps of a solid, best first, or a reason for every face that is no cap of one.
 
-Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep` and gives
-:class:`~cadsweep.sweep`; ``intervals`` and ``surface`` work from that. Method:
+Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep.Solid` and gives
+:class:`~cadsweep.sweep.Sweep`; ``intervals`` and ``surface`` work from that. Method:
 :mod:`.corners` reads faces as rectangles, :mod:`.bands` ties edges to classes that define bands of
 linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
 :mod:`.score` ranks.
