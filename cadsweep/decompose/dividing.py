@@ -11,12 +11,13 @@ Not handled: cuts that leave a cell whose faces touch at an edge; they are refus
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from .planar import Cell, Facet, Pair, Pool, Use
 from .tracing import TracingError, flattened, is_inside, trace
-from .vectors import Vector, between, cross, distance, dot, minus, plus, times, turn, unit
+from .vectors import Vector, between, cross, distance, dot, minus, norm, plus, times, turn, unit
 
 ON_PLANE = 1e-7
 """Distance, as a share of the part's size, up to which a vertex lies on a cut."""
@@ -25,6 +26,7 @@ SHORTEST = 1e-3
 THINNEST = 1e-6
 """Volume of a piece, as a share of the part's size cubed, below which a cut is refused."""
 _ANGLE = 1e-7
+_PARALLEL = 1e-6
 _KEPT = 1e-9
 """Change of the volume, as a share of the part's size cubed, that rounding explains."""
 
@@ -63,9 +65,7 @@ def divide(pool: Pool, cells: Sequence[Cell], number: int, plane: Plane, cut: in
         where the plane does not divide the cell, or not well: pinched, slivers, edges shorter than :data:`SHORTEST`.
     """
     cell = cells[number]
-    sides = {
-        v: plane.side(pool.points[v], ON_PLANE * pool.size) for f, _ in cell for v in pool.facets[f].vertices
-    }
+    sides = {v: plane.side(pool.points[v], ON_PLANE * pool.size) for f, _ in cell for v in pool.facets[f].vertices}
     if min(sides.values()) >= 0 or max(sides.values()) <= 0:
         return None
     new_vertices = _cross_edges(pool, cell, sides, plane)
@@ -84,20 +84,23 @@ def divide(pool: Pool, cells: Sequence[Cell], number: int, plane: Plane, cut: in
         pieces = _pieces(pool, _replaced(cell, image), sides, plane, cut)
     except TracingError:
         return None
-    if pieces is None:
-        return None
-    volume = sum(pool.volume(piece) for piece in pieces)
-    cube = pool.size**3
-    if abs(volume - pool.volume(cell)) > _KEPT * cube or min(map(pool.volume, pieces)) < THINNEST * cube:
-        return None
-    if _shortest(pool, pieces, cell) < SHORTEST * pool.size:
+    if pieces is None or not _is_good(pool, pieces, cell):
         return None
     others = [_replaced(other, image) for j, other in enumerate(cells) if j != number]
     return (*others, *pieces)
 
 
-def _replaced(cell: Cell, image: object) -> Cell:
-    return tuple((new, sign) for f, sign in cell for new in image(f))  # type: ignore[operator]
+def _is_good(pool: Pool, pieces: Sequence[Cell], cell: Cell) -> bool:
+    """Whether the pieces are the whole cell, and none of them thin or with a short new edge."""
+    cube = pool.size**3
+    volumes = [pool.volume(piece) for piece in pieces]
+    if abs(sum(volumes) - pool.volume(cell)) > _KEPT * cube or min(volumes) < THINNEST * cube:
+        return False
+    return _shortest(pool, pieces, cell) >= SHORTEST * pool.size
+
+
+def _replaced(cell: Cell, image: Callable[[int], list[int]]) -> Cell:
+    return tuple((new, sign) for f, sign in cell for new in image(f))
 
 
 def _cross_edges(pool: Pool, cell: Cell, sides: dict[int, int], plane: Plane) -> dict[Pair, int] | None:
@@ -138,12 +141,14 @@ def _split_facet(pool: Pool, f: int, sides: Mapping[int, int], plane: Plane) -> 
     own = {sides[v] for v in facet.vertices}
     if not {1, -1} <= own:
         return [f]
-    along = unit(cross(plane.normal, facet.normal))
+    along = cross(plane.normal, facet.normal)
+    if norm(along) < _PARALLEL:
+        raise TracingError("a facet lies nearly in the plane")
     on = sorted((v for v in facet.vertices if sides[v] == 0), key=lambda v: dot(pool.points[v], along))
     flat = flattened(pool.points, facet.vertices, facet.normal)
     outlines = [[flat[v] for v in loop] for loop in facet.loops]
     chords = []
-    for a, b in zip(on[:-1], on[1:], strict=True):
+    for a, b in pairwise(on):
         if (a, b) in facet.pairs or (b, a) in facet.pairs:
             continue
         middle = ((flat[a][0] + flat[b][0]) / 2.0, (flat[a][1] + flat[b][1]) / 2.0)
@@ -153,9 +158,7 @@ def _split_facet(pool: Pool, f: int, sides: Mapping[int, int], plane: Plane) -> 
     return [pool.facet(tuple(loops), facet.normal, facet.offset, facet.origin) for loops in regions]
 
 
-def _pieces(
-    pool: Pool, cell: Cell, sides: Mapping[int, int], plane: Plane, cut: int
-) -> list[Cell] | None:
+def _pieces(pool: Pool, cell: Cell, sides: Mapping[int, int], plane: Plane, cut: int) -> list[Cell] | None:
     """The cells on both sides of the plane."""
     uses = pool.uses(cell)
     bounding = []

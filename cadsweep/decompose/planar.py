@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 from ..brep import Solid
 from .tracing import Loop, area_vector
@@ -146,7 +147,7 @@ def _moment(points: list[Vector], loop: Loop, normal: Vector) -> Vector:
     """First moment of the area that a loop encloses."""
     base = points[loop[0]]
     total = (0.0, 0.0, 0.0)
-    for a, b in zip(loop[1:-1], loop[2:], strict=True):
+    for a, b in pairwise(loop[1:]):
         one, other = minus(points[a], base), minus(points[b], base)
         vector, _ = area_vector([(0.0, 0.0, 0.0), one, other])
         share = dot(vector, normal) / 3.0
@@ -166,9 +167,7 @@ def from_solid(solid: Solid) -> tuple[Pool, Cell]:
     cell = []
     for face in solid.faces:
         loops = tuple(
-            tuple(
-                number[solid.edges[e].start if forward else solid.edges[e].end] for e, forward in loop.directed
-            )
+            tuple(number[solid.edges[e].start if forward else solid.edges[e].end] for e, forward in loop.directed)
             for loop in face.loops
         )
         vector = (0.0, 0.0, 0.0)

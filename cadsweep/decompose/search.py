@@ -22,9 +22,9 @@ from ..brep import Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
 from .dividing import Plane, divide
-from .planar import Cell, Facet, Pair, Pool, Use, from_solid
+from .planar import Cell, Pair, Pool, from_solid
 from .solids import to_solid
-from .vectors import Vector, cross, distance, dot, minus, norm, times, unit
+from .vectors import cross, dot, minus, unit
 
 log = logging.getLogger(__name__)
 
@@ -86,12 +86,14 @@ class Search:
     n_states: int = 0
     n_plans: int = 0
     seen: dict[Cell, Seen] = field(default_factory=dict)
-    known: set[frozenset[Cell]] = field(default_factory=set)
+    known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
 
     def run(self) -> tuple[State | None, State]:
         """The first complex that has a plan (None), and the best looked at."""
         self.pool, cell = from_solid(self.model)
         first = self.judge((cell,), ())
+        if first.plan is not None:
+            return first, first
         best = first
         queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
         n = 0
@@ -196,10 +198,11 @@ class Search:
                 if f in own and edge.dihedral < pi + FLAT:
                     continue
                 found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), "face"))
-            if not convex and edge.dihedral < pi + FLAT or in_conflict & set(edge.faces):
+            if (not convex and edge.dihedral < pi + FLAT) or in_conflict & set(edge.faces):
                 for f in own:
                     normal = unit(cross(along, self.pool.facets[f].normal))
-                    found.append((edge.length, Plane(normal=normal, offset=dot(normal, self.pool.points[pair[0]])), "square"))
+                    square = Plane(normal=normal, offset=dot(normal, self.pool.points[pair[0]]))
+                    found.append((edge.length, square, "square"))
         yield from _distinct(found)
 
 

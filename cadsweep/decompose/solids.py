@@ -100,8 +100,22 @@ def to_solid(pool: Pool, cell: Cell, model: Solid) -> Solid:
     vertices = np.array([pool.points[v] for v in numbers])
     face_id = {use: j for j, use in enumerate(cell)}
     curves = [LineCurve(vertices[local[a]], vertices[local[b]]) for a, b in pairs]
-    edges = tuple(_edge(pool, model, j, pair, uses[pair], local, face_id, curves[j]) for j, pair in enumerate(pairs))
-    faces = tuple(_face(pool, model, j, use, edge_id, curves) for j, use in enumerate(cell))
+    edges = tuple(
+        _edge(
+            pool,
+            model=model,
+            number=j,
+            pair=pair,
+            uses=uses[pair],
+            local=local,
+            face_id=face_id,
+            curve=curves[j],
+        )
+        for j, pair in enumerate(pairs)
+    )
+    faces = tuple(
+        _face(pool, model=model, number=j, use=use, edge_id=edge_id, curves=curves) for j, use in enumerate(cell)
+    )
     box = vertices.max(axis=0) - vertices.min(axis=0)
     return Solid(
         vertices=vertices,
@@ -126,6 +140,7 @@ def _no_shape(path: Path, faces: Sequence[int]) -> None:
 
 def _edge(
     pool: Pool,
+    *,
     model: Solid,
     number: int,
     pair: tuple[int, int],
@@ -155,7 +170,7 @@ def _edge(
 
 
 def _face(
-    pool: Pool, model: Solid, number: int, use: Use, edge_id: dict[tuple[int, int], int], curves: Sequence[LineCurve]
+    pool: Pool, *, model: Solid, number: int, use: Use, edge_id: dict[tuple[int, int], int], curves: Sequence[LineCurve]
 ) -> Face:
     facet = pool.facets[use[0]]
     out = pool.outward(use)

@@ -9,6 +9,7 @@ edge clockwise from where it came. Loops that turn counter-clockwise are outline
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from math import atan2, pi
 
 from .vectors import Vector, cross, dot, minus, plus, times, unit
@@ -26,7 +27,7 @@ def area_vector(points: Sequence[Vector]) -> tuple[Vector, Vector]:
     """Area times normal of a closed polygon, and its first point."""
     base = points[0]
     total = (0.0, 0.0, 0.0)
-    for a, b in zip(points[1:-1], points[2:], strict=True):
+    for a, b in pairwise(points[1:]):
         total = plus(total, cross(minus(a, base), minus(b, base)))
     return times(0.5, total), base
 
@@ -123,9 +124,7 @@ def _heading(start: Flat, end: Flat) -> float:
 
 
 def _signed_area(points: Sequence[Flat]) -> float:
-    return 0.5 * sum(
-        x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(points, [*points[1:], points[0]], strict=True)
-    )
+    return 0.5 * sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(points, [*points[1:], points[0]], strict=True))
 
 
 __all__ = ["Loop", "TracingError", "area_vector", "basis", "flattened", "is_inside", "trace"]
