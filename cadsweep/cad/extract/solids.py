@@ -89,6 +89,7 @@ def extract_solid(
     color: str | None = None,
     units: Units | None = None,
     part_maps: tuple[Any, Any, Any] | None = None,
+    opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
 
@@ -103,6 +104,8 @@ def extract_solid(
         How the working lengths become the model's.
     part_maps : three maps, optional
         Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+    opened : pair of frozenset of int, optional
+        Faces on either side of the cut that opened a closed ring.
 
     Raises
     ------
@@ -190,6 +193,7 @@ def extract_solid(
         material=material,
         color=color,
         units=units,
+        opened=opened,
     )
 
 
