@@ -12,6 +12,7 @@ Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
@@ -31,6 +32,7 @@ from ..geometry.convert import distances_from, read_curve, read_curve_2d, read_s
 from ..geometry.curves import EdgeCurve, Ellipse, Line, Parametric, Reparametrised
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
+from ..geometry.surfaces import Geometry
 from ..shapes import (
     EDGE,
     FACE,
@@ -88,7 +90,7 @@ def extract_solid(
     material: str | None = None,
     color: str | None = None,
     units: Units | None = None,
-    part_maps: tuple[Any, Any, Any] | None = None,
+    shared: PartGeometry | None = None,
     opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
@@ -102,8 +104,8 @@ def extract_solid(
     name, material, color : str, optional
     units : Units, optional
         How the working lengths become the model's.
-    part_maps : three maps, optional
-        Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+    shared : PartGeometry, optional
+        What the solid shares with others of its part; the keys are those of the whole part then.
     opened : pair of frozenset of int, optional
         Faces on either side of the cut that opened a closed ring.
 
@@ -113,6 +115,7 @@ def extract_solid(
         An edge has no two faces, or no curve.
     """
     maps = index_map(shape, VERTEX), index_map(shape, EDGE), index_map(shape, FACE)
+    shared = PartGeometry(shape) if shared is None else shared
     holder = SolidShape(
         shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
     )
@@ -123,7 +126,7 @@ def extract_solid(
             [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
         )
     vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
-    curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
+    curves = [shared.curve(edge, j) for j, edge in enumerate(holder.edges)]
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
@@ -135,11 +138,12 @@ def extract_solid(
                 f"({units.place(vertices[ends[j][0]])}), so the model is damaged. Export it again from its CAD program."
             )
 
-    # Of several points that sewing took for one vertex it keeps any: the first edge's end is always the same.
-    for j in reversed(range(len(curves))):
-        vertices[list(ends[j])] = curves[j][0].evaluate(np.array([0.0, 1.0]))
+    vertex_keys = shared.keys(VERTEX, holder.vertices)
+    vertices = shared.positions[vertex_keys]
 
-    surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
+    surfaces = [
+        _face_surface(face, maps[1], [c for c, _ in curves], geometry=shared.surface(face)) for face in holder.faces
+    ]
     frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
     loops: list[tuple[Loop, ...]] = []
@@ -177,7 +181,6 @@ def extract_solid(
         )
         for j in range(n_faces)
     )
-    shared = part_maps if part_maps is not None else maps
     return Solid(
         vertices=vertices,
         edges=edges,
@@ -186,9 +189,9 @@ def extract_solid(
         size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
-        vertex_keys=_keys(shared[0], holder.vertices),
-        edge_keys=_keys(shared[1], holder.edges),
-        face_keys=_keys(shared[2], holder.faces),
+        vertex_keys=vertex_keys,
+        edge_keys=shared.keys(EDGE, holder.edges),
+        face_keys=shared.keys(FACE, holder.faces),
         name=name,
         material=material,
         color=color,
@@ -204,8 +207,47 @@ def largest_tolerance(shape: Any) -> float:
     return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
 
 
-def _keys(shared: Any, own: Sequence[Any]) -> Any:
-    return np.array([shared.FindIndex(s) - 1 for s in own], dtype=np.int64)
+class PartGeometry:
+    """The vertices, edges and faces of a whole part, each with one key and read once for all of its solids.
+
+    Parameters
+    ----------
+    shape : TopoDS_Shape
+        The part: one solid, or a compound of solids that share what they touch in.
+    """
+
+    def __init__(self, shape: Any) -> None:
+        self._maps = {kind: index_map(shape, kind) for kind in (VERTEX, EDGE, FACE)}
+        self._curves: dict[int, tuple[EdgeCurve, str]] = {}
+        self._surfaces: dict[int, Geometry] = {}
+
+    def keys(self, kind: Any, own: Sequence[Any]) -> IntArray:
+        """Numbers (m,) of vertices, edges or faces within the part."""
+        return np.array([self._maps[kind].FindIndex(s) - 1 for s in own], dtype=np.int64)
+
+    def curve(self, edge: Any, number: int) -> tuple[EdgeCurve, str]:
+        """Curve and kind of an edge, one object for all solids; messages call the edge by `number`."""
+        key = self._maps[EDGE].FindIndex(edge)
+        if key not in self._curves:
+            self._curves[key] = _edge_curve(edge, number)
+        return self._curves[key]
+
+    def surface(self, face: Any) -> Geometry:
+        """Surface of a face, one object for both of its solids."""
+        key = self._maps[FACE].FindIndex(face)
+        if key not in self._surfaces:
+            self._surfaces[key] = read_surface(BRep_Tool.Surface_s(face))
+        return self._surfaces[key]
+
+    @cached_property
+    def positions(self) -> FloatArray:
+        """Points (n_vertices, 3): of several that sewing took for one vertex, always the first edge's end."""
+        points = np.array([_point(BRep_Tool.Pnt_s(v)) for v in mapped(self._maps[VERTEX], VERTEX)]).reshape(-1, 3)
+        edges = mapped(self._maps[EDGE], EDGE)
+        for j in reversed(range(len(edges))):
+            ends = _edge_ends(edges[j], self._maps[VERTEX])
+            points[list(ends)] = self.curve(edges[j], j)[0].evaluate(np.array([0.0, 1.0]))
+        return points
 
 
 def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
@@ -228,9 +270,8 @@ def _edge_ends(edge: Any, vertex_map: Any) -> tuple[int, int]:
     )
 
 
-def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> FaceSurface:
+def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve], *, geometry: Geometry) -> FaceSurface:
     surface = BRep_Tool.Surface_s(face)
-    geometry = read_surface(surface)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
     limits[np.abs(limits) > _INFINITE] *= np.inf
