@@ -91,6 +91,7 @@ def extract_solid(
     color: str | None = None,
     units: Units | None = None,
     shared: PartGeometry | None = None,
+    opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
 
@@ -105,6 +106,8 @@ def extract_solid(
         How the working lengths become the model's.
     shared : PartGeometry, optional
         What the solid shares with others of its part; the keys are those of the whole part then.
+    opened : pair of frozenset of int, optional
+        Faces on either side of the cut that opened a closed ring.
 
     Raises
     ------
@@ -193,6 +196,7 @@ def extract_solid(
         material=material,
         color=color,
         units=units,
+        opened=opened,
     )
 
 
