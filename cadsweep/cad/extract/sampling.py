@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, IntArray
 from ..geometry.angles import MIDDLE
 from ..geometry.curves import EdgeCurve, Line
 from ..geometry.face_surface import FaceSurface
@@ -39,6 +39,10 @@ class EdgeSamples(NamedTuple):
     tangents: FloatArray
     end_tangents: FloatArray
     lengths: FloatArray
+
+    def take(self, edges: IntArray) -> EdgeSamples:
+        """Those of some edges (m,), in their order."""
+        return EdgeSamples(*(values[edges] for values in self))
 
 
 def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:

@@ -21,21 +21,20 @@ from OCP.BRepGProp import BRepGProp
 from OCP.BRepTools import BRepTools
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles
-from ..geometry.convert import distances_from, read_curve, read_curve_2d, read_surface, surface_kind
+from ..geometry.convert import distances_from, read_curve_2d, surface_kind
 from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
 from ..geometry.face_surface import EdgeOnFace, FaceSurface
 from ..geometry.measure import Measure, measure_face
-from ..geometry.surfaces import Plane
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+from ..geometry.surfaces import Geometry, Plane
+from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, surface_range
 from .flat import is_exact, measure_flat
-from .sampling import EdgeSamples, sample_edges, sample_face
+from .sampling import EdgeSamples, sample_face
+from .shared import PartGeometry
 
 _INFINITE = 1e100
 _LARGEST_GAP = 1e-3
@@ -80,7 +79,8 @@ def extract_solid(
     material: str | None = None,
     color: str | None = None,
     units: Units | None = None,
-    part_maps: tuple[Any, Any, Any] | None = None,
+    shared: PartGeometry | None = None,
+    opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
 
@@ -93,8 +93,10 @@ def extract_solid(
     name, material, color : str, optional
     units : Units, optional
         How the working lengths become the model's.
-    part_maps : three maps, optional
-        Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+    shared : PartGeometry, optional
+        What the solid shares with others of its part; the keys are those of the whole part then.
+    opened : pair of frozenset of int, optional
+        Faces on either side of the cut that opened a closed ring.
 
     Raises
     ------
@@ -102,6 +104,7 @@ def extract_solid(
         An edge has no two faces, or no curve.
     """
     maps = index_map(shape, VERTEX), index_map(shape, EDGE), index_map(shape, FACE)
+    shared = PartGeometry(shape) if shared is None else shared
     holder = SolidShape(
         shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
     )
@@ -111,20 +114,21 @@ def extract_solid(
         labels = Labels(
             [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
         )
-    vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
-    read = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
+    vertex_keys, edge_keys = shared.keys(VERTEX, holder.vertices), shared.keys(EDGE, holder.edges)
+    read = [shared.curve(edge, j) for j, edge in enumerate(holder.edges)]
     curves, kinds = [curve for curve, _ in read], [kind for _, kind in read]
-    ends = np.array([_edge_ends(edge, maps[0]) for edge in holder.edges]).reshape(-1, 2)
-    samples = sample_edges(curves)
+    samples = shared.samples.take(edge_keys)
+    local = np.full(len(shared.vertices), -1)
+    local[vertex_keys] = np.arange(len(vertex_keys))
+    ends = local[shared.ends[edge_keys]]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
-    _check_ends(samples, vertices[ends], size, units)
-
-    # Of several points that sewing took for one vertex it keeps any: the first edge's end is always the same.
-    vertices[ends[::-1].ravel()] = samples.points[::-1, ::2].reshape(-1, 3)
-
+    _check_ends(samples, shared.vertices[shared.ends[edge_keys]], size, units)
     wires = [_wires(face, maps[1]) for face in holder.faces]
-    surfaces = [_face_surface(face, own, curves) for face, own in zip(holder.faces, wires, strict=True)]
+    surfaces = [
+        _face_surface(face, own, curves, geometry=shared.surface(face))
+        for face, own in zip(holder.faces, wires, strict=True)
+    ]
     frames = [_face_frames(surface, j, samples, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
     loops = _loops(wires, ends, curves, frames, samples)
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
@@ -175,22 +179,22 @@ def extract_solid(
         )
         for j in range(n_faces)
     )
-    shared = part_maps if part_maps is not None else maps
     return Solid(
-        vertices=vertices,
+        vertices=shared.positions[vertex_keys],
         edges=edges,
         faces=faces,
         volume=_volume(shape, measures),
         size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
-        vertex_keys=_keys(shared[0], holder.vertices),
-        edge_keys=_keys(shared[1], holder.edges),
-        face_keys=_keys(shared[2], holder.faces),
+        vertex_keys=vertex_keys,
+        edge_keys=edge_keys,
+        face_keys=shared.keys(FACE, holder.faces),
         name=name,
         material=material,
         color=color,
         units=units,
+        opened=opened,
     )
 
 
@@ -199,30 +203,6 @@ def largest_tolerance(shape: Any) -> float:
     from OCP.ShapeAnalysis import ShapeAnalysis_ShapeTolerance
 
     return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
-
-
-def _keys(shared: Any, own: Sequence[Any]) -> Any:
-    return np.array([shared.FindIndex(s) - 1 for s in own], dtype=np.int64)
-
-
-def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
-    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
-    if curve is None:
-        raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")
-    first, last = BRep_Tool.Range_s(edge)
-    geometry, kind, breaks, constant_speed = read_curve(curve)
-    return (
-        EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed),
-        kind,
-    )
-
-
-def _edge_ends(edge: Any, vertex_map: Any) -> tuple[int, int]:
-    forward = TopoDS.Edge_s(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-    return (
-        vertex_map.FindIndex(TopExp.FirstVertex_s(forward, True)) - 1,
-        vertex_map.FindIndex(TopExp.LastVertex_s(forward, True)) - 1,
-    )
 
 
 class _Use(NamedTuple):
@@ -247,9 +227,10 @@ def _wires(face: Any, edge_map: Any) -> list[list[_Use]]:
     return wires
 
 
-def _face_surface(face: Any, wires: Sequence[Sequence[_Use]], curves: Sequence[EdgeCurve]) -> FaceSurface:
+def _face_surface(
+    face: Any, wires: Sequence[Sequence[_Use]], curves: Sequence[EdgeCurve], *, geometry: Geometry
+) -> FaceSurface:
     surface = BRep_Tool.Surface_s(face)
-    geometry = read_surface(surface)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
     limits[np.abs(limits) > _INFINITE] *= np.inf
@@ -286,7 +267,7 @@ def _in_parameters(
 
 def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
     """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
-    first, last = BRep_Tool.Range_s(edge, face)
+    first, last = surface_range(edge, face)
     width = curve.last - curve.first
     if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
         return known
