@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..brep import Part
-from ..errors import InputError
+from ..errors import InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
@@ -56,10 +56,30 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     return mesh
 
 
+def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refusal: NotSweepableError) -> HexMesh:
+    """Mesh one solid that no sweep fits, cut into cells.
+
+    Raises
+    ------
+    NotSweepableError
+        No cuts were found that help: `refusal`, with what was tried.
+    """
+    with run.stage("recognition"):
+        try:
+            found = plan_cells(part, run)
+        except NotSweepableError as error:
+            reasons = (*refusal.reasons, *error.reasons)
+            raise NotSweepableError(
+                f"{refusal}; no cuts were found that part it into sweeps", reasons=reasons
+            ) from error
+        wishes = resolve_wishes(found.part, options)
+    return mesh_complex(found, options, run, wishes)
+
+
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     with run.stage("recognition"):
-        found = plan_cells(part)
-        wishes = resolve_wishes(part, options)
+        found = plan_cells(part, run)
+        wishes = resolve_wishes(found.part, options)
     return mesh_complex(found, options, run, wishes)
 
 

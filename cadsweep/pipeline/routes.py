@@ -5,6 +5,7 @@ way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
 several solids  more than one solid                     cells that touch on one skeleton, others beside
+cells           one solid that no sweep fits            cuts, until every cell sweeps; then as several solids
 =============== ======================================= ================================================
 """
 
@@ -14,9 +15,10 @@ from dataclasses import replace
 from typing import Any
 
 from ..brep import Part
+from ..errors import NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .assemblies import mesh_assembly
+from .assemblies import mesh_assembly, mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
@@ -34,7 +36,12 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
-    part, sweeps = find_candidates(part, options, run)
-    mesh = first_good(part, sweeps, options, run, make_mesh).mesh
+    try:
+        found, sweeps = find_candidates(part, options, run)
+    except NotSweepableError as refusal:
+        if options.source is not None or options.target is not None:
+            raise
+        return mesh_decomposed(part, options, run, refusal)
+    mesh = first_good(found, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh
