@@ -20,8 +20,8 @@ from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.solids import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
-from ..imprint.checking import volume_and_center
-from ..imprint.joining import imprint
+from ..imprinting.checking import volume_and_center
+from ..imprinting.joining import imprint
 from ..shapes import EDGE, FACE, SOLID, SolidShape, explore, index_map, subshapes
 
 logger = logging.getLogger(__name__)
