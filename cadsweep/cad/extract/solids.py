@@ -30,6 +30,7 @@ from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
 from ..geometry.convert import distances_from, read_curve, read_curve_2d, read_surface, surface_kind
 from ..geometry.curves import EdgeCurve, Ellipse, Line, Parametric, Reparametrised
 from ..geometry.face_surface import FaceSurface
+from ..geometry.gaps import border_gaps
 from ..geometry.measure import Measure, measure_face
 from ..shapes import (
     EDGE,
@@ -127,8 +128,10 @@ def extract_solid(
     ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
+    gaps = np.zeros(n_edges)
     for j, (curve, _) in enumerate(curves):
         gap = np.linalg.norm(curve.evaluate(np.array([0.0, 1.0])) - vertices[list(ends[j])], axis=1).max()
+        gaps[j] = gap
         if not gap <= _LARGEST_GAP * size:
             raise CadError(
                 f"edge {j} ends {gap * units.scale:.3g} off its vertices, near "
@@ -141,6 +144,9 @@ def extract_solid(
 
     surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
     frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
+    for surface in surfaces:
+        for e, gap in border_gaps(surface, size).items():
+            gaps[e] = max(gaps[e], gap)
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
     loops: list[tuple[Loop, ...]] = []
     for f, face in enumerate(holder.faces):
@@ -157,6 +163,7 @@ def extract_solid(
             uses=uses[j],
             normals=frames,
             label=labels.edges[j],
+            gap=float(gaps[j]),
             units=units,
         )
         for j in range(n_edges)
@@ -182,7 +189,7 @@ def extract_solid(
         vertices=vertices,
         edges=edges,
         faces=faces,
-        volume=_volume(shape, measures),
+        volume=_volume(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
         size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
@@ -338,6 +345,7 @@ def _edge(
     uses: Sequence[tuple[int, bool]],
     normals: Sequence[dict[int, FloatArray]],
     label: EdgeLabel,
+    gap: float,
     units: Units,
 ) -> Edge:
     geometry, kind = curve
@@ -365,6 +373,7 @@ def _edge(
         name=label.names[0] if label.names else None,
         groups=label.names[1:],
         key=label.key,
+        gap=gap,
         units=units,
     )
 
@@ -390,10 +399,14 @@ def _measured(shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], kinds: 
     return Measure(area, center, float(center @ vector) / 3.0, vector)
 
 
-def _volume(shape: Any, measures: Sequence[Measure]) -> float:
-    gap = np.linalg.norm(np.sum([m.vector for m in measures], axis=0))
-    if gap <= _OPEN * sum(m.area for m in measures):
-        return float(sum(m.volume for m in measures))
+def _volume(shape: Any, measures: Sequence[Measure], *, open_area: float) -> float:
+    """Volume inside the faces; `open_area` is what the gaps between them leave open at most."""
+    area = sum(m.area for m in measures)
+    vector = np.sum([m.vector for m in measures], axis=0)
+    if np.linalg.norm(vector) <= max(_OPEN * area, open_area):
+        # About the middle of the faces: what a gap lets out goes with its distance from the origin.
+        middle = np.sum([m.area * m.center for m in measures], axis=0) / area
+        return float(sum(m.volume for m in measures) - middle @ vector / 3.0)
     # Our quadrature does not see a closed surface (or has none of a face): OpenCASCADE's stands in.
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)
