@@ -7,7 +7,6 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.blocks.reference import make_reference, volume_doubt
-from cadsweep.cad.geometry.gaps import border_gaps
 from cadsweep.pipeline.parts import open_and_find
 from cadsweep.quality import check_mesh
 
@@ -103,11 +102,3 @@ def test_a_gap_is_measured_where_it_is():
         if edge not in around and abs(edge.tangents[0][2]) < 0.5:
             assert edge.gap < 1e-9
     assert volume_doubt(solid) <= 1.001e-3 * sum(face.area for face in solid.faces)
-
-
-def test_the_gap_of_a_face_is_that_of_each_edge():
-    part = cs.load(disc())
-    for face in part.solids[0].faces:
-        gaps = border_gaps(face.surface, part.solids[0].size)
-        assert set(gaps) == set(face.edges)
-        assert max(gaps.values()) < 1e-9
