@@ -13,7 +13,7 @@ factoring  intervals, surface and projection: the factors of one sweep
 making     smoothing, order 2 and checks: the first candidate that does well
 meshing    what users call
 origin     what a mesh was made from
-refine     every hexahedron into eight
+refinement every hexahedron into eight
 run        seconds by stage, progress
 ========== =========================================================================
 """
@@ -22,7 +22,7 @@ from .directions import find_sweeps
 from .making import SMOOTH_BELOW, Plan, figures, plan_mesh, refusal, smoothed
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
-from .refine import refine
+from .refinement import refine
 from .run import Progress
 
 __all__ = [

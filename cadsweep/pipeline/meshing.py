@@ -20,7 +20,7 @@ from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
 from .parts import find_candidates
-from .refine import refined
+from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent
 
