@@ -1,7 +1,7 @@
 """Every hexahedron of a swept block in eight: which node, quad and hex of the fine block comes from where.
 
-Place in the flow: ``pipeline.refinement`` has the new nodes placed as those of hexahedra of 27 nodes, which are the same
-lattice, and sorts them here into the layers of a finer :class:`~cadsweep.cells.SweptStructure`.
+Place in the flow: ``pipeline.refinement`` has the new nodes placed as those of hexahedra of 27 nodes, which are the
+same lattice, and sorts them here into the layers of a finer :class:`~cadsweep.cells.SweptStructure`.
 
 ::
 
