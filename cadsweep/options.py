@@ -89,6 +89,8 @@ class SweepOptions:
         Parameters of a CadQuery script.
     part : str, int or None
         Which solid of an assembly: its name, or its number from 0.
+    touch : float or None
+        Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -118,6 +120,7 @@ class SweepOptions:
     rail_layers: Mapping[str, int] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
+    touch: float | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
@@ -149,6 +152,8 @@ class SweepOptions:
             raise InputError("nodes=27 goes with order=2")
         _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)
+        if self.touch is not None:
+            _positive("touch", self.touch)
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)

@@ -88,6 +88,7 @@ def describe_part(
     *,
     params: dict[str, Any] | None,
     part: str | None = None,
+    touch: float | None = None,
     caps: tuple[Any, Any] = (None, None),
     on_progress: Progress,
 ) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def describe_part(
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
-    loaded = load(source, params=params, part=part)
+    loaded = load(source, params=params, part=part, touch=touch, on_progress=lambda share: on_progress("cad", share))
     on_progress("recognition", None)
     if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
