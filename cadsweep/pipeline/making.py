@@ -23,6 +23,7 @@ from ..quality import QualityReport, check_mesh
 from ..quality.check import SurfaceFindings
 from ..sweep import Sweep
 from .factoring import factor_sweep
+from .origin import Origin
 from .parts import find_candidates
 from .run import Progress, Run, silent
 
@@ -111,7 +112,8 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
     factored.info["notes"] += volume_notes(report, factored)
-    return Made(factored=factored, report=report, mesh=mesh)
+    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
+    return Made(factored=factored, report=report, mesh=replace(mesh, origin=origin))
 
 
 def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
