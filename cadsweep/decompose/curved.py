@@ -184,7 +184,8 @@ class _Search:
         candidates = [self.tools.recognise(solid) for solid in part.solids]
         costs = [_cost(solid, bool(own)) for solid, own in zip(part.solids, candidates, strict=True)]
         blocked = sorted((j for j, own in enumerate(candidates) if not own), key=lambda j: -costs[j])
-        cost, plan, conflict, message = sum(costs), None, (), ""
+        cost, plan, message = sum(costs), None, ""
+        conflict: tuple[tuple[int, int], ...] = ()
         if blocked:
             message = f"{len(blocked)} cells have no sweep"
         else:
