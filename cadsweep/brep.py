@@ -317,6 +317,8 @@ class Solid:
         The part's colour in the CAD model, as in ``Face.color``.
     units : Units
         What messages give places in.
+    opened : pair of frozenset of int, or None
+        Of a closed ring that was cut open, the faces on either side of the cut: two caps in one place.
     """
 
     vertices: FloatArray
@@ -333,6 +335,7 @@ class Solid:
     material: str | None = None
     color: str | None = None
     units: Units = field(default_factory=Units)
+    opened: tuple[frozenset[int], frozenset[int]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

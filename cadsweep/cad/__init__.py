@@ -1,4 +1,4 @@
-"""CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
+"""CAD in, :class:`cadsweep.brep.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one surface,

@@ -1,7 +1,7 @@
 """Intervals: how many segments every edge of the solid gets.
 
-Place in the flow: takes a :class:`~cadsweep.sweep`, gives
-:class:`~cadsweep.sweep` to ``surface``. :mod:`.sizes` derives the wanted counts,
+Place in the flow: takes a :class:`~cadsweep.sweep.Sweep`, gives
+:class:`~cadsweep.sweep.Intervals` to ``surface``. :mod:`.sizes` derives the wanted counts,
 :mod:`.layers` settles the edges along the sweep, :mod:`.loops` those along the loops: two integer
 programmes, because no linking side ties the one kind to the other. :mod:`.rails` knows chains of rails and spans.
 

@@ -14,7 +14,6 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..blocks.block import FactoredMesh
 from ..blocks.naming import name_pieces
-from ..blocks.reference import is_ring
 from ..brep import Part
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
@@ -35,7 +34,7 @@ def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tu
         if edge in sweep.target_edges and sweep.target_edges[edge][0] in surfaces.target_edge_points:
             found.setdefault(sweep.target_edges[edge][0], []).append(pairs + last)
     # The last layer of a closed ring is its first.
-    n_nodes = last if is_ring(sweep) else last + len(surfaces.source.points)
+    n_nodes = last if sweep.closed else last + len(surfaces.source.points)
     return [
         (np.unique(np.sort(np.concatenate(pieces) % n_nodes, axis=1), axis=0), _on_curve(part, sweep, edge))
         for edge, pieces in found.items()

@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Any
 
 from .. import cad, recognition
-from ..blocks.reference import is_ring
 from ..brep import Part, Solid
 from ..errors import CadError, InputError, NotSweepableError
 from ..options import SweepOptions
@@ -121,7 +120,7 @@ def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]
     """
     for ring in _cut_open(part):
         try:
-            sweeps = [sweep for sweep in search(ring, source, target) if is_ring(sweep)]
+            sweeps = [sweep for sweep in search(ring, source, target) if sweep.closed]
         except NotSweepableError:
             continue  # another section may do, and the part as it is has its own reasons
         gaps = [recognition.why_not_closed(sweep) for sweep in sweeps]
@@ -156,7 +155,7 @@ def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
     with suppress(CadError, NotSweepableError):  # a ring that cannot be cut open is swept as it is
         ring = cad.cut_ring(part)
         if ring is not None:
-            sweeps = [around for around in search(ring, None, None) if is_ring(around)]
+            sweeps = [around for around in search(ring, None, None) if around.closed]
             if sweeps and sweeps[0].score > sweep.score:
                 return ring, sweeps
     return None

@@ -1,7 +1,7 @@
 """Recognition: which faces of a solid are source, target and linking sides.
 
-Place in the flow: takes a :class:`~cadsweep.brep` from ``cad``, gives a list of
-:class:`~cadsweep.sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
+Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a list of
+:class:`~cadsweep.sweep.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
 """
 
 from .edges import describe_edges

@@ -28,10 +28,22 @@ from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
 from ..geometry.convert import distances_from, read_curve, read_curve_2d, read_surface, surface_kind
-from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
+from ..geometry.curves import EdgeCurve, Ellipse, Line, Parametric, Reparametrised
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+from ..shapes import (
+    EDGE,
+    FACE,
+    VERTEX,
+    WIRE,
+    SolidShape,
+    bounds,
+    explore,
+    index_map,
+    mapped,
+    space_range,
+    surface_range,
+)
 
 _INFINITE = 1e100
 _LARGEST_GAP = 1e-3
@@ -77,6 +89,7 @@ def extract_solid(
     color: str | None = None,
     units: Units | None = None,
     part_maps: tuple[Any, Any, Any] | None = None,
+    opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
 
@@ -91,6 +104,8 @@ def extract_solid(
         How the working lengths become the model's.
     part_maps : three maps, optional
         Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+    opened : pair of frozenset of int, optional
+        Faces on either side of the cut that opened a closed ring.
 
     Raises
     ------
@@ -178,6 +193,7 @@ def extract_solid(
         material=material,
         color=color,
         units=units,
+        opened=opened,
     )
 
 
@@ -196,7 +212,7 @@ def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
     curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
     if curve is None:
         raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")
-    first, last = BRep_Tool.Range_s(edge)
+    first, last = space_range(edge)
     geometry, kind, breaks, constant_speed = read_curve(curve)
     return (
         EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed),
@@ -243,7 +259,7 @@ def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> Face
 
 def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
     """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
-    first, last = BRep_Tool.Range_s(edge, face)
+    first, last = surface_range(edge, face)
     width = curve.last - curve.first
     if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
         return known
@@ -356,11 +372,13 @@ def _edge(
 def _measured(shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], kinds: set[str]) -> Measure:
     """Area, centroid and volume share of a face.
 
-    OpenCASCADE measures what it measures exactly, planes between lines and conics; its share of the
-    volume is NaN where a curved face has no parameter curves.
+    OpenCASCADE measures what it measures exactly, planes between lines and conics that are drawn as such on the
+    plane, too; its share of the volume is NaN where a curved face has no parameter curves.
     """
     flat = _kind(shape) == "plane"
-    measure = None if flat and kinds <= _EXACT_CURVES else measure_face(surface, loops)
+    drawn = [known.curve if isinstance(known, Reparametrised) else known for _, known, _ in surface.curves.values()]
+    exact = kinds <= _EXACT_CURVES and all(isinstance(curve, (Line, Ellipse)) for curve in drawn)
+    measure = None if flat and exact else measure_face(surface, loops)
     if measure is not None:
         return measure
     properties = GProp_GProps()

@@ -23,7 +23,7 @@ from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray
 from ...brep import Loop
-from ..shapes import EDGE, explore
+from ..shapes import EDGE, explore, surface_range
 from .convert import read_curve_2d, read_surface
 from .curves import EdgeCurve
 from .face_surface import FaceSurface
@@ -109,7 +109,7 @@ def measure_closed_area(face: Any) -> float | None:
         curve = BRep_Tool.CurveOnSurface_s(edge, forward_face, 0.0, 1.0)
         if curve is None:
             return None
-        first, last = BRep_Tool.Range_s(edge, forward_face)
+        first, last = surface_range(edge, forward_face)
         known = read_curve_2d(curve)
         in_space = EdgeCurve(
             geometry=known, first=first, last=last, breaks=getattr(known, "breaks", np.empty(0)), constant_speed=False

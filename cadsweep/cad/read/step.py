@@ -16,6 +16,7 @@ Colours: of a face before those of its solid, of an instance before those of its
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,8 +51,12 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
-_GEOMETRY = ("StepGeom_", "StepShape_", "StepRepr_", "StepBasic_")
-"""Entities whose damage matters; others (views, tolerances) do not shape the part."""
+_SHAPING = re.compile(
+    r"StepGeom_|StepShape_"
+    r"|StepRepr_(?!.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
+    r"|StepBasic_(.*(Length|PlaneAngle)|(NamedUnit|SiUnit|ConversionBasedUnit|MeasureWithUnit|DimensionalExponents)$)"
+)
+"""Entities that shape the part or give its size. Damage to others (views, products, other units) is noted."""
 
 
 def read_step(path: Path, data: bytes) -> Model:
@@ -96,7 +101,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         try:
             if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise CadError(f"{path}: OpenCASCADE cannot read the STEP file: it is damaged.")
-            _check_read(path, reader.ChangeReader().StepModel())
+            complaints = _check_read(path, reader.ChangeReader().StepModel())
             units = _file_units(reader)
             # The document's unit is in metres; the reader converts to it.
             XCAFDoc_DocumentTool.SetLengthUnit_s(document, unit * 1e-3)
@@ -115,6 +120,9 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     parts = [part for part in parts if not part.IsNull()]
     if not parts:
         raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
+    if complaints:
+        more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
+        model.notes.append(f"the STEP file has faults that do not touch its geometry: {complaints[0]}{more}")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
     model.name = path.stem
     foreign = [u.lower() for u in units if u.lower() not in ("millimetre", "millimeter", "mm")]
@@ -135,19 +143,27 @@ def _sub_shape_names() -> Iterator[None]:
         Interface_Static.SetIVal_s(key, before)
 
 
-def _check_read(path: Path, model: Any) -> None:
-    """Refuse a file with damaged geometry: OpenCASCADE reads on, and crashes when it builds the shapes."""
+def _check_read(path: Path, model: Any) -> list[str]:
+    """Refuse a file with damaged geometry: OpenCASCADE reads on, and crashes when it builds the shapes.
+
+    Returns
+    -------
+    list of str
+        Faults of what does not shape the part; whether its solids are valid is seen when they are healed.
+    """
     # Faults of the header (its author, its date) do no harm.
     found = [f.removeprefix("Undefined Parsing: ") for f in _failures(model.GlobalCheck(True)) if " for file_" not in f]
+    harmless: list[str] = []
     for number in range(1, model.NbEntities() + 1):
         check = model.Check(number, True)
         if check.HasFailed():
             kind = model.Value(number).DynamicType().Name()
-            if kind.startswith(_GEOMETRY):
-                found += [f"{kind.partition('_')[2]}: {failure}" for failure in _failures(check)]
+            named = [f"{kind.partition('_')[2]}: {failure}" for failure in _failures(check)]
+            (found if _SHAPING.match(kind) else harmless).extend(named)
     if found:
         more = f" (and {len(found) - 1} more faults)" if len(found) > 1 else ""
         raise CadError(f"{path}: the STEP file is damaged: {found[0]}{more}. Export or copy it again.")
+    return harmless
 
 
 def _failures(check: Any) -> list[str]:
