@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -11,7 +12,7 @@ from ..blocks.files import load_factors, save_factors
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary, make_slab_report, write_slabs
 from ..brep import Part
-from ..errors import InputError
+from ..errors import CadSweepError, InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -19,8 +20,9 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
-from .parts import find_candidates
+from .parts import find_candidates, load
 from .run import Progress, Run, silent
+from .stacking import mesh_stacks_instead
 
 
 def sweep_mesh(
@@ -78,8 +80,16 @@ def sweep_mesh(
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
     run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
-    mesh = first_good(part, sweeps, chosen, run, make_mesh).mesh
+    with run.stage("cad"):
+        part = load(source, params=None if chosen.params is None else dict(chosen.params), part=chosen.part)
+    chosen = replace(chosen, params=None, part=None)
+    try:
+        opened, sweeps = find_candidates(part, chosen, run)
+        mesh = first_good(opened, sweeps, chosen, run, make_mesh).mesh
+    except InputError:
+        raise
+    except CadSweepError as refused:
+        return mesh_stacks_instead(part, chosen, run, refused)
     assert mesh is not None
     return mesh
 

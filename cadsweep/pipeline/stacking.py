@@ -8,6 +8,7 @@ cap of a sweep, and ``stacks`` gives every node its heights.
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -85,14 +86,46 @@ def _reason(direction: np.ndarray, why: str) -> str:
     return f"along ({axis}), {why}"
 
 
-def mesh_stacks(part: Part, found: list[Stack], options: SweepOptions, run: Run) -> HexMesh:
-    """Mesh by the first stack that does well, or by the best of those tried.
+def other_stacks(part: Part, sweeps: Sequence[Sweep]) -> list[Stack]:
+    """Directions along which a part that has sweeps is a stack with other caps than theirs."""
+    known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
+    found, _ = _search(only_solid(part))
+    return [s for s in found if frozenset((frozenset(s.source), frozenset(s.target))) not in known]
+
+
+def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
+    """The stacks of a part that has no sweep.
+
+    Raises
+    ------
+    NotSweepableError
+        It is no stack either; says why it has no sweep first.
+    """
+    try:
+        return find_stacks(part)
+    except NotSweepableError as error:
+        message = f"{refused}; and as columns between caps: {error.reasons[0]}"
+        raise NotSweepableError(message, reasons=[*refused.reasons, *error.reasons]) from refused
+
+
+def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> HexMesh:
+    """Mesh a part that no sweep gives a mesh of: by the first stack that does well, or by the best of those tried.
 
     Raises
     ------
     CadSweepError
-        As by the stages; of several stacks, what is wrong with the first.
+        What is wrong with the part as a sweep, where it is no stack or its caps were chosen by the user; what is wrong
+        with its first stack, where it has no sweep.
     """
+    if options.source is not None or options.target is not None or len(part.solids) != 1:
+        raise refused
+    with run.stage("recognition"):
+        if isinstance(refused, NotSweepableError):
+            found = stacks_instead(part, refused)
+        else:
+            found, _ = _search(only_solid(part))
+            if not found:
+                raise refused
     _check_options(options)
     tried: list[HexMesh] = []
     failures: list[CadSweepError] = []
@@ -109,9 +142,11 @@ def mesh_stacks(part: Part, found: list[Stack], options: SweepOptions, run: Run)
         if mesh.info["quality"].min_scaled_jacobian >= GOOD_ENOUGH:
             break
     if not tried:
-        raise failures[0]
+        raise failures[0] if isinstance(refused, NotSweepableError) else refused
     best = max(tried, key=lambda mesh: (mesh.info["quality"].valid, mesh.info["quality"].min_scaled_jacobian))
     best.info["notes"] += [f"a better ranked stack was given up: {error}" for error in failures]
+    if not isinstance(refused, NotSweepableError):
+        best.info["notes"].append(f"meshed as columns between caps, as its sweeps were given up: {refused}")
     return best
 
 
@@ -143,7 +178,9 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         raise refusal(report)
     off = report.volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
-        mesh.info["notes"].append(f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size")
+        mesh.info["notes"].append(
+            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
+        )
     return mesh
 
 

@@ -1,7 +1,7 @@
 """The stage of parts that are columns of material along one direction, with caps at any number of levels.
 
-Place in the flow: beside ``recognition`` to ``projection``, for a solid that is no plain sweep. ``pipeline`` has ``cad``
-make the arrangement of the caps' outlines, and has ``intervals`` and ``surface`` mesh it as one source cap.
+Place in the flow: beside ``recognition`` to ``projection``, for a solid that is no plain sweep. ``pipeline`` has
+``cad`` make the arrangement of the caps' outlines, and ``intervals`` and ``surface`` mesh it as one source cap.
 
 ========== =====================================================================
 module     what it does

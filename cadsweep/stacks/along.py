@@ -54,7 +54,7 @@ def heights_on_face(face: Face, direction: FloatArray, places: FloatArray) -> Fl
     surface, frame = face.surface, across(direction)
     size = max(np.sqrt(face.area), 1e-300)
     # The plane through the middle is a start; the nearest point to it is on the face's own side of the surface.
-    guess = places + (((face.center - places) @ direction))[:, None] * direction
+    guess = places + ((face.center - places) @ direction)[:, None] * direction
     for _ in range(3):
         uv = surface.project(guess)
         guess = places + ((surface.evaluate(uv) - places) @ direction)[:, None] * direction

@@ -7,6 +7,8 @@ not, the line between them gives quads of a wall. No two quads are compared.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,7 +16,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack, StackMesh
-from .nodes import place_nodes
+from .nodes import Heights, place_nodes
 
 
 def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
@@ -34,21 +36,14 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
     """
     heights = place_nodes(stack, levels, mesh)
     material = find_material(stack, levels)
-    cells = np.searchsorted(np.sort(stack.arrangement.bottoms), mesh.faces)
-    cells = np.argsort(stack.arrangement.bottoms)[cells]
-    n_layers, n = levels.n_layers, len(mesh.points)
-    used = np.zeros((n_layers + 1, n), dtype=bool)
-    layers: list[IntArray] = []
-    for k in range(n_layers):
-        quads = mesh.quads[material[cells, k]]
-        used[k, quads] = used[k + 1, quads] = True
-        layers.append(quads)
-    number = np.where(used, np.cumsum(used).reshape(used.shape) - 1, -1)
-    hexes = [np.concatenate([number[k][quads], number[k + 1][quads]], axis=1) for k, quads in enumerate(layers)]
-    caps = _cap_quads(stack, levels, mesh, number)
-    walls = _wall_quads(stack, levels, mesh, material, number)
+    cells = np.argsort(stack.arrangement.bottoms)[np.searchsorted(np.sort(stack.arrangement.bottoms), mesh.faces)]
+    layers = [mesh.quads[material[cells, k]] for k in range(levels.n_layers)]
+    numbers, points = _number(stack, mesh, heights, layers)
+    hexes = [np.concatenate([numbers.above[k][q], numbers.below[k + 1][q]], axis=1) for k, q in enumerate(layers)]
+    caps = _cap_quads(stack, levels, mesh, numbers)
+    walls = _wall_quads(stack, levels, mesh, material, numbers)
     return StackMesh(
-        points=_points(stack, mesh, heights, used),
+        points=points,
         hexes=np.concatenate(hexes).astype(np.int64),
         quads=np.concatenate([q for q, _ in caps + walls]),
         faces=np.concatenate([f for _, f in caps + walls]),
@@ -64,25 +59,48 @@ def find_material(stack: Stack, levels: Levels) -> npt.NDArray[np.bool_]:
     return material
 
 
-def _points(stack: Stack, mesh: QuadMesh, heights: FloatArray, used: npt.NDArray[np.bool_]) -> FloatArray:
-    base = mesh.points @ stack.direction
-    flat = mesh.points - np.outer(base, stack.direction)
-    level, node = np.nonzero(used)
-    return flat[node] + heights[level, node][:, None] * stack.direction
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Numbers:
+    """Node numbers (n_layers + 1, n_nodes) where the layer below a level ends, and where the layer above it begins."""
+
+    below: IntArray
+    above: IntArray
 
 
-def _cap_quads(stack: Stack, levels: Levels, mesh: QuadMesh, number: IntArray) -> list[tuple[IntArray, IntArray]]:
+def _number(stack: Stack, mesh: QuadMesh, heights: Heights, layers: list[IntArray]) -> tuple[_Numbers, FloatArray]:
+    """Number the nodes that hexahedra use, level by level, and place them."""
+    shape = heights.below.shape
+    used = np.zeros((shape[0], 2, shape[1]), dtype=bool)  # level by level: below, then above where it is another
+    is_open = heights.open
+    for k, quads in enumerate(layers):
+        begins, ends = np.zeros((2, shape[1]), dtype=bool)
+        begins[quads] = ends[quads] = True
+        used[k, 0] |= begins & ~is_open[k]
+        used[k, 1] |= begins & is_open[k]
+        used[k + 1, 0] |= ends
+    number = np.cumsum(used).reshape(used.shape) - 1
+    numbers = _Numbers(below=number[:, 0], above=np.where(is_open, number[:, 1], number[:, 0]))
+    flat = mesh.points - np.outer(mesh.points @ stack.direction, stack.direction)
+    level, copy, node = np.nonzero(used)
+    height = np.where(copy == 0, heights.below[level, node], heights.above[level, node])
+    return numbers, flat[node] + height[:, None] * stack.direction
+
+
+def _cap_quads(stack: Stack, levels: Levels, mesh: QuadMesh, numbers: _Numbers) -> list[tuple[IntArray, IntArray]]:
     found = []
     for f, columns in zip(stack.arrangement.bottoms, stack.columns, strict=True):
         quads = mesh.quads[mesh.faces == f]
         for a, b in columns:
-            for cap, outward in ((a, quads[:, ::-1]), (b, quads)):
-                found.append((number[levels.caps[cap]][outward], np.full(len(quads), cap, dtype=np.int64)))
+            for cap, ids in (
+                (a, numbers.above[levels.caps[a]][quads[:, ::-1]]),
+                (b, numbers.below[levels.caps[b]][quads]),
+            ):
+                found.append((ids, np.full(len(quads), cap, dtype=np.int64)))
     return found
 
 
 def _wall_quads(
-    stack: Stack, levels: Levels, mesh: QuadMesh, material: npt.NDArray[np.bool_], number: IntArray
+    stack: Stack, levels: Levels, mesh: QuadMesh, material: npt.NDArray[np.bool_], numbers: _Numbers
 ) -> list[tuple[IntArray, IntArray]]:
     """Quads over the lines of the arrangement where the material ends."""
     solid, arrangement = stack.solid, stack.arrangement
@@ -116,6 +134,7 @@ def _wall_quads(
         nodes = mesh.edge_nodes[e]
         for k in ends.tolist():
             a, b = (nodes[:-1], nodes[1:]) if left[k] else (nodes[1:], nodes[:-1])
-            quads = np.stack([number[k][a], number[k][b], number[k + 1][b], number[k + 1][a]], axis=1)
+            low, high = numbers.above[k], numbers.below[k + 1]
+            quads = np.stack([low[a], low[b], high[b], high[a]], axis=1)
             found.append((quads, np.full(len(quads), owners[k], dtype=np.int64)))
     return found

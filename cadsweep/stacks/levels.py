@@ -26,7 +26,12 @@ _ORDER = 1e-4
 
 
 def assign_levels(
-    stack: Stack, sheets: Sheets, *, size: float, layers: int | None = None, demands: Mapping[tuple[int, int], int] | None = None
+    stack: Stack,
+    sheets: Sheets,
+    *,
+    size: float,
+    layers: int | None = None,
+    demands: Mapping[tuple[int, int], int] | None = None,
 ) -> Levels:
     """Choose the level of every cap and station.
 
@@ -78,7 +83,9 @@ def assign_levels(
         wishes = [f"layers = {layers}"] if layers is not None else []
         wishes += [f"{count} layers between two caps" for count in (demands or {}).values()]
         least = _least_layers(sheets)
-        raise InputError(f"{', '.join(wishes)}: the caps of the stack need other numbers, {least} layers at least in all")
+        raise InputError(
+            f"{', '.join(wishes)}: the caps of the stack need other numbers, {least} layers at least in all"
+        )
     levels = np.round(found.x[:n]).astype(np.int64)
     levels -= levels.min()
     return Levels(

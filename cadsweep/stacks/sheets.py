@@ -3,14 +3,16 @@
 Place in the flow: before :mod:`.levels`.
 
 Method: caps joined by an edge without a wall are one *sheet*, and so are flat caps of one height; a station is a sheet
-of its own. At every vertex of the arrangement, and in the middle of every edge, the sheets of all cells there are
-sorted by height: the same height must be one sheet, another height another level. A node is then known by its place and
-its level alone, whatever cells it belongs to.
+of its own. Two caps of one sheet may lie over each other where there is nothing between them: a passage whose floor and
+roof meet at its edges is a crack between two layers that stands open. At every vertex of the arrangement, and in the
+middle of every edge, the sheets of all cells there are sorted by height: the same height must be one sheet, another
+height another level, but for cracks. A node is then known by its place and its level alone, whatever cells it is in.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -69,31 +71,19 @@ def find_sheets(stack: Stack) -> Sheets | str:
     str
         Why layers cannot follow the caps: a wall or a column runs out to nothing.
     """
-    solid, tolerance = stack.solid, TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
+    tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     table = _Places(stack)
-    n_faces = len(solid.faces)
-    union = _Union(n_faces + len(solid.edges))
+    n_faces = len(stack.solid.faces)
+    union = _Union(n_faces + len(stack.solid.edges))
     sides = dict.fromkeys(stack.source, -1) | dict.fromkeys(stack.target, 1)
-    for edge in solid.edges:
+    for edge in stack.solid.edges:
         a, b = edge.faces
         if a in sides and b in sides:
             union.join(a, b)
     _join_flat(stack, union, tolerance)
-    for places in (table.middles, table.vertices):
-        for place in places:
-            for group in table.groups(place, tolerance):
-                first = group[0][1]
-                for _, item in group[1:]:
-                    if union.find(item) == union.find(first):
-                        continue
-                    if place in table.middles and sides.get(item) == sides.get(first) is not None:
-                        union.join(item, first)
-                        continue
-                    where = solid.units.place(table.points[place] + (group[0][0]) * stack.direction)
-                    return (
-                        f"{_label(stack, first)} and {_label(stack, item)} meet in a point at ({where}), where what is "
-                        "between them runs out"
-                    )
+    why = _join_meeting(stack, table, union, sides, tolerance)
+    if why:
+        return why
     roots = sorted({union.find(item) for item in [*sides, *(n_faces + e for e in stack.stations)]})
     number = {root: j for j, root in enumerate(roots)}
     caps = {f: number[union.find(f)] for f in sides}
@@ -102,23 +92,47 @@ def find_sheets(stack: Stack) -> Sheets | str:
     found = Sheets(caps=caps, stations=stations, heights=np.zeros(len(roots)))
     for place in [*table.vertices, *table.middles]:
         groups = table.groups(place, tolerance)
-        levels = [(number[union.find(group[0][1])], float(np.mean([h for h, _ in group]))) for group in groups]
-        for sheet, height in levels:
+        levels = [(number[union.find(group[0][1])], float(np.mean([h for h, _ in group])), group) for group in groups]
+        for (low, bottom, one), (high, top, other) in pairwise(levels):
+            if low == high:
+                if table.has_material(place, (bottom + top) / 2.0):
+                    where = stack.solid.units.place(table.points[place] + (bottom + top) / 2.0 * stack.direction)
+                    below, above = _label(stack, one[0][1]), _label(stack, other[0][1])
+                    return f"the wall between {below} and {above} at ({where}) runs out to a point, where they meet"
+                continue
+            found.over.setdefault((low, high), stack.solid.units.place(table.points[place] + bottom * stack.direction))
+            if place in table.weights and table.has_material(place, (bottom + top) / 2.0):
+                found.spans.setdefault((low, high), []).append((top - bottom, table.weights[place]))
+        for sheet, height, _ in levels:
             sums[:, sheet] += (height, 1.0)
-        for (low, a), (high, b) in zip(levels, levels[1:], strict=False):
-            where = solid.units.place(table.points[place] + a * stack.direction)
-            found.over.setdefault((low, high), where)
-            if place in table.middles and table.has_material(place, (a + b) / 2.0):
-                found.spans.setdefault((low, high), []).append((b - a, table.weights[place]))
     found.heights[:] = sums[0] / np.maximum(sums[1], 1.0)
-    for columns in stack.columns:
-        for a, b in columns:
-            if caps[a] == caps[b]:
-                return (
-                    f"{solid.faces[a].label()} and {solid.faces[b].label()} are joined without a wall between "
-                    "them, and lie over each other"
-                )
-    return found
+    return _flat_column(stack, caps) or found
+
+
+def _join_meeting(stack: Stack, table: _Places, union: _Union, sides: dict[int, int], tolerance: float) -> str:
+    """Join caps that meet along a line; say which ones meet in a point alone."""
+    for place in [*table.middles, *table.vertices]:
+        for group in table.groups(place, tolerance):
+            height, first = group[0]
+            for _, item in group[1:]:
+                if union.find(item) == union.find(first):
+                    continue
+                if place in table.weights and item in sides and sides[item] == sides.get(first):
+                    union.join(item, first)
+                    continue
+                where = stack.solid.units.place(table.points[place] + height * stack.direction)
+                one, other = _label(stack, first), _label(stack, item)
+                return f"{one} and {other} meet in a point at ({where}), where the wall between them runs out"
+    return ""
+
+
+def _flat_column(stack: Stack, caps: dict[int, int]) -> str:
+    """Say which column's two caps are one sheet."""
+    faces = stack.solid.faces
+    for a, b in (column for columns in stack.columns for column in columns):
+        if caps[a] == caps[b]:
+            return f"{faces[a].label()} and {faces[b].label()} lie over each other and are joined around their column"
+    return ""
 
 
 def _label(stack: Stack, item: int) -> str:
@@ -134,7 +148,7 @@ def _join_flat(stack: Stack, union: _Union, tolerance: float) -> None:
         if face.kind == "plane" and abs(face.normal @ stack.direction) > 1.0 - _FLAT
     ]
     flat.sort()
-    for (a, f), (b, g) in zip(flat, flat[1:], strict=False):
+    for (a, f), (b, g) in pairwise(flat):
         if b - a <= tolerance:
             union.join(f, g)
 
@@ -163,7 +177,8 @@ class _Places:
             here: set[int] = set()
             for e in prism.faces[f].edges:
                 here |= {place_of[e], number[prism.edges[e].start], number[prism.edges[e].end]}
-                self._columns.setdefault(place_of[e], []).extend(columns)
+            for place in here:
+                self._columns.setdefault(place, []).extend(columns)
             for cap in caps:
                 at_cap.setdefault(cap, set()).update(here)
         self._heights: dict[tuple[int, int], float] = {}
@@ -196,7 +211,5 @@ class _Places:
         return found
 
     def has_material(self, place: int, height: float) -> bool:
-        """Whether one of the cells beside the edge has material at its middle in this height."""
-        return any(
-            self._heights[place, a] < height < self._heights[place, b] for a, b in self._columns.get(place, ())
-        )
+        """Whether one of the cells at a place has material there in this height."""
+        return any(self._heights[place, a] < height < self._heights[place, b] for a, b in self._columns.get(place, ()))

@@ -126,7 +126,7 @@ def read_sides(solid: Solid, direction: FloatArray, normals: list[FloatArray]) -
             return f"{face.label()} is neither along nor across it: it leans {lean:.3g} degrees from it at its steepest"
     for edge in solid.edges:
         a, b = edge.faces
-        if caps.get(a, 0) * caps.get(b, 0) < 0:
+        if caps.get(a, 0) * caps.get(b, 0) < 0 and edge.dihedral < np.pi:
             one, other = solid.faces[a].label(), solid.faces[b].label()
             return f"{one} and {other} run out on each other at {edge.label()}: no layer fits between them there"
     return Sides(direction=direction, caps=caps, walls=tuple(walls), steepest=steepest)

@@ -273,7 +273,11 @@ def _caps_over(  # noqa: PLR0917
 
 
 def _prism(
-    faces: Sequence[Any], kept: Sequence[int], pieces: Sequence[_Line], caps: Sequence[frozenset[int]], along: FloatArray
+    faces: Sequence[Any],
+    kept: Sequence[int],
+    pieces: Sequence[_Line],
+    caps: Sequence[frozenset[int]],
+    along: FloatArray,
 ) -> Arrangement:
     """Extrude the cells to one solid and read it."""
     maker = BRepPrimAPI_MakePrism(compound([faces[j] for j in kept]), gp_Vec(*along))
