@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,7 +11,7 @@ from ..blocks.files import load_factors, save_factors
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary, make_slab_report, write_slabs
 from ..brep import Part
-from ..errors import CadSweepError, InputError
+from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -20,9 +19,9 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
-from .parts import find_candidates, load
+from .parts import find_candidates
+from .routes import mesh_part
 from .run import Progress, Run, silent
-from .stacking import mesh_stacks_instead
 
 
 def sweep_mesh(
@@ -39,7 +38,7 @@ def sweep_mesh(
     Parameters
     ----------
     source : Part, or whatever :func:`load` takes
-        One solid, or several and the option ``part``.
+        One solid, or several: those that touch are meshed conformally, unless the option ``part`` chooses one.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -79,19 +78,7 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    run = Run(on_progress=on_progress or silent)
-    with run.stage("cad"):
-        part = load(source, params=None if chosen.params is None else dict(chosen.params), part=chosen.part)
-    chosen = replace(chosen, params=None, part=None)
-    try:
-        opened, sweeps = find_candidates(part, chosen, run)
-        mesh = first_good(opened, sweeps, chosen, run, make_mesh).mesh
-    except InputError:
-        raise
-    except CadSweepError as refused:
-        return mesh_stacks_instead(part, chosen, run, refused)
-    assert mesh is not None
-    return mesh
+    return mesh_part(source, chosen, Run(on_progress=on_progress or silent))
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:

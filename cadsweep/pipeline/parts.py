@@ -27,7 +27,13 @@ MOST_KEPT = 4
 """Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
 
-def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int | None = None) -> Part:
+def load(
+    source: Any,
+    *,
+    params: dict[str, Any] | None = None,
+    part: str | int | None = None,
+    touch: float | None = None,
+) -> Part:
     """Read a part and make it clean for meshing.
 
     Parameters
@@ -38,7 +44,9 @@ def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int |
     params : dict or None
         Parameters of a script.
     part : str, int or None
-        Which solid of an assembly: its name, or its number from 0.
+        Which solid of an assembly: its name, or its number from 0; None takes them all, imprinted on each other.
+    touch : float or None
+        Distance, model units, up to which solids are taken to touch; None derives it from the part's size.
 
     Raises
     ------
@@ -53,7 +61,7 @@ def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int |
         if part is not None:
             raise InputError("part chooses a solid of what is loaded; this part is loaded already")
         return source
-    return cad.load(source, params=params, part=part)
+    return cad.load(source, params=params, part=part, touch=touch)
 
 
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:

@@ -13,18 +13,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import cad, intervals, stacks, surface
-from ..blocks.naming import find_colors, pieces_by_name
-from ..blocks.reference import make_reference
+from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import check_mesh
-from ..stack import Levels, Stack, StackMesh
+from ..stack import Stack
 from ..sweep import Sweep
-from .making import COARSE, GOOD_ENOUGH, refusal
+from .making import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
+from .several import finish
 
 log = logging.getLogger(__name__)
 
@@ -170,65 +169,34 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         quads = surface.mesh_surfaces(stack.plan, counts).source
     with run.stage("assembly"):
         built = stacks.build_mesh(stack, levels, quads)
-        mesh = _named(part, stack, levels, built, run)
-    with run.stage("quality"):
-        report = check_mesh(mesh, cad=make_reference(part, _as_sweep(stack)))
-    mesh.info["quality"] = report
-    if not report.valid and not options.allow_inverted:
-        raise refusal(report)
-    off = report.volume / mesh.info["cad_volume"] - 1.0
+    faces = stack.solid.faces
+    joined = JoinedMesh(
+        points=built.points,
+        hexes=built.hexes,
+        hex_cells=np.zeros(len(built.hexes), dtype=np.int64),
+        quads=built.quads,
+        quad_cells=np.zeros(len(built.quads), dtype=np.int64),
+        quad_faces=built.faces,
+        roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
+    )
+    mesh = finish(
+        part,
+        joined,
+        options,
+        run,
+        notes=stack.notes,
+        sweeps=[
+            {
+                "source": [faces[i].name or i for i in stack.source],
+                "target": [faces[i].name or i for i in stack.target],
+                "layers": levels.n_layers,
+                "columns": stack.n_columns,
+            }
+        ],
+    )
+    off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         mesh.info["notes"].append(
             f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
         )
     return mesh
-
-
-def _as_sweep(stack: Stack) -> Sweep:
-    """Caps and walls in the roles that names are given by."""
-    return Sweep(
-        solid=stack.solid,
-        source=stack.source,
-        target=stack.target,
-        linking_sides=stack.linking_sides,
-        source_loops=(),
-        target_loops=(),
-        rails=(),
-    )
-
-
-def _named(part: Part, stack: Stack, levels: Levels, built: StackMesh, run: Run) -> HexMesh:
-    """The mesh in model units, its boundaries by name."""
-    solid, faces = stack.solid, stack.solid.faces
-    roles = _as_sweep(stack)
-    name = solid.name or part.name
-    order = np.argsort(built.faces, kind="stable")
-    starts = np.searchsorted(built.faces[order], np.arange(len(faces) + 1))
-    of_face = [built.quads[order[starts[f] : starts[f + 1]]] for f in range(len(faces))]
-    boundaries = {
-        word: np.concatenate([of_face[f] for f in dict.fromkeys(face for face, _ in pieces)])
-        for word, pieces in pieces_by_name(roles).items()
-    }
-    return HexMesh(
-        points=part.to_model(built.points),
-        hexes=built.hexes,
-        boundaries=boundaries,
-        parts={name: np.arange(len(built.hexes), dtype=np.int64)},
-        info={
-            "part": part.name,
-            "material": solid.material,
-            "cad_volume": solid.volume * part.scale**3,
-            "sweeps": [
-                {
-                    "source": [faces[i].name or i for i in stack.source],
-                    "target": [faces[i].name or i for i in stack.target],
-                    "layers": levels.n_layers,
-                    "columns": stack.n_columns,
-                }
-            ],
-            "names": dict(part.names),
-            "colors": find_colors(roles, name),
-            "notes": [*part.notes, *stack.notes],
-            "seconds": run.seconds,
-        },
-    )
