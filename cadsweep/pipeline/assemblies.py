@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..brep import Part
-from ..errors import InputError, NotSweepableError
+from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
@@ -56,7 +56,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     return mesh
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refusal: NotSweepableError) -> HexMesh:
+def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refusal: CadSweepError) -> HexMesh:
     """Mesh one solid that no sweep fits, cut into cells.
 
     Raises

@@ -4,6 +4,7 @@
 way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
+stack           one solid that no sweep gives a mesh of columns between caps along one direction
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 cells           one solid that no sweep fits            cuts, until every cell sweeps; then as several solids
 =============== ======================================= ================================================
@@ -11,17 +12,21 @@ cells           one solid that no sweep fits            cuts, until every cell s
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from typing import Any
 
 from ..brep import Part
-from ..errors import NotSweepableError
+from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
+from .stacking import mesh_stacks_instead
+
+log = logging.getLogger(__name__)
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -37,11 +42,24 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
     try:
-        found, sweeps = find_candidates(part, options, run)
-    except NotSweepableError as refusal:
+        opened, sweeps = find_candidates(part, options, run)
+        mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
+    except InputError:
+        raise
+    except CadSweepError as refused:
         if options.source is not None or options.target is not None:
-            raise
-        return mesh_decomposed(part, options, run, refusal)
-    mesh = first_good(found, sweeps, options, run, make_mesh).mesh
+            raise  # the user's own choice is never replaced
+        return _otherwise(part, options, run, refused)
     assert mesh is not None
     return mesh
+
+
+def _otherwise(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> HexMesh:
+    """Mesh what no sweep gives a mesh of: as a stack, or cut into cells; the last refusal tells the whole story."""
+    try:
+        return mesh_stacks_instead(part, options, run, refused)
+    except InputError:
+        raise
+    except CadSweepError as error:
+        log.info("no stack: %s", error)
+        return mesh_decomposed(part, options, run, error)
