@@ -97,6 +97,8 @@ class SweepOptions:
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
+    refine : int
+        How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
     max_hexes : int or None
         Refuse larger meshes before work starts; None allows what the memory holds.
     max_memory : float or None
@@ -122,6 +124,7 @@ class SweepOptions:
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
+    refine: int = 0
     max_hexes: int | None = None
     max_memory: float | None = None
 
@@ -147,6 +150,7 @@ class SweepOptions:
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:
             raise InputError("nodes=27 goes with order=2")
+        _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)
         if self.touch is not None:
             _positive("touch", self.touch)

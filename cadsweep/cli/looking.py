@@ -110,10 +110,23 @@ def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page, one file.")
 @sweep_options
+@click.option(
+    "--family",
+    type=click.IntRange(3, 6),
+    metavar="N",
+    help="Refine the mesh into a family of N nested ones, and show how its volume and areas converge.",
+)
 @limits
 @QUIET
 def report(
-    *, input_file: str, output: str, timeout: float, max_memory: float | None, quiet: bool, **given: Any
+    *,
+    input_file: str,
+    output: str,
+    family: int | None,
+    timeout: float,
+    max_memory: float | None,
+    quiet: bool,
+    **given: Any,
 ) -> None:
     """Mesh a part and write one interactive page: the mesh, the sweep, its quality, the time it took."""
     options = checked_options(input_file, given)
@@ -125,6 +138,7 @@ def report(
         input_file,
         output,
         options=options,
+        family=family,
         command=_command_line(),
         output=output,
         timeout=timeout,

@@ -111,6 +111,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Nodes of a hexahedron of order 2.",
         ),
+        click.option(
+            "--refine",
+            type=click.IntRange(0, 8),
+            default=0,
+            metavar="K",
+            help="Make every hexahedron of the finished mesh into eight, K times; new nodes lie on the CAD model.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
     ]
