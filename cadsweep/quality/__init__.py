@@ -5,11 +5,13 @@ from .bernstein import positive_inside
 from .check import SurfaceFindings, check_mesh, check_surface, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
 from .metrics import HexMetrics, measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
+from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
 from .structure import structure_problems
 
 __all__ = [
     "HEX_CORNERS",
+    "BoundaryCrossing",
     "BoundaryLimit",
     "CadReference",
     "HexMetrics",
@@ -22,6 +24,7 @@ __all__ = [
     "check_mesh",
     "check_surface",
     "corner_limits",
+    "find_crossings",
     "make_report",
     "measure_hexes",
     "positive_inside",
