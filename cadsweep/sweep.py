@@ -97,6 +97,12 @@ class Sweep:
     score: float = 0.0
     notes: tuple[str, ...] = ()
 
+    @property
+    def closed(self) -> bool:
+        """Whether the caps are the two sides of the cut that opened a closed ring: its mesh closes on itself."""
+        caps = {frozenset(self.source), frozenset(self.target)}
+        return self.solid.opened is not None and caps == set(self.solid.opened)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Intervals:

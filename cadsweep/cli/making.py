@@ -246,12 +246,12 @@ def batch(
     code 1 if there is no mesh at all, or, with --strict, if any case has failed.
     """
     from ..batch import read_study, run_study
-    from .progress import ProgressBar
+    from .cases import CaseProgress
 
     plan = read_study(Path(study))
     folder = None if output is None else Path(output)
-    with ProgressBar(quiet=quiet) as bar:
-        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_progress=bar)
+    with CaseProgress(quiet=quiet) as progress:
+        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_case=progress)
     if as_json:
         click.echo(json.dumps(result.summary()))
     elif not quiet:

@@ -6,7 +6,6 @@ from typing import Any
 
 from ..blocks.block import FactoredMesh, factor_mesh
 from ..blocks.naming import find_colors
-from ..blocks.reference import is_ring
 from ..brep import Part
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -23,7 +22,7 @@ def factor_sweep(
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     counts, surfaces, finer = mesh_boundary(part, sweep, options, run, streamed=streamed)
     with run.stage("projection"):
-        if is_ring(sweep):
+        if sweep.closed:
             surfaces.rings[-1] = surfaces.rings[0]
         target = place_target(sweep, surfaces)
         placed = project_layers(
@@ -42,7 +41,7 @@ def factor_sweep(
         surfaces,
         placed,
         target.faces,
-        periodic=is_ring(sweep),
+        periodic=sweep.closed,
         part=name,
         scale=part.scale,
         offset=part.offset,

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
-from ..blocks.reference import is_ring, make_reference
+from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary
 from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, NotSweepableError
@@ -140,7 +140,7 @@ def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     if isinstance(failure, CadError):
         return failure
     solid = sweep.solid
-    caps = (*sweep.source, *sweep.target) if is_ring(sweep) else ()
+    caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     crossing = cad.find_crossing(solid, coincident=caps)
     if crossing is None:
         return failure

@@ -21,6 +21,7 @@ from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, smoothed
 from .parts import find_candidates
 from .refusing import refusal
+from .routes import mesh_part
 from .run import Progress, Run, silent
 
 
@@ -38,7 +39,7 @@ def sweep_mesh(
     Parameters
     ----------
     source : Part, or whatever :func:`load` takes
-        One solid, or several and the option ``part``.
+        One solid, or several: those that touch are meshed conformally, unless the option ``part`` chooses one.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -78,11 +79,7 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
-    mesh = first_good(part, sweeps, chosen, run, make_mesh).mesh
-    assert mesh is not None
-    return mesh
+    return mesh_part(source, chosen, Run(on_progress=on_progress or silent))
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:

@@ -4,7 +4,14 @@ from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
 from .check import SurfaceFindings, check_mesh, check_surface, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
-from .metrics import HexMetrics, measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
+from .metrics import (
+    HexMetrics,
+    enclosed_volume,
+    measure_hexes,
+    quad_areas,
+    quad_scaled_jacobians,
+    scaled_jacobians,
+)
 from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
 from .structure import structure_problems
@@ -24,6 +31,7 @@ __all__ = [
     "check_mesh",
     "check_surface",
     "corner_limits",
+    "enclosed_volume",
     "find_crossings",
     "make_report",
     "measure_hexes",

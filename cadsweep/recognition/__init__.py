@@ -5,7 +5,7 @@ Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a l
 """
 
 from .edges import describe_edges
-from .find import find_sweeps
+from .find import find_sweeps, search_sweeps
 from .growth import find_roundings, worst_rim
 from .reasons import describe
 from .revolution import find_axis
@@ -18,6 +18,7 @@ __all__ = [
     "find_roundings",
     "find_sweeps",
     "may_be_ring",
+    "search_sweeps",
     "why_not_closed",
     "worst_rim",
 ]

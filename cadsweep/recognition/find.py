@@ -141,11 +141,14 @@ def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     return [each for layout in laid_out for each in with_grown(solid, layout)]
 
 
-def search_sweeps(solid: Solid) -> Findings:
-    """Search for sweeps; sharply folded sides are tried only where nothing else is found."""
+def search_sweeps(solid: Solid, *, quick: bool = False) -> Findings:
+    """Search for sweeps; sharply folded sides are tried only where nothing else is found.
+
+    `quick` leaves out what takes long and is seldom needed: folded sides, and all but the best reading of each face.
+    """
     first: Findings | None = None
-    for folded in (False, True):
-        search = find_bands(solid, folded=folded)
+    for folded in (False,) if quick else (False, True):
+        search = find_bands(solid, folded=folded, most_readings=1 if quick else None)
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
         for bands in choose_bands(search.bands):

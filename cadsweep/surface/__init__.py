@@ -1,6 +1,7 @@
 """The surface stage: ring nodes on edges and linking sides, quads on the source cap.
 
-Place in the flow: after ``intervals``, before ``projection``. :func:`mesh_surfaces` is its one entry.
+Place in the flow: after ``intervals``, before ``projection``. :func:`mesh_surfaces` is the entry for one sweep; a part
+of several cells is meshed through a :class:`Skeleton`.
 
 Method: the counts fix where every vertex stands in a grid of ring nodes times layers (``layout``);
 edges divide themselves by layer places and by the affine image of the source loop (``spacing``);
@@ -15,13 +16,15 @@ from collections.abc import Sequence
 from ..mesh import SurfaceMesh
 from ..sweep import Intervals, Sweep
 from .layout import build_layout
+from .matching import match_quads
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
+from .skeleton import CellBoundary, FaceMesh, Skeleton
 from .spacing import Fit, fit_linear_parts, place_layers
 from .target import divide_target_edges
 
-__all__ = ["mesh_surfaces"]
+__all__ = ["CellBoundary", "FaceMesh", "Skeleton", "match_quads", "mesh_surfaces"]
 
 
 def mesh_surfaces(

@@ -51,6 +51,9 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
+_NUMBERED = re.compile(r"^(NAUO)?\d+$")
+"""Names of placements that programs make up."""
+
 _SHAPING = re.compile(
     r"StepGeom_|StepShape_"
     r"|StepRepr_(?!.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
@@ -116,7 +119,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         labels = TDF_LabelSequence()
         XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(labels)
         for label in _each(labels):
-            _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None)
+            _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None, path=())
     parts = [part for part in parts if not part.IsNull()]
     if not parts:
         raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
@@ -176,10 +179,20 @@ def _file_units(reader: Any) -> list[str]:
     return [str(lengths.Value(j).ToCString()) for j in range(1, lengths.Length() + 1)]
 
 
-def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: str | None, color: str | None) -> None:
+def _walk(
+    model: Model,
+    parts: list[Any],
+    label: Any,
+    location: Any,
+    *,
+    prefix: str | None,
+    color: str | None,
+    path: tuple[str, ...],
+) -> None:
     """Collect the shapes, names and colours under a label.
 
-    `prefix` is the name of the part that the label stands for, `color` what it has where it has no other.
+    `prefix` is the name of the part that the label stands for, `color` what it has where it has no other, `path` the
+    names of the assemblies that it is in.
     """
     tool = XCAFDoc_ShapeTool
     name = _name(label)
@@ -190,15 +203,18 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         referred = TDF_Label()
         tool.GetReferredShape_s(label, referred)
         label = referred
-        name = name if is_meaningful(name) else _name(label)
+        # Numbers and NAUO1, NAUO2 are what programs write where the placement has no name of its own.
+        name = name if is_meaningful(name) and not _NUMBERED.match(name) else _name(label) or name
         material = material or _material(label)
         own_color = own_color or _color(label)
     color = own_color or color
     if tool.IsAssembly_s(label):
         components = TDF_LabelSequence()
         tool.GetComponents_s(label, components)
+        prefix = name if is_meaningful(name) else ""
+        path = (*path, prefix) if prefix else path
         for component in _each(components):
-            _walk(model, parts, component, location, prefix=name if is_meaningful(name) else "", color=color)
+            _walk(model, parts, component, location, prefix=prefix, color=color, path=path)
         return
     shape = tool.GetShape_s(label).Moved(location)
     parts.append(shape)
@@ -210,6 +226,8 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         name = ""
     if is_meaningful(name):
         model.names.extend(Named(solid, name) for solid in solids)
+        path = path if path and path[-1] == name else (*path, name)  # CadQuery's NAME and NAME_part are one
+    model.paths.extend(Named(solid, "/".join(path)) for solid in solids if path)
     if material:
         model.materials.extend(Named(solid, material.removeprefix(MATERIAL_PREFIX)) for solid in solids)
     _add_sub_shapes(model, label, location, part=name if prefix is not None else None)
