@@ -126,10 +126,10 @@ def _check_surfaces(
     if not surfaces:
         return found
     # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
-    found.problems = interface_problems(mesh)
+    found.problems = [*found.overlaps, *interface_problems(mesh)]
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
-        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume)
+        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume, overlap=False)
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
         found.areas |= {name: alone.areas[name] for name in own.named if name in mesh.interfaces}
     if isinstance(cad, Mapping):
@@ -181,12 +181,15 @@ class SurfaceFindings:
     euler : int or None
     problems : list of str
     crossings : tuple of BoundaryCrossing
+    overlaps : list of str
+        Those of the problems that say where hexahedra overlap.
     """
 
     areas: dict[str, float] = field(default_factory=dict)
     euler: int | None = None
     problems: list[str] = field(default_factory=list)
     crossings: tuple[BoundaryCrossing, ...] = ()
+    overlaps: list[str] = field(default_factory=list)
 
 
 def check_surface(
@@ -196,6 +199,7 @@ def check_surface(
     *,
     cad: CadReference | None = None,
     volume: float | None = None,
+    overlap: bool = True,
 ) -> SurfaceFindings:
     """Check a boundary surface by itself and against the CAD model.
 
@@ -209,6 +213,8 @@ def check_surface(
     cad : CadReference or None
     volume : float or None
         Volume of the mesh, to be held against ``cad.volume``.
+    overlap : bool
+        Look for crossing and nested pieces; False for a part of a surface that is looked at as a whole.
     """
     found = SurfaceFindings()
     shape = conformity.surface_shape(quads)
@@ -242,12 +248,14 @@ def check_surface(
         if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
     }
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
-    full = _with_middles(quads, boundaries)
-    pairs, places = find_crossings(points, full)
-    found.crossings = describe_crossings(points, full, usable, pairs, places)
-    found.problems += crossing_problems(found.crossings)
-    if not found.crossings and not len(shape.open_edges) and len(finite) == len(nodes):
-        found.problems += nesting_problems(points, quads)
+    if overlap:
+        full = _with_middles(quads, boundaries)
+        crossing, places = find_crossings(points, full)
+        found.crossings = describe_crossings(points, full, usable, crossing, places)
+        found.overlaps = crossing_problems(found.crossings)
+        if not found.crossings and not len(shape.open_edges) and len(finite) == len(nodes):
+            found.overlaps = nesting_problems(points, quads)
+        found.problems += found.overlaps
     if cad is not None:
         found.problems += cad_problems(
             points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad

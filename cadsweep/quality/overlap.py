@@ -152,7 +152,7 @@ def describe_crossings(
     by_nodes = {tuple(sorted(quads[i, :4].tolist())): i for i in wanted.tolist()}
     involved = np.zeros(len(points), dtype=np.bool_)
     involved[quads[wanted, :4]] = True
-    for name, own in reversed(boundaries.items()):
+    for name, own in reversed(list(boundaries.items())):
         for quad in own[involved[own[:, :4]].all(axis=1), :4].tolist():
             at = by_nodes.get(tuple(sorted(quad)))
             if at is not None:
