@@ -16,13 +16,13 @@ from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from ...brep import ModelSolid, Part, Units
 from ...errors import CadError
 from ..extract.solids import EdgeLabel, FaceLabel, Labels
-from ..imprinting.checking import volume_and_center
+from ..imprinting.checking import integrated_volume, volume_and_center
 from ..imprinting.joining import imprint
 from ..names.naming import declare_names
 from ..names.unique import declare_words, number_repeated
 from ..read.colors import split_colors
 from ..read.model import Model, Named
-from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, explore, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, compound, explore, index_map, subshapes, typed
 from .clean import lost_names, stage
 from .solids import mend
 from .tracing import Traced
@@ -125,13 +125,12 @@ def make_assembly(
 
 
 def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[ModelSolid]:
-    """The solids of the model with the volumes that the cells' own integrals give, which are better on splines."""
+    """The solids of the model with volumes by the integrals that cells have, which are better on splines.
+
+    Those of the cells, where imprinting has moved no face.
+    """
     for model, cell, before in zip(part.models, part.solids, healed, strict=True):
-        gained = 0.0
-        if moved:
-            assert isinstance(cell.write_brep, SolidShape)
-            gained = volume_and_center(cell.write_brep.shape)[0] - volume_and_center(before)[0]
-        yield replace(model, volume=cell.volume - gained)
+        yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
 
 
 def _mended(traced: Traced, name: str) -> list[str]:
