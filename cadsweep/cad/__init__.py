@@ -14,6 +14,7 @@ from .names.selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from ..arrays import FloatArray
     from ..brep import Part, Solid
@@ -37,6 +38,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "write_step",
 ]
 
 
@@ -118,3 +120,10 @@ def cut_cell(part: "Part", cell: int, cutter: "Cutter") -> "Part | None":
     from .edit.cutting import cut_cell as cut
 
     return cut(part, cell, cutter.tools)
+
+
+def write_step(part: "Part", path: "Path") -> list[str]:
+    """Write the cells of a part as named solids (:func:`cadsweep.cad.write.write_step`)."""
+    from .write import write_step as write
+
+    return write(part, path)

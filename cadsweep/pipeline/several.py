@@ -29,7 +29,8 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
 from .cells import mesh_cells
-from .making import SMOOTH_BELOW, refusal
+from .making import SMOOTH_BELOW
+from .refusing import refusal
 from .run import Run
 
 log = logging.getLogger(__name__)
