@@ -69,7 +69,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refusal: CadSwe
             found = plan_cells(part, run)
         except NotSweepableError as error:
             own = refusal.reasons if isinstance(refusal, NotSweepableError) else ()
-            reasons = (*refusal.reasons, *error.reasons)
+            reasons = (*own, *error.reasons)
             raise NotSweepableError(
                 f"{refusal}; no cuts were found that part it into sweeps", reasons=reasons
             ) from error
