@@ -35,6 +35,8 @@ MOST_STATES = 400
 """Complexes that are looked at before the part is given up."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
+CLIMB = 4.0
+"""How much dearer than where it began a dive may become before another one is begun."""
 FLAT = 1e-6
 """Radians from pi up to which two faces at an edge are one plane."""
 SHARP = pi / 6
@@ -83,36 +85,44 @@ class Search:
     make_plan: MakePlan
     most_states: int = MOST_STATES
     pool: Pool = field(init=False)
+    best: State = field(init=False)
     n_states: int = 0
     n_plans: int = 0
     seen: dict[Cell, Seen] = field(default_factory=dict)
     known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
 
-    def run(self) -> tuple[State | None, State]:
-        """The first complex that has a plan (None), and the best looked at."""
+    def solutions(self) -> Iterator[State]:
+        """Complexes that have a plan, as they are found; ``best`` is the best complex looked at so far."""
         self.pool, cell = from_solid(self.model)
-        first = self.judge((cell,), ())
-        if first.plan is not None:
-            return first, first
-        best = first
+        self.best = first = self.judge((cell,), ())
         queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
         n = 0
-        while queue and self.n_states < self.most_states:
-            _, _, state = heapq.heappop(queue)
-            for child in self.children(state):
-                n += 1
-                if child.cost < best.cost:
-                    best = child
-                if child.plan is not None:
-                    return child, child
-                heapq.heappush(queue, (child.cost, n, child))
-                if self.n_states >= self.most_states:
+        while queue and not self.is_over():
+            start, _, here = heapq.heappop(queue)
+            while here.cost <= start + CLIMB and not self.is_over():
+                if here.plan is not None:
+                    yield here
+                children = []
+                for child in self.children(here):
+                    children.append(child)
+                    if child.plan is not None or self.is_over():
+                        break
+                if not children:
                     break
-        return None, best
+                children.sort(key=lambda child: (child.plan is None, child.cost))
+                here, *others = children
+                self.best = min(self.best, here, key=lambda state: (state.plan is None, state.cost))
+                for child in others:
+                    n += 1
+                    heapq.heappush(queue, (child.cost, n, child))
+
+    def is_over(self) -> bool:
+        """Whether the budget is used up."""
+        return self.n_states >= self.most_states
 
     def children(self, state: State) -> Iterator[State]:
         """Complexes one cut further."""
-        if len(state.cells) >= MOST_CELLS:
+        if len(state.cells) >= MOST_CELLS or state.plan is not None:
             return
         targets = [state.blocked[0]] if state.blocked else list(dict.fromkeys(c for c, _ in state.conflict))
         for number in targets:
@@ -197,13 +207,19 @@ class Search:
                 facet = self.pool.facets[f]
                 if f in own and edge.dihedral < pi + FLAT:
                     continue
-                found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), "face"))
+                found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), self.name_of(f)))
             if (not convex and edge.dihedral < pi + FLAT) or in_conflict & set(edge.faces):
                 for f in own:
                     normal = unit(cross(along, self.pool.facets[f].normal))
                     square = Plane(normal=normal, offset=dot(normal, self.pool.points[pair[0]]))
-                    found.append((edge.length, square, "square"))
+                    where = self.model.units.place(edge.midpoint)
+                    found.append((edge.length, square, f"square to {self.name_of(f)} at ({where})"))
         yield from _distinct(found)
+
+    def name_of(self, f: int) -> str:
+        """How messages call the plane of a facet."""
+        origin = self.pool.facets[f].origin
+        return self.model.faces[origin].label() if origin >= 0 else f"cut {-origin}"
 
 
 def _distinct(found: Sequence[tuple[float, Plane, str]]) -> Iterator[tuple[Plane, str]]:

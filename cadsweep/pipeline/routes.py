@@ -4,6 +4,7 @@
 way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
+decomposition   one solid that no sweep fits            cells of cuts on one skeleton
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 """
@@ -14,9 +15,11 @@ from dataclasses import replace
 from typing import Any
 
 from ..brep import Part
+from ..errors import NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
+from .decomposing import may_decompose, mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
@@ -34,7 +37,12 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
-    part, sweeps = find_candidates(part, options, run)
+    try:
+        part, sweeps = find_candidates(part, options, run)
+    except NotSweepableError as refused:
+        if not may_decompose(part, options):
+            raise
+        return mesh_decomposed(part, options, run, refused)
     mesh = first_good(part, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh
