@@ -8,6 +8,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
 
@@ -21,6 +22,7 @@ __all__ = [
     "cut_ring",
     "divide_annuli",
     "divide_roundings",
+    "find_contacts",
     "find_crossing",
     "find_mergeable",
     "imprint",
@@ -69,8 +71,8 @@ def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[in
 
 
 def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":
-    """Make one part of separate solids (:func:`cadsweep.cad.imprint.joining.imprint`)."""
-    from .imprint.joining import imprint as join
+    """Make one part of separate solids (:func:`cadsweep.cad.imprinting.joining.imprint`)."""
+    from .imprinting.joining import imprint as join
 
     return join(shapes, **how)
 

@@ -23,6 +23,7 @@ from ..quality import QualityReport, check_mesh
 from ..quality.check import SurfaceFindings
 from ..sweep import Sweep
 from .factoring import factor_sweep
+from .origin import Origin
 from .parts import find_candidates
 from .run import Progress, Run, silent
 
@@ -36,6 +37,9 @@ SMOOTH_BELOW = 0.3
 
 COARSE = 0.01
 """Part of the volume that a mesh may lose or gain without a note."""
+
+DOUBTFUL_VOLUME = 1e-4
+"""Part of the volume that gaps between faces may leave open without a note; what CAD kernels leave is far below."""
 
 MOST_CANDIDATES = 3
 """Sweeps of one solid that are tried before the first one's error is raised."""
@@ -108,7 +112,8 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
     factored.info["notes"] += volume_notes(report, factored)
-    return Made(factored=factored, report=report, mesh=mesh)
+    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
+    return Made(factored=factored, report=report, mesh=replace(mesh, origin=origin))
 
 
 def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
@@ -187,10 +192,19 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
 
 def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
     """Say so where a valid mesh is too coarse to be the part: its facets cut off what is round."""
-    off = report.volume / factored.info["cad_volume"] - 1.0
-    if abs(off) <= COARSE:
-        return []
-    return [f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"]
+    known, doubt = factored.info["cad_volume"], factored.info["cad_volume_doubt"]
+    notes = []
+    if doubt > DOUBTFUL_VOLUME * known:
+        notes.append(
+            f"faces of the model miss each other, so that its volume is known to {doubt / known:.1g} of itself only; "
+            "the checks allow for that"
+        )
+    off = report.volume / known - 1.0
+    if abs(off) > COARSE + doubt / known:
+        notes.append(
+            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
+        )
+    return notes
 
 
 def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:

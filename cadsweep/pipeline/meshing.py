@@ -20,6 +20,7 @@ from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
 from .parts import find_candidates
+from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent
 
@@ -49,7 +50,7 @@ def sweep_mesh(
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
         ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``max_hexes``, ``max_memory``.
+        ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
@@ -78,7 +79,8 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    return mesh_part(source, chosen, Run(on_progress=on_progress or silent))
+    run = Run(on_progress=on_progress or silent)
+    return refined(mesh_part(source, chosen, run), chosen, run)
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:
@@ -88,6 +90,11 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
         if name not in known:
             raise InputError(f"there is no option '{name}'; there are {', '.join(known)}")
     return SweepOptions(**options)
+
+
+def _not_refined(options: SweepOptions, what: str) -> None:
+    if options.refine:
+        raise InputError(f"{what} from one sweep, without refine: ask for a smaller size and more layers")
 
 
 def write_factors(
@@ -110,6 +117,7 @@ def write_factors(
     chosen = make_options(options)
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
+    _not_refined(chosen, "factors are written")
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
     made = first_good(part, sweeps, chosen, run, make_mesh)
@@ -154,6 +162,7 @@ def stream_mesh(
     chosen = make_options(options)
     if chosen.order != 1:
         raise InputError("a streamed mesh has order 1")
+    _not_refined(chosen, "a mesh is streamed")
     if Path(path).suffix != ".vtkhdf":
         raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
     place = check_place(Path(path))

@@ -305,4 +305,5 @@ def _order_2_problems(hexes: IntArray) -> list[str]:
 
 def _cad_of(mesh: HexMesh) -> CadReference | None:
     volume = mesh.info.get("cad_volume")
-    return None if volume is None else CadReference(volume=float(volume))
+    doubt = mesh.info.get("cad_volume_doubt", 0.0)
+    return None if volume is None else CadReference(volume=float(volume), volume_doubt=float(doubt))

@@ -41,6 +41,10 @@ class CadReference:
     relative : float or None
         Largest relative deviation of the volume and of the areas. None: four times what faceting
         can do, judged from the angles between neighbouring quads, and at least 1e-6.
+    volume_doubt : float
+        How uncertain the volume itself is, where the model's faces miss each other.
+    area_doubts, joint_doubts : mapping
+        How uncertain the areas are, by the keys of `areas` and `joint_areas`.
     """
 
     volume: float | None = None
@@ -51,6 +55,9 @@ class CadReference:
     rim_distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray] | None = None
     tolerance: float = 1e-6
     relative: float | None = None
+    volume_doubt: float = 0.0
+    area_doubts: Mapping[str, float] = field(default_factory=dict)
+    joint_doubts: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

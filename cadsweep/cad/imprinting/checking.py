@@ -17,7 +17,7 @@ from ...brep import Units
 from ...errors import CadError
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..shapes import FACE, SOLID, compound, index_map, mapped, subshapes
+from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes
 from .fusing import Fused
 
 SAME_VOLUME = 1e-6
@@ -87,8 +87,20 @@ def check_distinct(fused: Fused, labels: Sequence[str], units: Units) -> None:
     )
 
 
+def check_counts(fused: Fused, labels: Sequence[str]) -> None:
+    """Refuse a solid that the fuse has divided or lost; the others are in `check_distinct`.
+
+    Raises
+    ------
+    CadError
+    """
+    for pieces, label in zip(fused.pieces, labels, strict=True):
+        if len(pieces) != 1:
+            raise CadError(f"imprinting made {len(pieces)} pieces of {label}")
+
+
 def check_imprinted(
-    shapes: Sequence[Any], fused: Fused, traced: Traced, labels: Sequence[str], units: Units, *, moved: float
+    shapes: Sequence[Any], traced: Traced, labels: Sequence[str], units: Units, *, moved: float
 ) -> None:
     """Refuse what the general fuse made of the solids where it is not they, with more faces.
 
@@ -96,7 +108,6 @@ def check_imprinted(
     ----------
     shapes : sequence of TopoDS_Solid
         As they were.
-    fused : Fused
     traced : Traced
         Their compound, followed through the fuse.
     labels : sequence of str
@@ -108,12 +119,9 @@ def check_imprinted(
     Raises
     ------
     CadError
-        A solid is in pieces or gone, invalid, of another volume, or has lost a face.
+        A solid is invalid, of another volume, or has lost a face.
     """
-    for shape, pieces, label in zip(shapes, fused.pieces, labels, strict=True):
-        if len(pieces) != 1:
-            raise CadError(f"imprinting made {len(pieces)} pieces of {label}")
-        (piece,) = pieces
+    for shape, piece, label in zip(shapes, children(traced.shape), labels, strict=True):
         if piece.IsSame(shape):
             continue
         try:
