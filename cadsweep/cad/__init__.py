@@ -13,11 +13,14 @@ from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
+    from ..arrays import FloatArray
     from ..brep import Part, Solid
+    from ..stack import Arrangement
 
 __all__ = [
+    "arrange",
     "cut_closed",
     "cut_ring",
     "divide_annuli",
@@ -32,6 +35,15 @@ __all__ = [
     "select_edges_of",
     "select_faces",
 ]
+
+
+def arrange(
+    solid: "Solid", direction: "FloatArray", sides: "Mapping[int, int]", lines: "Sequence[int]"
+) -> "Arrangement":
+    """Carry outlines on one plane and find its cells (:func:`cadsweep.cad.edit.arrangement.arrange`)."""
+    from .edit.arrangement import arrange as make
+
+    return make(solid, direction, sides, lines)
 
 
 def cut_ring(part: "Part") -> "Part | None":

@@ -18,13 +18,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import pi
 
-from ..brep import Part, Solid
+from ..brep import Face, Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
 from .dividing import Plane, divide
 from .planar import Cell, Pair, Pool, from_solid
 from .solids import to_solid
-from .vectors import cross, dot, minus, unit
+from .vectors import cross, dot, minus, to_vector, unit
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +37,10 @@ MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
 CLIMB = 4.0
 """How much dearer than where it began a dive may become before another one is begun."""
+GAP = 0.02
+"""Distance between two features, as a share of the part's size, from which a cut between them is worth it."""
+MOST_DIRECTIONS = 4
+"""Directions of faces in which features are parted."""
 FLAT = 1e-6
 """Radians from pi up to which two faces at an edge are one plane."""
 SHARP = pi / 6
@@ -215,11 +219,50 @@ class Search:
                     where = self.model.units.place(edge.midpoint)
                     found.append((edge.length, square, f"square to {self.name_of(f)} at ({where})"))
         yield from _distinct(found)
+        yield from _distinct(self.between_features(solid))
+
+    def between_features(self, solid: Solid) -> list[tuple[float, Plane, str]]:
+        """Planes half way between two groups of edges that stand in the way, square to a face of the cell."""
+        features = [solid.vertices[sorted(group)] for group in _groups(solid)]
+        found: list[tuple[float, Plane, str]] = []
+        if len(features) < 2:
+            return found
+        for face in _directions(solid):
+            extents = sorted((float((f @ face.normal).min()), float((f @ face.normal).max())) for f in features)
+            reached = extents[0][1]
+            for low, high in extents[1:]:
+                if low - reached > GAP * self.pool.size:
+                    plane = Plane(normal=to_vector(face.normal), offset=(low + reached) / 2.0)
+                    found.append((low - reached, plane, f"a plane between features, parallel to {face.label()}"))
+                reached = max(reached, high)
+        return found
 
     def name_of(self, f: int) -> str:
         """How messages call the plane of a facet."""
         origin = self.pool.facets[f].origin
         return self.model.faces[origin].label() if origin >= 0 else f"cut {-origin}"
+
+
+def _groups(solid: Solid) -> list[set[int]]:
+    """Vertices of re-entrant and imprinted edges that hang together."""
+    groups: list[set[int]] = []
+    for edge in solid.edges:
+        if edge.dihedral > pi - FLAT:
+            own = {edge.start, edge.end}
+            for group in [group for group in groups if group & own]:
+                groups.remove(group)
+                own |= group
+            groups.append(own)
+    return groups
+
+
+def _directions(solid: Solid) -> list[Face]:
+    """Faces of a cell that look in different directions, the largest first."""
+    found: list[Face] = []
+    for face in sorted(solid.faces, key=lambda face: -face.area):
+        if not any(abs(abs(float(face.normal @ other.normal)) - 1.0) < 1e-9 for other in found):
+            found.append(face)
+    return found[:MOST_DIRECTIONS]
 
 
 def _distinct(found: Sequence[tuple[float, Plane, str]]) -> Iterator[tuple[Plane, str]]:

@@ -47,7 +47,7 @@ def may_decompose(part: Part, options: SweepOptions) -> bool:
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: NotSweepableError) -> HexMesh:
+def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
     """Cut a solid into cells and mesh them.
 
     Raises
@@ -57,8 +57,9 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: NotSwe
     SurfaceMeshError, ProjectionError, InvertedHexError
         Cells were found, and none of their meshes is valid.
     """
+    assert refused is not None
     solid = only_solid(part)
-    if not decompose.is_planar(solid):
+    if not may_decompose(part, options) or not decompose.is_planar(solid):
         raise refused
     search = decompose.Search(model=solid, recognise=recognise, make_plan=make_plan)
     best: HexMesh | None = None
@@ -86,8 +87,8 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: NotSwe
             break
     if best is not None:
         return best
-    if failure is not None:
-        raise failure
+    if failure is not None or not isinstance(refused, NotSweepableError):
+        raise failure or refused
     raise decompose.explain(search, refused)
 
 
