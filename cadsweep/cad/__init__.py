@@ -14,6 +14,7 @@ from .names.selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from ..arrays import FloatArray
     from ..brep import Part, Solid
@@ -34,6 +35,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "write_step",
 ]
 
 
@@ -101,3 +103,10 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
     from .geometry.crossing import find_crossing as find
 
     return find(solid, coincident=coincident)
+
+
+def write_step(part: "Part", path: "Path") -> list[str]:
+    """Write the cells of a part as named solids (:func:`cadsweep.cad.write.write_step`)."""
+    from .write import write_step as write
+
+    return write(part, path)

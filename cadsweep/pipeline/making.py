@@ -14,7 +14,7 @@ from ..blocks.block import FactoredMesh
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import project_to_edges, project_to_faces
@@ -25,6 +25,7 @@ from ..sweep import Sweep
 from .factoring import factor_sweep
 from .origin import Origin
 from .parts import find_candidates
+from .refusing import explain_crossings, refusal
 from .run import Progress, Run, silent
 
 log = logging.getLogger(__name__)
@@ -110,7 +111,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             report = check_mesh(mesh, cad=reference)
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
-        raise refusal(report)
+        raise refusal(report, part, sweep)
     factored.info["notes"] += volume_notes(report, factored)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     return Made(factored=factored, report=report, mesh=replace(mesh, origin=origin))
@@ -139,17 +140,10 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     )
 
 
-def refusal(report: QualityReport) -> InvertedHexError:
-    """Say what is wrong with a mesh that is not handed over."""
-    return InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
-        hexes=[hexahedron.id for hexahedron in report.worst],
-        min_scaled_jacobian=report.min_scaled_jacobian,
-    )
-
-
 def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
+    if isinstance(failure, CadError):
+        return failure
     solid = sweep.solid
     caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     crossing = cad.find_crossing(solid, coincident=caps)
@@ -180,13 +174,16 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
     for sweep in sweeps[:MOST_CANDIDATES]:
         try:
             factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+            surface = check_boundary(factored, make_reference(part, sweep))
+            if surface.crossings and not options.allow_inverted:
+                raise explain_crossings(part, sweep, surface.crossings)
         except (InputError, NotSweepableError):
             raise
         except CadSweepError as error:
             failures.append(error)
             continue
         factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
-        return Plan(factored=factored, surface=check_boundary(factored, make_reference(part, sweep)))
+        return Plan(factored=factored, surface=surface)
     raise explained(sweeps[0], failures[0])
 
 

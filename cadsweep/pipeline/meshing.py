@@ -18,9 +18,10 @@ from ..options import SweepOptions
 from ..quality import CadReference, QualityReport, check_mesh
 from ..sweep import Sweep
 from .factoring import factor_sweep
-from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
+from .making import Made, figures, first_good, make_mesh, may_gain, smoothed
 from .parts import find_candidates
 from .refinement import refined
+from .refusing import refusal
 from .routes import mesh_part
 from .run import Progress, Run, silent
 
@@ -184,7 +185,7 @@ def stream_mesh(
                     with run.stage("write"):
                         report = _write_checked(stream, factored, reference, run)
             if not report.valid and not options.allow_inverted:
-                raise refusal(report)
+                raise refusal(report, part, sweep)
         return Made(factored=factored, report=report)
 
     made = first_good(part, sweeps, chosen, run, make)

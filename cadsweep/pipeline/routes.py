@@ -30,7 +30,13 @@ from .stacking import mesh_stacks_instead
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
     """Load what the user gives."""
     with run.stage("cad"):
-        return load(source, params=None if options.params is None else dict(options.params), part=options.part)
+        return load(
+            source,
+            params=None if options.params is None else dict(options.params),
+            part=options.part,
+            touch=options.touch,
+            on_progress=lambda share: run.on_progress("cad", share),
+        )
 
 
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
