@@ -20,7 +20,7 @@ from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
-from .decomposing import may_decompose, mesh_decomposed
+from .decomposing import mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
