@@ -56,22 +56,27 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     return mesh
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refusal: CadSweepError) -> HexMesh:
+def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
     """Mesh one solid that no sweep fits, cut into cells.
 
     Raises
     ------
     NotSweepableError
-        No cuts were found that help: `refusal`, with what was tried.
+        No cuts were found that help: `refused`, with what was tried.
+    CadSweepError
+        `refused`, where the user asks for what one sweep alone can have.
     """
+    assert refused is not None
+    if any(getattr(options, name) is not None for name in _ONE_SWEEP):
+        raise refused
     with run.stage("recognition"):
         try:
             found = plan_cells(part, run)
         except NotSweepableError as error:
-            own = refusal.reasons if isinstance(refusal, NotSweepableError) else ()
+            own = refused.reasons if isinstance(refused, NotSweepableError) else ()
             reasons = (*own, *error.reasons)
             raise NotSweepableError(
-                f"{refusal}; no cuts were found that part it into sweeps", reasons=reasons
+                f"{refused}; no cuts were found that part it into sweeps", reasons=reasons
             ) from error
         wishes = resolve_wishes(found.part, options)
     return mesh_complex(found, options, run, wishes)

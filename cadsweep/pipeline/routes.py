@@ -5,14 +5,14 @@ way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
+decomposition   one planar solid, no stack either       cells of cuts on one skeleton
+cut             one solid of any faces                  the same, cut by OpenCASCADE
 several solids  more than one solid                     cells that touch on one skeleton, others beside
-cells           one solid that no sweep fits            cuts, until every cell sweeps; then as several solids
 =============== ======================================= ================================================
 """
 
 from __future__ import annotations
 
-import logging
 from dataclasses import replace
 from typing import Any
 
@@ -20,13 +20,12 @@ from ..brep import Part
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .assemblies import mesh_assembly, mesh_decomposed
+from .assemblies import mesh_assembly, mesh_cut
+from .decomposing import mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
 from .stacking import mesh_stacks_instead
-
-log = logging.getLogger(__name__)
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -47,25 +46,21 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
-    try:
-        opened, sweeps = find_candidates(part, options, run)
-        mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
-    except InputError:
-        raise
-    except CadSweepError as refused:
-        if options.source is not None or options.target is not None:
-            raise  # the user's own choice is never replaced
-        return _otherwise(part, options, run, refused)
+    refused: CadSweepError | None = None
+    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut):
+        try:
+            return way(part, options, run, refused)
+        except InputError:
+            raise
+        except CadSweepError as error:
+            refused = error
+    assert refused is not None
+    raise refused
+
+
+def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """By one sweep."""
+    opened, sweeps = find_candidates(part, options, run)
+    mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh
-
-
-def _otherwise(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> HexMesh:
-    """Mesh what no sweep gives a mesh of: as a stack, or cut into cells; the last refusal tells the whole story."""
-    try:
-        return mesh_stacks_instead(part, options, run, refused)
-    except InputError:
-        raise
-    except CadSweepError as error:
-        log.info("no stack: %s", error)
-        return mesh_decomposed(part, options, run, error)
