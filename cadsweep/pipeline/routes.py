@@ -17,7 +17,8 @@ from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
-from .making import first_good, make_mesh
+from .candidates import first_good
+from .making import make_mesh
 from .parts import find_candidates, load
 from .run import Run
 
