@@ -19,7 +19,7 @@ run        seconds by stage, progress
 ========== =========================================================================
 """
 
-from .candidates import SMOOTH_BELOW, figures, refusal, smoothed
+from .candidates import SMOOTH_BELOW, figures, smoothed
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
@@ -35,7 +35,6 @@ __all__ = [
     "load",
     "make_options",
     "refine",
-    "refusal",
     "smoothed",
     "stream_mesh",
     "sweep_mesh",

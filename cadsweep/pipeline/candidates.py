@@ -17,11 +17,12 @@ import numpy as np
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
+from .refusing import refusal
 from .run import Run
 
 log = logging.getLogger(__name__)
@@ -66,6 +67,8 @@ one so far."""
 
 def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
+    if isinstance(failure, CadError):
+        return failure
     solid = sweep.solid
     caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     crossing = cad.find_crossing(solid, coincident=caps)
@@ -170,25 +173,16 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     )
 
 
-def refuse(report: QualityReport, options: SweepOptions) -> None:
+def refuse(report: QualityReport, options: SweepOptions, part: Part, sweep: Sweep) -> None:
     """Raise what is wrong with a mesh that is not handed over.
 
     Raises
     ------
-    InvertedHexError
+    CadSweepError
         The mesh is not valid, and the user does not allow that.
     """
     if not report.valid and not options.allow_inverted:
-        raise refusal(report)
-
-
-def refusal(report: QualityReport) -> InvertedHexError:
-    """Say what is wrong with a mesh that is not handed over."""
-    return InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
-        hexes=[hexahedron.id for hexahedron in report.worst],
-        min_scaled_jacobian=report.min_scaled_jacobian,
-    )
+        raise refusal(report, part, sweep)
 
 
 def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:

@@ -43,7 +43,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=reference)
-    refuse(report, options)
+    refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
     return Made(factored=factored, report=report, mesh=mesh)

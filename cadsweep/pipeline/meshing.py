@@ -191,7 +191,7 @@ def stream_mesh(
                     return make_slab_report(present, seen, surface)
 
             factored, report = checked(factored, check, options, run, reached)
-            refuse(report, options)
+            refuse(report, options, part, sweep)
             return Made(factored=factored, report=report)
 
         made = first_good(part, sweeps, chosen, run, make)

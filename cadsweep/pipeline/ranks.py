@@ -121,7 +121,7 @@ def _first_good(comm: Any, source: Any, path: Path, options: SweepOptions, run: 
             return better
 
         factored, report = checked(shared(factor), check, options, run, reached, smooth=smooth)
-        refuse(report, options)
+        shared(lambda: refuse(report, options, part, sweep))
         return Made(factored=factored, report=report)
 
     def explain(sweep: Any, failure: CadSweepError) -> CadSweepError:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from .limits import BoundaryLimit
+from .overlap import BoundaryCrossing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,6 +144,8 @@ class QualityReport:
     limit : BoundaryLimit or None
         The worst corner of boundary nodes alone, which no smoothing can mend and nothing can exceed. None for
         a mesh without structure, and where no hexahedron is poor (0.5).
+    crossings : tuple of BoundaryCrossing
+        Where the boundary crosses itself, the most frequent first; empty for a valid mesh.
     """
 
     n_nodes: int
@@ -158,6 +161,7 @@ class QualityReport:
     euler: int | None = None
     problems: tuple[str, ...] = ()
     limit: BoundaryLimit | None = None
+    crossings: tuple[BoundaryCrossing, ...] = ()
 
     @property
     def valid(self) -> bool:
