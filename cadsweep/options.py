@@ -89,12 +89,16 @@ class SweepOptions:
         Parameters of a CadQuery script.
     part : str, int or None
         Which solid of an assembly: its name, or its number from 0.
+    touch : float or None
+        Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
+    refine : int
+        How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
     max_hexes : int or None
         Refuse larger meshes before work starts; None allows what the memory holds.
     max_memory : float or None
@@ -116,9 +120,11 @@ class SweepOptions:
     rail_layers: Mapping[str, int] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
+    touch: float | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
+    refine: int = 0
     max_hexes: int | None = None
     max_memory: float | None = None
 
@@ -144,7 +150,10 @@ class SweepOptions:
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:
             raise InputError("nodes=27 goes with order=2")
+        _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)
+        if self.touch is not None:
+            _positive("touch", self.touch)
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
