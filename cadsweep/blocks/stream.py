@@ -22,7 +22,6 @@ from ..quality import (
     QualityReport,
     boundary_limit,
     check_surface,
-    enclosed_volume,
     make_report,
     structure_problems,
 )
@@ -87,8 +86,14 @@ def measure(factored: FactoredMesh, *, start: int = 0, stop: int | None = None) 
     return seen
 
 
-def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> SurfaceFindings:
-    """Check the whole boundary, which is known from the rings and the caps alone."""
+def check_boundary(factored: FactoredMesh, reference: CadReference | None, *, volume: float) -> SurfaceFindings:
+    """Check the whole boundary, which is known from the rings and the caps alone.
+
+    Parameters
+    ----------
+    volume : float
+        Sum of the volumes of the hexahedra, to be held against that of the CAD model.
+    """
     structure = factored.structure
     n, ring = structure.n_nodes, np.concatenate(structure.loops)
     b, n_rings = len(ring), factored.n_node_layers
@@ -109,7 +114,7 @@ def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> Su
 
     owned = [(names, renumbered(quads)) for names, quads in factored.owned_quads()]
     quads = np.concatenate([quads for _, quads in owned])
-    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=enclosed_volume(points, quads))
+    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=volume)
 
 
 def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:

@@ -15,7 +15,8 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
-from .making import first_good, make_mesh
+from .candidates import first_good
+from .making import make_mesh
 from .parts import open_and_find
 from .run import Run
 from .several import mesh_complex, plan_cells, side_by_side

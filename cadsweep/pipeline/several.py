@@ -26,8 +26,8 @@ from ..plan import Plan, make_plan
 from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
+from .candidates import SMOOTH_BELOW
 from .cells import mesh_cells
-from .making import SMOOTH_BELOW
 from .refusing import refusal
 from .run import Run
 
