@@ -25,7 +25,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..blocks.block import FactoredMesh
 from ..blocks.files import load_archive
-from ..blocks.reference import make_reference
+from ..blocks.reference import make_reference, volume_doubt
 from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
 from ..mesh import HexMesh, QuadMesh, SurfaceMesh
@@ -37,7 +37,7 @@ from ..projection.carried import carry_face
 from ..quality import check_mesh
 from ..surface.spacing import fit_linear_parts
 from ..sweep import Sweep
-from .making import smoothed, volume_notes
+from .candidates import smoothed, volume_notes
 from .matching import Match, graph_of, match_graphs
 from .origin import Origin, origin_of
 from .parts import only_solid, open_and_find
@@ -239,6 +239,7 @@ def _factored(template: Template, part: Part, surfaces: SurfaceMesh, points: Flo
         "part": part.name,
         "material": solid.material,
         "cad_volume": solid.volume * part.scale**3,
+        "cad_volume_doubt": volume_doubt(solid) * part.scale**3,
         "names": dict(part.names),
         "notes": [*part.notes, f"meshed like '{old.info.get('part', 'another part')}'"],
         "seconds": run.seconds,
@@ -272,10 +273,9 @@ def _finished(origin: Origin, run: Run) -> HexMesh:
         report = check_mesh(mesh, cad=reference)
     if not report.valid and options.smoothing:
         with run.stage("smoothing"):
-            mended = smoothed(factored)
-            mesh = mended.to_mesh()
+            factored = smoothed(factored)
+            mesh = factored.to_mesh()
             report = check_mesh(mesh, cad=reference)
-            factored = mended
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
             mesh = elevate(
@@ -286,7 +286,6 @@ def _finished(origin: Origin, run: Run) -> HexMesh:
                 allow_inverted=options.allow_inverted,
             )
             report = check_mesh(mesh, cad=reference)
-    mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
         problems = "; ".join(report.problems[:3])
         raise InvertedHexError(
@@ -295,5 +294,6 @@ def _finished(origin: Origin, run: Run) -> HexMesh:
             hexes=[hexahedron.id for hexahedron in report.worst],
             min_scaled_jacobian=report.min_scaled_jacobian,
         )
-    factored.info["notes"] += volume_notes(report, factored)
-    return replace(mesh, origin=replace(origin, factored=factored))
+    factored = factored.noted(volume_notes(report, factored))
+    origin = replace(origin, factored=factored)
+    return replace(mesh, origin=origin, info={**factored.info, "quality": report})
