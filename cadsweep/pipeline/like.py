@@ -179,10 +179,10 @@ def _boundary(template: Template, match: Match, sweep: Sweep) -> FloatArray:
             label = template.graph.face_labels[face]
             raise CadError(f"the parts do not correspond: {label} has an outline that is on no edge")
         points[meshed.nodes] = carry_face(meshed, points[known], loops, solid.faces[match.faces[face]].surface)
-    points = points.reshape(n_layers + 1, n, 3)
+    layers = points.reshape(n_layers + 1, n, 3)
     if sweep.closed:
-        points[-1] = points[0]
-    return points
+        layers[-1] = layers[0]
+    return layers
 
 
 def _surfaces(template: Template, match: Match, points: FloatArray) -> SurfaceMesh:
@@ -199,7 +199,7 @@ def _surfaces(template: Template, match: Match, points: FloatArray) -> SurfaceMe
         there, same = match.edges[edge]
         return there, chain if same else chain[::-1]
 
-    on_target = {}
+    on_target: dict[int, FloatArray] = {}
     for edge, there, forward in template.roles["target_edges"]:
         if there in old.target_edge_points:
             chain = points[-1][old.source.edge_nodes[edge]]
