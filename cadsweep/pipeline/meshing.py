@@ -5,7 +5,7 @@ from __future__ import annotations
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from ..blocks.block import FactoredMesh
 from ..blocks.files import load_factors, save_factors
@@ -16,13 +16,13 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import CadReference, QualityReport, check_mesh
+from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
-from .making import Made, figures, first_good, make_mesh, may_gain, smoothed
+from .making import make_mesh
 from .parts import find_candidates
 from .refinement import refined
-from .refusing import refusal
 from .routes import mesh_part
 from .run import Progress, Run, silent
 
@@ -172,29 +172,32 @@ def stream_mesh(
     place = check_place(Path(path))
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
+    with replaced_file(place) as stream:
+        written: FactoredMesh | None = None
 
-    def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
-        factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
-        reference = make_reference(part, sweep)
-        with replaced_file(place) as stream:
+        def write(factored: FactoredMesh) -> QualityAccumulator:
+            nonlocal written
+            stream.seek(0)
+            stream.truncate()
+            written = factored
             with run.stage("write"):
-                report = _write_checked(stream, factored, reference, run)
-            if options.smoothing and may_gain(report, options, reached):
-                with run.stage("smoothing"):
-                    factored = smoothed(factored)
-                if factored.is_changed:
-                    stream.seek(0)
-                    stream.truncate()
-                    with run.stage("write"):
-                        report = _write_checked(stream, factored, reference, run)
-            if not report.valid and not options.allow_inverted:
-                raise refusal(report, part, sweep)
-        return Made(factored=factored, report=report)
+                return write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
 
-    made = first_good(part, sweeps, chosen, run, make)
+        def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
+            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+            reference = make_reference(part, sweep)
+
+            def check(present: FactoredMesh) -> QualityReport:
+                seen = write(present)
+                with run.stage("quality"):
+                    surface = check_boundary(present, reference, volume=seen.volume)
+                    return make_slab_report(present, seen, surface)
+
+            factored, report = checked(factored, check, options, run, reached)
+            refuse(report, options, part, sweep)
+            return Made(factored=factored, report=report)
+
+        made = first_good(part, sweeps, chosen, run, make)
+        if written is None or written.sweep is not made.factored.sweep:
+            write(made.factored)  # the best candidate is not the one that was written last
     return figures(made.factored, made.report)
-
-
-def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadReference, run: Run) -> QualityReport:
-    seen = write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
-    return make_slab_report(factored, seen, check_boundary(factored, reference))

@@ -30,8 +30,8 @@ from ..order2.curving import project_to_edges, project_to_faces, ring_segments
 from ..order2.elevate import elevate, place_lattice
 from ..projection import project_layers
 from ..quality import check_mesh
-from .making import refusal
 from .origin import Origin, origin_of
+from .refusing import refusal
 from .run import Run
 
 MOST_LEVELS = 8

@@ -20,7 +20,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Sweep
-from .making import COARSE, GOOD_ENOUGH
+from .candidates import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish
@@ -107,7 +107,7 @@ def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
         raise NotSweepableError(message, reasons=[*refused.reasons, *error.reasons]) from refused
 
 
-def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> HexMesh:
+def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
     """Mesh a part that no sweep gives a mesh of: by the first stack that does well, or by the best of those tried.
 
     Raises
@@ -116,6 +116,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
         What is wrong with the part as a sweep, where it is no stack or its caps were chosen by the user; what is wrong
         with its first stack, where it has no sweep.
     """
+    assert refused is not None
     if options.source is not None or options.target is not None or len(part.solids) != 1:
         raise refused
     with run.stage("recognition"):

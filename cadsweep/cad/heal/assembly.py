@@ -6,7 +6,8 @@ Place in the flow: beside :mod:`.clean`, which does the same for one solid.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
@@ -15,7 +16,7 @@ from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from ...brep import ModelSolid, Part, Units
 from ...errors import CadError
 from ..extract.solids import EdgeLabel, FaceLabel, Labels
-from ..imprinting.checking import volume_and_center
+from ..imprinting.checking import integrated_volume, volume_and_center
 from ..imprinting.joining import imprint
 from ..names.naming import declare_names
 from ..names.unique import declare_words, number_repeated
@@ -109,7 +110,7 @@ def make_assembly(
     of_solids = {name: own for name, own in zip(names, given, strict=True) if own is not None and own != name}
     of_materials = {new: old for _, declared in materials for new, old in declared.originals.items()}
     with stage(model, "imprinting the solids on each other"):
-        return imprint(
+        part = imprint(
             healed,
             labels=labels,
             models=models,
@@ -120,6 +121,16 @@ def make_assembly(
             notes=notes + naming_notes,
             names={**of_materials, **of_solids, **edges.originals, **faces.originals},
         )
+        return replace(part, models=tuple(_measured(part, healed, moved=touch is not None)))
+
+
+def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[ModelSolid]:
+    """The solids of the model with volumes by the integrals that cells have, which are better on splines.
+
+    Those of the cells, where imprinting has moved no face.
+    """
+    for model, cell, before in zip(part.models, part.solids, healed, strict=True):
+        yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
 
 
 def _mended(traced: Traced, name: str) -> list[str]:
