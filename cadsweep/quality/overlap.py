@@ -101,7 +101,7 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
         used[quads] = True
     if len(quads) < 2:
         return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
-    number = np.cumsum(used, dtype=np.int32) - 1
+    number = np.cumsum(used) - 1
     numbered, own = number[quads], points[used]
     low, high = own.min(axis=0), own.max(axis=0)
     # Coordinates are no better than their rounding: far from the origin a hair is wider.
