@@ -17,10 +17,10 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
 from .making import make_mesh
-from .parts import find_candidates
 from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent

@@ -62,6 +62,7 @@ def test_unsweepable_part_is_refused_with_reasons(path):
     with pytest.raises(NotSweepableError) as caught:
         find_sweeps(part_of(path))
     assert "\n" not in str(caught.value)
-    assert len(caught.value.reasons) == len(solid.faces)
-    for face, reason in zip(solid.faces, caught.value.reasons, strict=True):
+    own, besides = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
+    for face, reason in zip(solid.faces, own, strict=True):
         assert reason.startswith(face.label())
+    assert all(reason.startswith("with ") for reason in besides)
