@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..cells import sweep_hexes
-from ..io.slabs import PieceSizes, SlabWriter
 from ..io.vtk_cells import color_fields
 from ..quality import (
     CadReference,
@@ -28,6 +27,9 @@ from ..quality import (
 )
 from ..quality.check import POOR, SurfaceFindings
 from .block import FactoredMesh, unite_quads
+
+if TYPE_CHECKING:
+    from ..io.slabs import SlabWriter
 
 SLAB_NODES = 200_000
 """Nodes of a slab: large enough for the arithmetic, small enough for the cache and for flat memory."""
@@ -172,6 +174,8 @@ def _quads_of_segments(quads: IntArray, loops: tuple[IntArray, ...], n_nodes: in
 
 def open_writer(stream: BinaryIO, factored: FactoredMesh) -> tuple[SlabWriter, BoundaryMarks]:
     """Make the file of a serial mesh, all sizes known."""
+    from ..io.slabs import PieceSizes, SlabWriter  # and HDF5, which hardly any run writes
+
     boundaries = factored.boundaries()
     names = tuple(boundaries)
     structure = factored.structure
