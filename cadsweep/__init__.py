@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import find_sweeps, load, refine, stream_mesh, sweep_mesh
+    from .pipeline import find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -44,6 +44,7 @@ _HOMES = {
     "find_sweeps": "pipeline",
     "load": "pipeline",
     "refine": "pipeline",
+    "sensitivity": "pipeline",
     "read": "io",
     "stream_mesh": "pipeline",
     "sweep_mesh": "pipeline",
@@ -67,6 +68,7 @@ __all__ = [
     "load",
     "read",
     "refine",
+    "sensitivity",
     "stream_mesh",
     "sweep_mesh",
 ]
