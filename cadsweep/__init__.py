@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         NotSweepableError,
         ProjectionError,
         SurfaceMeshError,
+        UnknownNameError,
         WorkerError,
     )
     from .io import read
@@ -36,6 +37,7 @@ _HOMES = {
     "NotSweepableError": "errors",
     "ProjectionError": "errors",
     "SurfaceMeshError": "errors",
+    "UnknownNameError": "errors",
     "WorkerError": "errors",
     "HexMesh": "mesh",
     "Part": "brep",
@@ -62,6 +64,7 @@ __all__ = [
     "QualityReport",
     "SurfaceMeshError",
     "Sweep",
+    "UnknownNameError",
     "WorkerError",
     "__version__",
     "find_sweeps",
