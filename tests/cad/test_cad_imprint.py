@@ -397,3 +397,20 @@ def test_a_wall_of_bricks_shares_every_bed_and_joint(cq, load):
     assert sum(contact.area for contact in contacts) == pytest.approx(9 * 0.5 + 14 * 0.5)
     assert seen == sorted(seen)
     assert 0 <= seen[0] < seen[-1] <= 1
+
+
+@pytest.mark.parametrize("step", [1e-5, 1e-3])
+def test_outlines_that_nearly_coincide_are_noted_and_touch_makes_them_coincide(cq, load, step):
+    whole = several(cq, box(cq, (0, 0, 0)), box(cq, (1, step, 0)), box(cq, (0, 0, 1), (2, 1, 1)))
+    (note,) = load(whole).notes
+    assert f"edges of {step:.2g} are left at (1, " in note
+    assert f"touch={1.1 * step:.2g} " in note
+    part = load(whole, touch=1.1 * step)
+    assert part.notes == ()
+    assert [len(solid.faces) for solid in part.solids] == [6, 6, 7]
+    assert_shares_exactly(part)
+
+
+def test_a_short_edge_that_a_solid_had_is_its_own_affair(cq, load):
+    bevelled = cq.Workplane().box(1, 1, 1, centered=False).edges("|Z and <X and <Y").chamfer(1e-3)
+    assert not any("is left" in note for note in load(several(cq, bevelled, box(cq, (1, 0, 0)))).notes)
