@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,19 +18,22 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
+from .like import as_template, mesh_like
 from .making import make_mesh
-from .parts import find_candidates
 from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent
+from .template import make_template, template_arrays
 
 
 def sweep_mesh(
     source: Any,
     /,
     *,
+    like: Any = None,
     isolated: bool = False,
     timeout: float | None = None,
     on_progress: Progress | None = None,
@@ -41,6 +45,10 @@ def sweep_mesh(
     ----------
     source : Part, or whatever :func:`load` takes
         One solid, or several: those that touch are meshed conformally, unless the option ``part`` chooses one.
+    like : HexMesh or path, optional
+        A mesh from here, or a ``.sweep.npz`` file, of a part whose faces and edges correspond (the same script with
+        other parameters): the mesh gets the same hexes, names and numbering, and nodes that move smoothly with the
+        part. Sizes and counts are that mesh's.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -72,7 +80,7 @@ def sweep_mesh(
         result: HexMesh = run_isolated(
             "cadsweep.pipeline:sweep_mesh",
             (make_portable(source),),
-            options,
+            {**options, "like": None if like is None else as_template(like)},
             timeout=timeout,
             max_memory=chosen.max_memory,
             on_progress=on_progress,
@@ -81,6 +89,8 @@ def sweep_mesh(
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
     run = Run(on_progress=on_progress or silent)
+    if like is not None:
+        return mesh_like(source, as_template(like), chosen, run)
     return refined(mesh_part(source, chosen, run), chosen, run)
 
 
@@ -89,7 +99,9 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     known = SweepOptions.__dataclass_fields__
     for name in options:
         if name not in known:
-            raise InputError(f"there is no option '{name}'; there are {', '.join(known)}")
+            near = get_close_matches(name, known, n=1)
+            meant = f" (did you mean '{near[0]}'?)" if near else ""
+            raise InputError(f"there is no option '{name}'{meant}; there are {', '.join(known)}")
     return SweepOptions(**options)
 
 
@@ -122,9 +134,9 @@ def write_factors(
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
     made = first_good(part, sweeps, chosen, run, make_mesh)
-    with replaced_file(check_place(Path(path))) as stream:
-        save_factors(made.factored, stream)
     assert made.mesh is not None
+    with replaced_file(check_place(Path(path))) as stream:
+        save_factors(made.factored, stream, template_arrays(make_template(made.mesh.origin)))
     return made.mesh
 
 
