@@ -8,38 +8,24 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from math import pi
 
-from .. import decompose, recognition
-from ..brep import Part, Solid
+from .. import decompose
+from ..brep import Part
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..plan import Plan, list_ways, make_plan
-from ..sweep import Sweep
+from ..plan import Plan, make_plan
 from .candidates import GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
-from .several import Complex, mesh_complex
+from .several import Complex, mesh_complex, recognise
 from .shared_hints import resolve_wishes
 
 log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
-_FEW = 2
-"""Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
-
-
-def recognise(solid: Solid) -> list[Sweep]:
-    """Sweeps of a cell that a plan can use: the fast way, and thoroughly only for cells that are nearly convex."""
-    for most_readings in (1, None):
-        sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
-        usable = [sweep for sweep in sweeps if list_ways([sweep])]
-        if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
-            return usable
-    return []
 
 
 def may_decompose(part: Part, options: SweepOptions) -> bool:

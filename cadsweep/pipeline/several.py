@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
-from ..plan import Plan, make_plan
+from ..plan import Plan, list_ways, make_plan
 from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
@@ -34,6 +35,9 @@ from .refusing import refusal
 from .run import Run
 
 log = logging.getLogger(__name__)
+
+_FEW = 2
+"""Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +72,7 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
 def cut_until_planned(part: Part, run: Run) -> Found:
     """Search for cuts; what came nearest where none help."""
     tools = Tools(
-        recognise=_sweeps,
+        recognise=recognise,
         make_plan=make_plan,
         find_cutters=cad.find_cutters,
         cut=cad.cut_cell,
@@ -77,6 +81,16 @@ def cut_until_planned(part: Part, run: Run) -> Found:
     found, n_parts = find_cells(part, tools)
     log.info("%d parts looked at, %d cuts", n_parts, len(found.reasons))
     return found
+
+
+def recognise(solid: Solid) -> list[Sweep]:
+    """Sweeps of a cell that a plan can use: the fast way, and thoroughly only for cells that are nearly convex."""
+    for most_readings in (1, None):
+        sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
+        usable = [sweep for sweep in sweeps if list_ways([sweep])]
+        if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
+            return usable
+    return []
 
 
 def _sweeps(solid: Solid) -> list[Sweep]:

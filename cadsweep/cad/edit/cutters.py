@@ -21,7 +21,7 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane
-from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
+from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Vec
 
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
@@ -32,7 +32,11 @@ FLAT = 1e-4
 SAME = 1e-6
 """Distance, as a share of the cell's size, up to which two cutters are one."""
 MOST_CUTTERS = 24
-"""Cutters of one cell that are tried."""
+"""Cutters of one cell at edges in the way that are tried."""
+MOST_BETWEEN = 4
+"""Planes between its holes that are tried before these."""
+MOST_NORMALS = 12
+"""Directions in which gaps between holes are looked for."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,7 +97,7 @@ class _Cutters:
         self.found: dict[tuple[float, ...], _Found] = {}
 
     def all(self) -> list[Cutter]:
-        """Batches first, then single ones by the length of the edges that they resolve."""
+        """Planes between holes that go different ways, then batches, then single ones by the edges that they resolve."""
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
@@ -104,7 +108,7 @@ class _Cutters:
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        return [*self.batches(columns), *single][:MOST_CUTTERS]
+        return [*self.between(), *[*self.batches(columns), *single][:MOST_CUTTERS]]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
@@ -208,6 +212,50 @@ class _Cutters:
                         tools=tuple(tool for f in own for tool in f.tools),
                         weight=sum(sum(f.edges.values()) for f in own),
                     )
+
+    def between(self) -> Iterator[Cutter]:
+        """Planes half way between holes that go different ways, the widest gap first."""
+        holes = [
+            (face.normal, self.feature(face.id, loop.edges))
+            for face in self.solid.faces
+            if face.kind == "plane"
+            for loop in face.loops[1:]
+        ]
+        normals: list[FloatArray] = []
+        for face in self.solid.faces:
+            if face.kind == "plane" and not any(abs(face.normal @ known) > 1 - 1e-9 for known in normals):
+                normals.append(face.normal)
+        found: list[tuple[float, float, FloatArray]] = []
+        for normal in normals[:MOST_NORMALS]:
+            spans = sorted((float((p @ normal).min()), float((p @ normal).max()), j) for j, (_, p) in enumerate(holes))
+            for j, (_, end, i) in enumerate(spans):
+                later = [other for other in spans[j + 1 :] if other[0] > end]
+                if not later or any(low < end < high for low, high, _ in spans if high > end):
+                    continue
+                start, _, k = later[0]
+                if abs(holes[i][0] @ holes[k][0]) < 1 - 1e-9:
+                    found.append((start - end, 0.5 * (start + end), normal))
+        for gap, offset, normal in sorted(found, key=lambda one: -one[0])[:MOST_BETWEEN]:
+            foot = self.center - (normal @ self.center - offset) * normal
+            plane = gp_Pln(gp_Pnt(*foot), gp_Dir(*normal))
+            tool = BRepBuilderAPI_MakeFace(plane, -self.reach, self.reach, -self.reach, self.reach).Face()
+            yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap)
+
+    def feature(self, base: int, rim: Sequence[int]) -> FloatArray:
+        """Points of a hole or a boss, all the way to its floor or to where it comes out again."""
+        faces = {f for e in rim for f in self.solid.edges[e].faces} - {base}
+        waiting = list(faces)
+        while waiting:
+            for e in self.solid.faces[waiting.pop()].edges:
+                for f in self.solid.edges[e].faces:
+                    face = self.solid.faces[f]
+                    if f in faces or f == base or (face.kind == "plane" and len(face.loops) > 1):
+                        continue
+                    faces.add(f)
+                    waiting.append(f)
+        edges = sorted({e for f in faces for e in self.solid.faces[f].edges})
+        at = np.linspace(0.0, 1.0, 9)
+        return np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in edges])
 
     def directions(self) -> list[FloatArray]:
         """Normals of planes and axes of cylinders at edges in the way, the most frequent first."""
