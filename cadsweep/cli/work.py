@@ -22,7 +22,13 @@ Progress = Callable[[str, float | None], None]
 
 
 def mesh_file(
-    source: str, output: str | None, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
+    source: str,
+    output: str | None,
+    *,
+    options: dict[str, Any],
+    writing: dict[str, Any] | None = None,
+    stream: bool = False,
+    on_progress: Progress,
 ) -> dict[str, Any]:
     """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
     from ..io import check_destination, write
@@ -45,12 +51,14 @@ def mesh_file(
     if output is not None:
         on_progress("write", None)
         start = time.perf_counter()
-        write(mesh, output)
+        write(mesh, output, **(writing or {}))
         mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
     return summarise(mesh)
 
 
-def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str, Any]:
+def expand_file(
+    factors: str, output: str, *, writing: dict[str, Any] | None = None, on_progress: Progress
+) -> dict[str, Any]:
     """Multiply a file of factors out to a mesh file."""
     from ..io import check_destination, write
     from ..pipeline import expand
@@ -59,7 +67,7 @@ def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str
     on_progress("expand", None)
     mesh = expand(factors)
     on_progress("write", 0.0)
-    write(mesh, output)
+    write(mesh, output, **(writing or {}))
     return summarise(mesh)
 
 
