@@ -5,12 +5,14 @@ The order of a hexahedron's nodes is drawn in :mod:`cadsweep.cells`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
+from .record import MeshRecord
 
 if TYPE_CHECKING:
     from .quality import QualityReport
@@ -89,10 +91,9 @@ class HexMesh:
         Quads between two parts, outward from the one that the name begins with.
     structure : SweptStructure or None
         Quads times layers, where the mesh is one sweep of order 1.
-    info : dict
-        What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``;
-        ``part`` and ``material``: what the CAD model calls them; ``colors``: those of the CAD model,
-        ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
+    info : MeshRecord
+        What is known of its making, as a read-only mapping (:mod:`cadsweep.record` explains its keys); a mapping that
+        is handed over becomes one.
     parents : (m,) int64 or None
         Of a refined mesh (:func:`cadsweep.refine`): the hex of the unrefined mesh that each hex is a piece of.
     origin : object or None
@@ -106,12 +107,21 @@ class HexMesh:
     parts: dict[str, IntArray] = field(default_factory=dict)
     interfaces: dict[str, IntArray] = field(default_factory=dict)
     structure: SweptStructure | None = None
-    info: dict[str, Any] = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=MeshRecord)
     parents: IntArray | None = None
     origin: Any = field(default=None, repr=False)
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "info", MeshRecord.of(self.info))
+
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "origin": None}
+
+    @property
+    def record(self) -> MeshRecord:
+        """What is known of its making, by typed fields."""
+        assert isinstance(self.info, MeshRecord)
+        return self.info
 
     @property
     def order(self) -> int:
