@@ -17,11 +17,14 @@ making     order 2 and checks: one candidate in memory
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight
+like       the mesh of one part on another: `matching` pairs the parts, `template` is the mesh
+derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================
 """
 
 from .candidates import SMOOTH_BELOW, figures, smoothed
+from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
@@ -31,12 +34,14 @@ from .run import Progress
 __all__ = [
     "SMOOTH_BELOW",
     "Progress",
+    "Sensitivity",
     "expand",
     "figures",
     "find_sweeps",
     "load",
     "make_options",
     "refine",
+    "sensitivity",
     "smoothed",
     "stream_mesh",
     "sweep_mesh",

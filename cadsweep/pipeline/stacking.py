@@ -198,7 +198,6 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     )
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
-        mesh.info["notes"].append(
-            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
-        )
+        note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
+        return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
     return mesh
