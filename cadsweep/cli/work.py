@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,13 @@ def mesh_file(
     options: dict[str, Any],
     writing: dict[str, Any] | None = None,
     stream: bool = False,
+    nodes: str | None = None,
     on_progress: Progress,
 ) -> dict[str, Any]:
-    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
+    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``.
+
+    `nodes` is a numpy file for the points alone: the corners of the hexes as they were before they were refined.
+    """
     from ..io import check_destination, write
     from ..pipeline import sweep_mesh
 
@@ -52,7 +57,13 @@ def mesh_file(
         on_progress("write", None)
         start = time.perf_counter()
         write(mesh, output, **(writing or {}))
-        mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+        seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
+        mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
+    if nodes is not None:
+        from ..io.atomic import replaced_file
+
+        with replaced_file(Path(nodes)) as file:
+            np.save(file, mesh.points[mesh.info.get("coarse_nodes", np.unique(mesh.hexes[:, :8]))])
     return summarise(mesh)
 
 
