@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import find_sweeps, load, refine, stream_mesh, sweep_mesh
+    from .pipeline import decompose, find_sweeps, load, refine, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -41,6 +41,7 @@ _HOMES = {
     "Part": "brep",
     "QualityReport": "quality",
     "Sweep": "sweep",
+    "decompose": "pipeline",
     "find_sweeps": "pipeline",
     "load": "pipeline",
     "refine": "pipeline",
@@ -63,6 +64,7 @@ __all__ = [
     "Sweep",
     "WorkerError",
     "__version__",
+    "decompose",
     "find_sweeps",
     "load",
     "read",

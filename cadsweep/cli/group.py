@@ -19,6 +19,7 @@ COMMANDS = {
     "expand": "making",
     "batch": "making",
     "info": "looking",
+    "cut": "cutting",
     "check": "looking",
     "view": "looking",
     "report": "looking",

@@ -20,6 +20,7 @@ run        seconds by stage, progress
 """
 
 from .candidates import SMOOTH_BELOW, figures, smoothed
+from .decomposing import decompose_part as decompose
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
@@ -29,6 +30,7 @@ from .run import Progress
 __all__ = [
     "SMOOTH_BELOW",
     "Progress",
+    "decompose",
     "expand",
     "figures",
     "find_sweeps",
