@@ -28,7 +28,7 @@ class NotSweepableError(CadSweepError):
     ----------
     reasons : tuple of str
         One line per rejected candidate, each naming the candidate's source face and the face or
-        edge that rules it out.
+        edge that rules it out; then one for each change of the part that did not help either.
     """
 
     def __init__(self, message: str, *, reasons: Sequence[str] = ()) -> None:

@@ -95,8 +95,9 @@ def describe_part(
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
     from ..cad import find_contacts
     from ..pipeline import load
+    from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
-    from ..pipeline.parts import open_and_find, resolve_cap
+    from ..pipeline.parts import resolve_cap
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)

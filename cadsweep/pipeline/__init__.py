@@ -7,7 +7,9 @@ the user's own choice of caps is never replaced.
 ========== =========================================================================
 module     what it joins
 ========== =========================================================================
-parts      cad and recognition: a part and its candidate sweeps
+parts      cad and recognition: a part, and the sweeps of its solid
+attempts   what is tried to come to sweeps, as a table
+changes    what the attempts do: cut open, divide, merge
 hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
 candidates the loop over candidate sweeps: which are tried, smoothed, refused, noted

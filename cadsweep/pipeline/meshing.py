@@ -17,11 +17,11 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
 from .like import as_template, mesh_like
 from .making import make_mesh
-from .parts import find_candidates
 from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent

@@ -21,10 +21,11 @@ from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
+from .attempts import find_candidates
 from .candidates import first_good
 from .decomposing import mesh_decomposed, mesh_user_cut
 from .making import make_mesh
-from .parts import find_candidates, load
+from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
 
