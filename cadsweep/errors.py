@@ -17,6 +17,12 @@ class InputError(CadSweepError, ValueError):
     """An argument, option, file or script is not what it should be."""
 
 
+class UnknownNameError(CadSweepError, KeyError):
+    """A mesh has no boundary, interface or part of this name; the message lists what there is."""
+
+    __str__ = Exception.__str__  # a KeyError quotes its message
+
+
 class CadError(CadSweepError):
     """The CAD model cannot be read, or is not one usable solid."""
 

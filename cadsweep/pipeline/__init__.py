@@ -17,12 +17,15 @@ making     order 2 and checks: one candidate in memory
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight
+like       the mesh of one part on another: `matching` pairs the parts, `template` is the mesh
+derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================
 """
 
 from .candidates import SMOOTH_BELOW, figures, smoothed
 from .decomposing import decompose_part as decompose
+from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
@@ -32,6 +35,7 @@ from .run import Progress
 __all__ = [
     "SMOOTH_BELOW",
     "Progress",
+    "Sensitivity",
     "decompose",
     "expand",
     "figures",
@@ -39,6 +43,7 @@ __all__ = [
     "load",
     "make_options",
     "refine",
+    "sensitivity",
     "smoothed",
     "stream_mesh",
     "sweep_mesh",
