@@ -23,7 +23,7 @@ from ..options import SweepOptions
 from ..plan import Plan, list_ways, make_plan
 from ..sweep import Sweep
 from .candidates import GOOD_ENOUGH
-from .parts import load, only_solid, open_and_find
+from .parts import load, only_solid
 from .run import Run, silent
 from .several import Complex, mesh_complex, plan_cells
 from .shared_hints import resolve_wishes
