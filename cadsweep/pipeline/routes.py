@@ -49,7 +49,12 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     if options.cuts:
         return mesh_user_cut(part, options, run)
     if len(part.solids) > 1:
-        return mesh_assembly(part, options, run)
+        return mesh_assembly(part, options, run, mesh_solid)
+    return mesh_solid(part, options, run)
+
+
+def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    """Mesh a part of one solid by the first way that does."""
     refused: CadSweepError | None = None
     ways = (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut)
     for way in ways if options.decompose else ways[:2]:
