@@ -22,6 +22,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..plan import Plan, list_ways, make_plan
 from ..sweep import Sweep
+from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
 from .parts import load, only_solid
 from .run import Run, silent
