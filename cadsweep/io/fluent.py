@@ -66,8 +66,8 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         write_rows(stream, "%x %x %x %x %x %x\n", faces[rows][:, ::-1] + 1, number[owner[rows]], other)
         stream.write(b"))\n")
         first += len(rows)
-    for zone, kind, name in zones:
-        stream.write(f"(45 ({zone} {kind} {name})())\n".encode())
+    for zone, word, name in zones:
+        stream.write(f"(45 ({zone} {word} {name})())\n".encode())
 
 
 def _face_zones(
