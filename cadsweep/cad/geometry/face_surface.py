@@ -22,6 +22,7 @@ from ...arrays import FloatArray
 from .curves import EdgeCurve, Parametric
 from .nearest import nearest_on_spline
 from .surfaces import Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
+from .vectors import cross_rows
 
 _GRID = 33
 """Places of the grid along each parameter, at least."""
@@ -107,7 +108,7 @@ class FaceSurface:
         for share in (0.0, 1e-6, 1e-4, 1e-2):
             inside = uv[todo] + share * (middle - uv[todo])
             _, by_u, by_v = self.geometry.derivatives(inside)
-            cross = np.cross(by_u, by_v)
+            cross = cross_rows(by_u, by_v)
             norm = np.linalg.norm(cross, axis=1)
             scale = np.linalg.norm(by_u, axis=1) * np.linalg.norm(by_v, axis=1)
             normals[todo] = cross / np.where(norm > 0, norm, 1.0)[:, None]
