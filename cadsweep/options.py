@@ -95,8 +95,9 @@ class SweepOptions:
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
-    max_hexes : int or None
-        Refuse larger meshes before work starts; None allows what the memory holds.
+    max_hexes : int, math.inf or None
+        Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
+        what the memory holds.
     max_memory : float or None
         Memory for the run in GB; None takes what the machine has.
     """
@@ -119,7 +120,7 @@ class SweepOptions:
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
-    max_hexes: int | None = None
+    max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
@@ -148,9 +149,10 @@ class SweepOptions:
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
-        for name in ("max_hexes", "max_memory"):
-            if getattr(self, name) is not None:
-                _positive(name, getattr(self, name))
+        if self.max_hexes is not None and self.max_hexes != math.inf:
+            _positive("max_hexes", self.max_hexes)
+        if self.max_memory is not None:
+            _positive("max_memory", self.max_memory)
 
     def _check_fractions(self, fractions: Sequence[float]) -> None:
         values = list(fractions)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -108,7 +109,12 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Nodes of a hexahedron of order 2.",
         ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
-        click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
+        click.option(
+            "--max-hexes",
+            type=click.IntRange(min=1),
+            help="Refuse a larger mesh before work starts; without it, one of more than 5 million in memory.",
+        ),
+        click.option("--yes", is_flag=True, help="Make the mesh, however large it is."),
     ]
     for option in reversed(options):
         command = option(command)
@@ -123,6 +129,10 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
     given["sizes"] = dict(given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    if given.pop("yes"):
+        if given["max_hexes"] is not None:
+            raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
+        given["max_hexes"] = math.inf
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)

@@ -56,6 +56,8 @@ def mesh_boundary(
                 raise first from None
             wished |= shorter
             continue
+        made = estimate.estimate_made(sweep, counts, surfaces, scale=part.scale, streamed=streamed)
+        estimate.check_budget(made, max_hexes=options.max_hexes, max_memory=options.max_memory)
         finer = len(wished) - len(hints.sizes)
         return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
     assert first is not None

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..mesh import SurfaceMesh
+from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
 from .layout import build_layout
 from .opposite import opposite_angles
@@ -20,8 +20,12 @@ from .quads import CapBuilder
 from .sides import RingBuilder
 from .spacing import Fit, fit_linear_parts, place_layers
 from .target import divide_target_edges
+from .thickness import thin_share
 
 __all__ = ["mesh_surfaces"]
+
+_THIN_SHARE = 0.2
+"""Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
 
 
 def mesh_surfaces(
@@ -74,5 +78,19 @@ def mesh_surfaces(
         node_edges=node_edges,
         node_vertices=node_vertices,
         target_edge_points=divide_target_edges(sweep, source, builder.rings, fit),
-        notes=tuple(builder.notes),
+        notes=(*builder.notes, *_thickness_notes(source, layout.n_layers)),
     )
+
+
+def _thickness_notes(source: QuadMesh, n_layers: int) -> list[str]:
+    """Say where the part has one hexahedron through a thickness, which is too stiff where it bends."""
+    notes = []
+    if n_layers == 1:
+        notes.append("one layer of hexahedra from source to target: too stiff to bend, take layers=2 or more")
+    share = thin_share(source.points, source.quads, source.loops)
+    if share > _THIN_SHARE:
+        notes.append(
+            f"along {share:.0%} of the source's outline the wall is one hexahedron thick: too stiff to bend, "
+            "take a smaller size"
+        )
+    return notes
