@@ -317,6 +317,8 @@ class Solid:
         The part's colour in the CAD model, as in ``Face.color``.
     units : Units
         What messages give places in.
+    opened : pair of frozenset of int, or None
+        Of a closed ring that was cut open, the faces on either side of the cut: two caps in one place.
     """
 
     vertices: FloatArray
@@ -333,6 +335,31 @@ class Solid:
     material: str | None = None
     color: str | None = None
     units: Units = field(default_factory=Units)
+    opened: tuple[frozenset[int], frozenset[int]] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModelSolid:
+    """A solid of the model, as its user knows it: one part of the mesh, of one cell or of several.
+
+    Attributes
+    ----------
+    name : str
+        Unique among the model's solids, also without regard to case, and made of ``[A-Za-z0-9_]``.
+    path : str
+        The names of the assemblies that it is in and its own as the user gave it, joined by ``/``.
+    volume : float
+        Of the solid before it was imprinted or cut, working units.
+    material : str or None
+    color : str or None
+        As in ``Face.color``.
+    """
+
+    name: str
+    path: str = ""
+    volume: float
+    material: str | None = None
+    color: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -342,6 +369,7 @@ class Part:
     Attributes
     ----------
     solids : tuple of Solid
+        The cells: entities that two of them share have equal keys in both.
     name : str
     scale : float
         Model units per working unit, a power of two.
@@ -352,6 +380,10 @@ class Part:
         changed): one readable line each.
     names : dict
         Declared (unique, ``[A-Za-z0-9_]``) name to the name the user gave.
+    owners : tuple of int
+        For every cell the index into `models` of the solid that it is a piece of; by default, each its own.
+    models : tuple of ModelSolid
+        The solids of the model; by default, those that the cells are.
     """
 
     solids: tuple[Solid, ...]
@@ -360,6 +392,23 @@ class Part:
     offset: FloatArray = field(default_factory=lambda: np.zeros(3))
     notes: tuple[str, ...] = ()
     names: dict[str, str] = field(default_factory=dict)
+    owners: tuple[int, ...] = ()
+    models: tuple[ModelSolid, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.owners:
+            object.__setattr__(self, "owners", tuple(range(len(self.solids))))
+        if not self.models:
+            models = tuple(
+                ModelSolid(
+                    name=solid.name or (f"solid_{j + 1}" if len(self.solids) > 1 else "solid"),
+                    volume=solid.volume,
+                    material=solid.material,
+                    color=solid.color,
+                )
+                for j, solid in enumerate(self.solids)
+            )
+            object.__setattr__(self, "models", models)
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

@@ -36,6 +36,20 @@ class NotSweepableError(CadSweepError):
         self.reasons = tuple(reasons)
 
 
+class PlanError(CadSweepError):
+    """The cells of a part have sweeps, but no choice of one each agrees on the faces that they share.
+
+    Attributes
+    ----------
+    faces : tuple of (int, int)
+        The contradicting faces: cell of the part, and face id in that cell.
+    """
+
+    def __init__(self, message: str, *, faces: Sequence[tuple[int, int]] = ()) -> None:
+        super().__init__(message)
+        self.faces = tuple((int(cell), int(face)) for cell, face in faces)
+
+
 class SurfaceMeshError(CadSweepError):
     """A face could not be meshed with quads alone, or an edge could not be divided as needed.
 

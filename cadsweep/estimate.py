@@ -209,11 +209,14 @@ def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memo
     if expected.n_hexes <= most and expected.n_bytes <= budget:
         return
     if by_itself and expected.n_hexes > most:
-        ways = _ways_out(expected, budget, max(1.0, TENTH * expected.n_hexes))[:-1]
+        tenth = max(1.0, TENTH * expected.n_hexes)
+        ways = _ways_out(expected, budget, min(tenth, most))[:-1]
+        if tenth <= most:
+            ways = [way.replace("or more", "for a tenth of it") for way in ways]
+        ways.append("raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)")
         raise InputError(
             f"the mesh would have {expected}, more than the {MOST_HEXES:,} that are made without asking; "
-            + "".join(f"{way} for a tenth of it, or " for way in ways[:1])
-            + "say that it is meant so: max_hexes=... (--max-hexes N, or --yes)"
+            + ", or ".join(ways)
         )
     limit = f"{_count(int(most))} hexes" if expected.n_hexes > most else f"{_memory(budget)} of memory"
     ways = _ways_out(expected, budget, most)

@@ -85,6 +85,8 @@ class HexMesh:
         Quads of each named boundary, outward.
     parts : dict of str to (h,) int64
         Hex ids of each named volume.
+    interfaces : dict of str to (q, 4), (q, 8) or (q, 9) int64
+        Quads between two parts, outward from the one that the name begins with.
     structure : SweptStructure or None
         Quads times layers, where the mesh is one sweep of order 1.
     info : dict
@@ -97,6 +99,7 @@ class HexMesh:
     hexes: IntArray
     boundaries: dict[str, IntArray]
     parts: dict[str, IntArray] = field(default_factory=dict)
+    interfaces: dict[str, IntArray] = field(default_factory=dict)
     structure: SweptStructure | None = None
     info: dict[str, Any] = field(default_factory=dict)
 

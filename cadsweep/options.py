@@ -57,6 +57,9 @@ class SweepOptions:
     ----------
     size : float or None
         Wanted edge length of the quads on the source cap; None derives it from the part.
+    tolerance : float or None
+        Greatest distance of the mesh's boundary from the CAD faces, measured; edges, sides and caps are divided as
+        finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None
@@ -95,6 +98,8 @@ class SweepOptions:
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
+    allow_coarse : bool
+        Return a mesh whose volume or area is more than 5 % off the CAD's.
     max_hexes : int, math.inf or None
         Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
         what the memory holds.
@@ -103,6 +108,7 @@ class SweepOptions:
     """
 
     size: float | None = None
+    tolerance: float | None = None
     layers: int | None = None
     bias: float | tuple[float, float] | None = None
     fractions: Sequence[float] | None = None
@@ -120,12 +126,15 @@ class SweepOptions:
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
+    allow_coarse: bool = False
     max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
         if self.size is not None:
             _positive("size", self.size)
+        if self.tolerance is not None:
+            _positive("tolerance", self.tolerance)
         if self.layers is not None:
             _count("layers", self.layers)
             if self.layers > 10**8:

@@ -6,7 +6,8 @@ Place in the flow: ``recognition`` makes a :class:`Sweep` of a :class:`~cadsweep
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 from .arrays import IntArray
 from .brep import Solid
@@ -96,6 +97,12 @@ class Sweep:
     score: float = 0.0
     notes: tuple[str, ...] = ()
 
+    @property
+    def closed(self) -> bool:
+        """Whether the caps are the two sides of the cut that opened a closed ring: its mesh closes on itself."""
+        caps = {frozenset(self.source), frozenset(self.target)}
+        return self.solid.opened is not None and caps == set(self.solid.opened)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Intervals:
@@ -116,3 +123,35 @@ class Intervals:
     n_layers: int
     size: float
     span_layers: tuple[tuple[int, ...], ...] = ()
+
+
+def turned_chain(chain: Sequence[DirectedEdge]) -> tuple[DirectedEdge, ...]:
+    """The same directed edges, run through the other way."""
+    return tuple((edge, not forward) for edge, forward in reversed(chain))
+
+
+def turned(sweep: Sweep) -> Sweep:
+    """The same sweep from its target to its source; twice turned it is what it was."""
+    return replace(
+        sweep,
+        source=sweep.target,
+        target=sweep.source,
+        # Run the other way round, a loop begins at the same rail and turns counter-clockwise about the new direction.
+        source_loops=tuple(turned_chain(loop) for loop in sweep.target_loops),
+        target_loops=tuple(turned_chain(loop) for loop in sweep.source_loops),
+        linking_sides=tuple(
+            LinkingSide(
+                face=side.face,
+                bottom=turned_chain(side.top),
+                right=turned_chain(side.left),
+                top=turned_chain(side.bottom),
+                left=turned_chain(side.right),
+            )
+            for side in sweep.linking_sides
+        ),
+        stations=sweep.stations[::-1],
+        spans=tuple(loop[::-1] for loop in sweep.spans),
+        span_lengths=tuple(loop[::-1] for loop in sweep.span_lengths),
+        target_faces={t: s for s, t in sweep.target_faces.items()},
+        target_edges={t: (s, same) for s, (t, same) in sweep.target_edges.items()},
+    )

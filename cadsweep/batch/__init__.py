@@ -1,7 +1,8 @@
 """Parameter studies: one script, many parameters, a table of results; broken off and taken up again.
 
-Place in the flow: beside the command line, above ``pipeline``. Every case is meshed in a worker process of
-its own (:mod:`cadsweep.isolation`), so that one bad case costs one line of the table.
+Place in the flow: beside the command line, above ``pipeline``. Cases are meshed in worker processes
+(:mod:`cadsweep.isolation`) that are kept from case to case, so that a bad case costs a line of the table, and a good
+one what the same call costs in a process that has its libraries loaded.
 
 A study is a TOML file::
 
@@ -26,11 +27,20 @@ A study is a TOML file::
 A case is known by what it is: the script's text, its parameters, its options. The record of a finished
 case is a file of its own, put in place in one step, so that a killed study loses no finished case and does
 none again; a changed script or parameter makes a new case.
+
+========= ===================================================
+module    what it does
+========= ===================================================
+`study`   reads the file, makes the cases
+`run`     shares the cases among workers, counts
+`work`    one case, asked of a worker
+`records` the folder of a case, and the table of all
+========= ===================================================
 """
 
 from __future__ import annotations
 
-from .run import StudyResult, run_study
+from .run import StudyResult, Tally, run_study
 from .study import Case, Study, read_study
 
-__all__ = ["Case", "Study", "StudyResult", "read_study", "run_study"]
+__all__ = ["Case", "Study", "StudyResult", "Tally", "read_study", "run_study"]

@@ -2,30 +2,41 @@
 
 from __future__ import annotations
 
-import csv
 import fcntl
-import io
-import json
-import logging
+import os
+import queue
 import threading
-import time
+from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import CadSweepError, InputError
+from ..errors import InputError
+from .records import CASES, Table, read_records, write_record
 from .study import Case, Study
+from .work import run_case
 
-log = logging.getLogger(__name__)
 
-Progress = Callable[[str, float | None], None]
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """How far a study is.
 
-FIGURES = ("n_nodes", "n_hexes", "min_scaled_jacobian", "mean_scaled_jacobian", "n_inverted", "volume", "cad_volume")
-TABLE_EVERY = 2.0
-"""Seconds between two writings of the table while the study runs."""
+    Attributes
+    ----------
+    n_ok, n_failed, n_left : int
+        Cases with a mesh, cases without, cases to be done.
+    """
+
+    n_ok: int
+    n_failed: int
+    n_left: int
+
+
+OnCase = Callable[[dict[str, Any] | None, Tally], None]
+"""Called with the record of every case that has ended, and once with None before the first."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +98,7 @@ def run_study(
     jobs: int = 1,
     again: bool = False,
     retry_failed: bool = False,
-    on_progress: Progress | None = None,
+    on_case: OnCase | None = None,
 ) -> StudyResult:
     """Mesh the cases of a study that have not been meshed, and write the table of all.
 
@@ -102,6 +113,7 @@ def run_study(
         Do all cases, whatever is there.
     retry_failed : bool
         Do the failed ones again.
+    on_case : callable or None
 
     Raises
     ------
@@ -109,22 +121,21 @@ def run_study(
         The folder cannot be made, or another run is at work in it.
     """
     folder = (folder or study.folder).resolve()
-    places = {name: folder / name for name in ("cases", "meshes")}
     try:
-        for place in places.values():
-            place.mkdir(parents=True, exist_ok=True)
+        (folder / CASES).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the folder {folder}: {error.strerror}; choose another with --output") from error
     with _alone(folder):
-        records = {} if again else _read_records(study, places["cases"], keep_failed=not retry_failed)
+        records = {} if again else read_records(folder, study, keep_failed=not retry_failed)
         n_resumed = len(records)
-        table = _Table(study, folder, records)
+        table = Table(study, folder, records)
         table.write()
-        if on_progress is not None:
-            on_progress("cases", len(records) / len(study.cases))
-        for case, record in _run_cases(study, records, places, jobs, on_progress):
-            _write(places["cases"] / f"{case.key}.json", json.dumps(record, indent=1))
+        tell = _Teller(study, records, on_case)
+        tell(None)
+        for case, record in _run_cases([c for c in study.cases if c.key not in records], study, folder, jobs):
+            write_record(folder, case, record)
             table.add(case, record)
+            tell(record)
         table.write()
     return StudyResult(
         records=tuple(table.records[case.key] for case in study.cases),
@@ -132,6 +143,24 @@ def run_study(
         table=table.csv_path,
         json=table.json_path,
     )
+
+
+class _Teller:
+    """Counts the ends of cases for whoever asked."""
+
+    def __init__(self, study: Study, records: dict[str, dict[str, Any]], on_case: OnCase | None) -> None:
+        self._total = len(study.cases)
+        self._failed = sum(record["status"] != "ok" for record in records.values())
+        self._done = len(records)
+        self._on_case = on_case
+
+    def __call__(self, record: dict[str, Any] | None) -> None:
+        if record is not None:
+            self._done += 1
+            self._failed += record["status"] != "ok"
+        if self._on_case is not None:
+            left = self._total - self._done
+            self._on_case(record, Tally(n_ok=self._done - self._failed, n_failed=self._failed, n_left=left))
 
 
 @contextmanager
@@ -147,125 +176,46 @@ def _alone(folder: Path) -> Iterator[None]:
         raise InputError(f"the folder {folder} is not writable; choose another with --output") from error
 
 
-def _read_records(study: Study, place: Path, *, keep_failed: bool) -> dict[str, dict[str, Any]]:
-    """The records of finished cases; one that is damaged counts as none."""
-    records = {}
-    for case in study.cases:
-        path = place / f"{case.key}.json"
-        try:
-            record = json.loads(path.read_text(encoding="utf-8"))
-            kept = record["status"] == "ok" or keep_failed
-        except FileNotFoundError:
-            continue
-        except (ValueError, KeyError, TypeError) as error:
-            log.warning("the record %s is damaged (%s), so its case is done again", path, error)
-            continue
-        mesh = record.get("mesh")
-        if kept and (mesh is None or (place.parent / mesh).exists()):
-            records[case.key] = {**record, "case": case.name}
-    return records
-
-
-def _run_cases(
-    study: Study, done: dict[str, Any], places: dict[str, Path], jobs: int, on_progress: Progress | None
-) -> Iterator[tuple[Case, dict[str, Any]]]:
-    """Run what is left, a few at a time, and give each record as soon as it is there."""
+def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iterator[tuple[Case, dict[str, Any]]]:
+    """Run cases, a few at a time, and give each record as soon as it is there."""
     from ..estimate import free_memory
+    from ..isolation import Worker
 
-    todo = [case for case in study.cases if case.key not in done]
+    if not cases:
+        return
+    jobs = min(jobs, len(cases))
     memory = free_memory() / jobs if study.max_memory is None else study.max_memory
-    stop = threading.Event()
-    n_done = len(study.cases) - len(todo)
+    threads = str(max(1, (os.cpu_count() or 1) // jobs))  # workers share the processors, they do not fight for them
+    todo, done, stop = deque(cases), queue.SimpleQueue[tuple[Case, dict[str, Any]]](), threading.Event()
 
     def tell(stage: str, fraction: float | None) -> None:
         if stop.is_set():
             raise _Stopped
 
+    def work() -> None:
+        with Worker({"OMP_NUM_THREADS": threads}) as worker:
+            while todo and not stop.is_set():
+                try:
+                    case = todo.popleft()
+                except IndexError:  # another thread was faster
+                    return
+                done.put((case, run_case(worker, study, case, folder, max_memory=memory, on_progress=tell)))
+
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         try:
-            pending: dict[Future[dict[str, Any]], Case] = {
-                pool.submit(_run_case, study, case, places["meshes"], memory, tell): case for case in todo
-            }
-            while pending:
-                finished, _ = wait(pending, timeout=0.5, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    case = pending.pop(future)
-                    yield case, future.result()
-                    n_done += 1
-                if on_progress is not None:
-                    on_progress("cases", n_done / len(study.cases))
+            threads_at_work: list[Future[None]] = [pool.submit(work) for _ in range(jobs)]
+            for _ in cases:
+                yield _next(done, threads_at_work)
         finally:
             stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _run_case(study: Study, case: Case, meshes: Path, memory: float, tell: Progress) -> dict[str, Any]:
-    from ..isolation import leftovers, run_isolated
-
-    mesh = None if study.suffix is None else meshes / f"{case.name}{study.suffix}"
-    record: dict[str, Any] = {"case": case.name, "params": case.params, "options": case.options, "status": "ok"}
-    start = time.perf_counter()
-    try:
-        figures = run_isolated(
-            "cadsweep.cli.work:mesh_file",
-            (str(study.script), None if mesh is None else str(mesh)),
-            {"options": {**case.options, "params": case.params or None, "max_memory": memory}},
-            timeout=study.timeout,
-            max_memory=memory,
-            on_progress=tell,
-            remove=[] if mesh is None else leftovers(mesh),
-        )
-        record.update(figures)
-        record["mesh"] = None if mesh is None else f"{meshes.name}/{mesh.name}"
-    except CadSweepError as error:
-        record.update(status="failed", error=" ".join(str(error).split()), error_type=type(error).__name__)
-    record["total_seconds"] = round(time.perf_counter() - start, 3)
-    return record
-
-
-class _Table:
-    """The results as CSV and JSON files, both whole at any moment."""
-
-    def __init__(self, study: Study, folder: Path, records: dict[str, dict[str, Any]]) -> None:
-        self.records = records
-        self.csv_path, self.json_path = folder / "results.csv", folder / "results.json"
-        self._cases = study.cases
-        self._params = list(dict.fromkeys(key for case in study.cases for key in case.params))
-        self._options = list(dict.fromkeys(key for case in study.cases for key in case.options))
-        self._written = 0.0
-
-    def add(self, case: Case, record: dict[str, Any]) -> None:
-        self.records[case.key] = record
-        if time.monotonic() - self._written > TABLE_EVERY:
-            self.write()
-
-    def write(self) -> None:
-        rows = [self.records[case.key] for case in self._cases if case.key in self.records]
-        _write(self.json_path, json.dumps(rows, indent=1))
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        options = [f"options.{key}" for key in self._options]
-        table.writerow(["case", *self._params, *options, "status", *FIGURES, "seconds", "mesh", "error_type", "error"])
-        for row in rows:
-            table.writerow(
-                [
-                    row["case"],
-                    *(row["params"].get(key) for key in self._params),
-                    *(row["options"].get(key) for key in self._options),
-                    row["status"],
-                    *(row.get(key) for key in FIGURES),
-                    row["total_seconds"],
-                    row.get("mesh"),
-                    row.get("error_type"),
-                    row.get("error"),
-                ]
-            )
-        _write(self.csv_path, text.getvalue())
-        self._written = time.monotonic()
-
-
-def _write(path: Path, text: str) -> None:
-    from ..io.atomic import replaced_file
-
-    with replaced_file(path) as file:
-        file.write(text.encode("utf-8"))
+def _next(done: queue.SimpleQueue[tuple[Case, dict[str, Any]]], at_work: list[Future[None]]) -> Any:
+    """The next record; an error that nobody meant in a thread comes out here."""
+    while True:
+        try:
+            return done.get(timeout=0.5)
+        except queue.Empty:
+            for future in at_work:
+                if future.done():
+                    future.result()

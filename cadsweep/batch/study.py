@@ -9,8 +9,9 @@ import json
 import math
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ from ..errors import InputError
 from ..options import SweepOptions
 
 MOST_CASES = 100_000
+
+MOST_LETTERS = 120
+"""Of a case's name in that of its folder: a file system takes 255, and solvers add their own."""
 
 KEYS = ("script", "output", "format", "timeout", "max_memory", "options", "grid", "cases")
 
@@ -32,16 +36,24 @@ class Case:
     Attributes
     ----------
     name : str
-        Unique within the study; also the name of its files.
+        Unique within the study: the user's, or the parameters and options that the case has for itself.
     key : str
         Hash of the script's text, the parameters and the options.
     params, options : dict
+    named : bool
+        Whether the name is the user's.
     """
 
     name: str
     key: str
     params: dict[str, Any]
     options: dict[str, Any]
+    named: bool = False
+
+    @property
+    def folder(self) -> str:
+        """Name of the case's folder: a changed script makes another one."""
+        return f"{self.name[:MOST_LETTERS]}_{self.key[:8]}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +108,7 @@ def read_study(path: Path) -> Study:
     options = _options(table.get("options", {}), f"{path}: [options]", whole=False)
     digest = hashlib.sha256(text).hexdigest()
     cases = list(_cases(table, options, digest, script.stem, str(path)))
-    _unique(cases, str(path))
+    cases = _unique(cases, str(path))
     if any(case.params for case in cases) and script.suffix.lower() != ".py":
         raise InputError(f"{path}: parameters go with a CadQuery script (.py), and {script.name} is none")
     return Study(
@@ -166,7 +178,7 @@ def _cases(table: Mapping[str, Any], common: dict[str, Any], digest: str, stem: 
             raise InputError(f"{at}: 'name' must be a text, not {name!r}")
         own = _options(values.pop("options", {}), f"{at}, options", whole=False)
         options = _options({**common, **own}, f"{at}, options")
-        yield _case(values, options, digest, name or stem, named=name is not None, where=at)
+        yield _case(values, options, digest, name or _spoken(values, own) or stem, named=name is not None, where=at)
 
 
 def _grid(grid: dict[str, Any], common: dict[str, Any], digest: str, stem: str, where: str) -> Iterator[Case]:
@@ -187,7 +199,22 @@ def _grid(grid: dict[str, Any], common: dict[str, Any], digest: str, stem: str, 
         own = {key: chosen[f"options.{key}"] for key in varied}
         options = {**common, **own}
         _options(options, f"{where}, {own}" if own else where)
-        yield _case(params, options, digest, stem, named=False, where=where)
+        yield _case(params, options, digest, _spoken(params, own), named=False, where=where)
+
+
+def _spoken(params: Mapping[str, Any], options: Mapping[str, Any]) -> str:
+    """What is particular to a case, in words that a folder may have: ``bend_radius-30_angle-45``."""
+    return "_".join(f"{key}-{_word(value)}" for key, value in {**params, **options}.items())
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return "x".join(_word(one) for one in value)
+    if isinstance(value, dict):
+        return "_".join(f"{key}-{_word(one)}" for key, one in value.items())
+    return str(value)
 
 
 def _case(params: dict[str, Any], options: dict[str, Any], digest: str, name: str, *, named: bool, where: str) -> Case:
@@ -199,17 +226,26 @@ def _case(params: dict[str, Any], options: dict[str, Any], digest: str, name: st
     except TypeError as error:
         raise InputError(f"{where}: {error}") from error
     key = hashlib.sha256(said.encode()).hexdigest()
-    safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name)[:60].strip(".") or "case"
-    return Case(name=safe if named else f"{safe}_{key[:10]}", key=key, params=params, options=options)
+    safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip(".") or "case"
+    return Case(name=safe, key=key, params=params, options=options, named=named)
 
 
-def _unique(cases: list[Case], where: str) -> None:
-    for what in ("key", "name"):
-        seen: dict[str, Case] = {}
-        for case in cases:
-            other = seen.setdefault(getattr(case, what), case)
+def _unique(cases: list[Case], where: str) -> list[Case]:
+    """Refuse what stands there twice; cases whose parameters read the same get their digests into their names."""
+    seen: dict[str, Case] = {}
+    named: dict[str, Case] = {}
+    for case in cases:
+        for known, key, said in ((seen, case.key, "are the same"), (named, case.name, "have the same name")):
+            if known is named and not case.named:
+                continue
+            other = known.setdefault(key, case)
             if other is not case:
-                said = f"have the same name '{case.name}'" if what == "name" else "are the same"
                 raise InputError(
-                    f"{where}: two cases {said}: {other.params} {other.options} and {case.params} {case.options}"
+                    f"{where}: two cases {said} '{case.name}': {other.params} {other.options} and {case.params} "
+                    f"{case.options}"
                 )
+    uses = Counter(case.name for case in cases)
+    return [
+        case if case.named or uses[case.name] == 1 else replace(case, name=f"{case.name}_{case.key[:8]}")
+        for case in cases
+    ]

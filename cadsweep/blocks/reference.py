@@ -13,20 +13,10 @@ from ..sweep import Sweep
 from .naming import name_pieces, pieces_by_name
 
 
-def is_ring(sweep: Sweep) -> bool:
-    """Whether the caps lie on each other: a full ring that was cut open, whose mesh closes on itself."""
-    faces, size = sweep.solid.faces, sweep.solid.size
-    centers = [sum(faces[i].area * faces[i].center for i in cap) for cap in (sweep.source, sweep.target)]
-    areas = [sum(faces[i].area for i in cap) for cap in (sweep.source, sweep.target)]
-    if abs(areas[0] - areas[1]) > 1e-6 * areas[0]:
-        return False
-    return bool(np.linalg.norm(centers[0] - centers[1]) <= 1e-6 * areas[0] * size)
-
-
 def make_reference(part: Part, sweep: Sweep) -> CadReference:
     """Collect what the CAD model says the mesh must be, in model units."""
     solid = sweep.solid
-    ring = is_ring(sweep)
+    ring = sweep.closed
     by_name: dict[str, set[int]] = {}
     mixed: list[set[str]] = []  # names of which the mesh knows no lines between: only their common area is known
     for name, pieces in pieces_by_name(sweep).items():
@@ -92,7 +82,7 @@ def _make_rim_distance(
     groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
     edges: dict[frozenset[int], list[int]] = {}
     vertices: dict[int, set[int]] = {}
-    twins = {t: e for e, (t, _) in sweep.target_edges.items()} if is_ring(sweep) else {}
+    twins = {t: e for e, (t, _) in sweep.target_edges.items()} if sweep.closed else {}
     twins |= {e: t for t, e in twins.items()}  # of a ring cut open, the sides beside both edges of a pair meet there
     for edge in solid.edges:
         beside = [*edge.faces, *(solid.edges[twins[edge.id]].faces if edge.id in twins else ())]

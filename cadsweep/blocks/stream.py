@@ -23,6 +23,7 @@ from ..quality import (
     QualityReport,
     boundary_limit,
     check_surface,
+    enclosed_volume,
     make_report,
     structure_problems,
 )
@@ -107,18 +108,6 @@ def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> Su
     owned = [(names, renumbered(quads)) for names, quads in factored.owned_quads()]
     quads = np.concatenate([quads for _, quads in owned])
     return check_surface(points, quads, unite_quads(owned), cad=reference, volume=enclosed_volume(points, quads))
-
-
-def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
-    """Volume inside a closed surface of bilinear quads: the divergence theorem, which two Gauss points make exact."""
-    a, b, c, d = (points[quads[:, i]] - points[quads[0, 0]] for i in range(4))
-    volume = 0.0
-    for u in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
-        for v in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
-            along_u, along_v = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
-            place = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
-            volume += float(np.einsum("ij,ij->", place, np.cross(along_u, along_v))) / 12.0
-    return volume
 
 
 def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:

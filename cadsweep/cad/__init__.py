@@ -1,4 +1,4 @@
-"""CAD in, :class:`cadsweep.topology.Part` out: the only package that touches OpenCASCADE and CadQuery.
+"""CAD in, :class:`cadsweep.brep.Part` out: the only package that touches OpenCASCADE and CadQuery.
 
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one surface,
@@ -6,7 +6,7 @@
 ``find_crossing`` says where a solid runs into itself.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
@@ -23,6 +23,7 @@ __all__ = [
     "divide_roundings",
     "find_crossing",
     "find_mergeable",
+    "imprint",
     "load",
     "merge_faces",
     "select_edges",
@@ -65,6 +66,13 @@ def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[in
     from .edit.merging import find_mergeable as find
 
     return find(part, across_kinks=across_kinks)
+
+
+def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":
+    """Make one part of separate solids (:func:`cadsweep.cad.imprint.joining.imprint`)."""
+    from .imprint.joining import imprint as join
+
+    return join(shapes, **how)
 
 
 def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None":

@@ -7,6 +7,7 @@ Place in the flow: the first stage. Reading (``files``, ``scripts``, ``objects``
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
@@ -23,7 +24,13 @@ SCRIPTS = (".py",)
 FILES = (".step", ".stp", ".brep", ".brp", ".iges", ".igs")
 
 
-def load(source: Any, *, params: Mapping[str, Any] | None = None, part: str | int | None = None) -> Part:
+def load(
+    source: Any,
+    *,
+    params: Mapping[str, Any] | None = None,
+    part: str | int | None = None,
+    touch: float | None = None,
+) -> Part:
     """Load a part and make it clean for meshing.
 
     Parameters
@@ -36,13 +43,15 @@ def load(source: Any, *, params: Mapping[str, Any] | None = None, part: str | in
     params : mapping, optional
         Values for the parameters of a script.
     part : str or int, optional
-        Which solid of a model that has several: its name, or its number from 0.
+        Which solid of a model that has several: its name, or its number from 0; None takes them all.
+    touch : float, optional
+        Distance, model units, up to which solids are taken to touch; by default, the noise of their coordinates.
 
     Returns
     -------
     Part
-        With one solid. STEP and IGES files are in millimetres, whatever unit they were written
-        in; other sources keep their numbers.
+        With one cell for each solid: where solids touch, their cells share faces, edges and vertices. STEP and IGES
+        files are in millimetres, whatever unit they were written in; other sources keep their numbers.
 
     Raises
     ------
@@ -50,13 +59,17 @@ def load(source: Any, *, params: Mapping[str, Any] | None = None, part: str | in
         The source is of no known kind, the file is not there, the script or its parameters are wrong, or there is
         no such `part`.
     CadError
-        The model cannot be read, or is not one usable solid.
+        The model cannot be read, holds no usable solid, or holds solids that overlap.
     """
+    if touch is not None and not 0.0 <= touch < math.inf:
+        raise InputError(f"touch is a distance, in model units: {touch!r} is none.")
     model = read_model(source, params=params)
+    from .heal.assembly import make_assembly
     from .heal.clean import make_part
-    from .read.parts import choose_part
+    from .read.parts import choose_part, n_solids
 
-    return make_part(choose_part(model, part))
+    model = choose_part(model, part)
+    return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch)
 
 
 def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model:

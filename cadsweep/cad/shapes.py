@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepTools import BRepTools
 from OCP.TopAbs import TopAbs_ShapeEnum
@@ -95,6 +96,24 @@ def compound(shapes: Sequence[Any]) -> Any:
     for shape in shapes:
         builder.Add(out, shape)
     return out
+
+
+def space_range(edge: Any) -> tuple[float, float]:
+    """First and last parameter of the edge's curve in space.
+
+    ``BRep_Tool.Range`` gives those of whatever representation comes first, maybe a parameter curve of another range.
+    """
+    curve = BRepAdaptor_Curve(edge)
+    return curve.FirstParameter(), curve.LastParameter()
+
+
+def surface_range(edge: Any, face: Any) -> tuple[float, float]:
+    """First and last parameter of the edge's curve in the parameters of the face, as ``CurveOnSurface`` returns it.
+
+    ``BRep_Tool.Range`` does not know the curve that is made for a plane on demand; it runs as the one in space does.
+    """
+    curve = BRepAdaptor_Curve2d(edge, face)
+    return curve.FirstParameter(), curve.LastParameter()
 
 
 def bounds(shape: Any, *, tight: bool = False) -> FloatArray:

@@ -30,6 +30,12 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
         click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
+        click.option(
+            "--tolerance",
+            type=Positive(),
+            metavar="T",
+            help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
+        ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
         click.option("--fractions", type=Numbers(), help="Places of the layers, rising from 0 to 1: 0,0.1,0.4,1."),
@@ -109,6 +115,9 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Nodes of a hexahedron of order 2.",
         ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
+        click.option(
+            "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."
+        ),
         click.option(
             "--max-hexes",
             type=click.IntRange(min=1),
@@ -256,12 +265,12 @@ def batch(
     code 1 if there is no mesh at all, or, with --strict, if any case has failed.
     """
     from ..batch import read_study, run_study
-    from .progress import ProgressBar
+    from .cases import CaseProgress
 
     plan = read_study(Path(study))
     folder = None if output is None else Path(output)
-    with ProgressBar(quiet=quiet) as bar:
-        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_progress=bar)
+    with CaseProgress(quiet=quiet) as progress:
+        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_case=progress)
     if as_json:
         click.echo(json.dumps(result.summary()))
     elif not quiet:

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from ..brep import Solid
 from .naming import name_edges
+
+_Demand = TypeVar("_Demand")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +41,7 @@ def name_demands(solid: Solid, demands: Sequence[Demand], *, most: int = 6) -> s
     return "; ".join(demand.label(solid) for demand in demands[:most]) + more
 
 
-def find_conflict(demands: Sequence[Demand], is_feasible: Callable[[Sequence[Demand]], bool]) -> list[Demand]:
+def find_conflict(demands: Sequence[_Demand], is_feasible: Callable[[Sequence[_Demand]], bool]) -> list[_Demand]:
     """Find demands that contradict each other, none of which could be left out.
 
     Parameters
@@ -58,7 +61,7 @@ def find_conflict(demands: Sequence[Demand], is_feasible: Callable[[Sequence[Dem
     Junker, "QuickXplain: preferred explanations and relaxations for over-constrained problems", AAAI 2004.
     """
 
-    def explain(base: Sequence[Demand], changed: bool, rest: Sequence[Demand]) -> list[Demand]:
+    def explain(base: Sequence[_Demand], changed: bool, rest: Sequence[_Demand]) -> list[_Demand]:
         if changed and not is_feasible(base):
             return []
         if len(rest) == 1:

@@ -137,13 +137,13 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     opposite: list[tuple[list[int], list[int]]] = []
     for side in sweep.linking_sides:
         one, other = [e for e, _ in side.bottom], [e for e, _ in side.top]
-        if align and len(one) == len(other) > 1 and _alike(sweep.solid, side.bottom, side.top):
+        if align and len(one) == len(other) > 1 and alike(sweep.solid, side.bottom, side.top):
             opposite += [([a], [b]) for a, b in zip(one, other, strict=True)]
         else:
             opposite.append((one, other))
     opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
     if align:
-        opposite += [pair for f in sweep.source for pair in _opposite_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in _across_wall(sweep, f, edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
@@ -160,7 +160,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     return {e: find(e) for e in edges}, sums
 
 
-def _opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+def opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """Opposite sides of a four-sided face of the cap; none where their wanted counts are far apart.
 
     Equal counts there let the face be filled with a regular grid.
@@ -227,7 +227,7 @@ def _vertices(solid: Solid, edge: int) -> set[int]:
     return {solid.edges[edge].start, solid.edges[edge].end}
 
 
-def _alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEdge]) -> bool:
+def alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEdge]) -> bool:
     """Whether two chains of several edges have their vertices at about the same places."""
     places = []
     for chain in (bottom, top):

@@ -49,9 +49,9 @@ def default_size(sweep: Sweep) -> float:
     length = path_length(sweep)
     perimeters = [sum(solid.edges[e].length for e, _ in loop) for loop in sweep.source_loops]
     wall = 2.0 * area / sum(perimeters)
-    wanted = _size_for(area, length, WANTED_HEXES)
+    wanted = size_for(area, length, WANTED_HEXES)
     feature = min(wall / SEGMENTS_ACROSS, *(p / SEGMENTS_AROUND for p in perimeters))
-    return max(min(wanted, feature), _size_for(area, length, MOST_HEXES))
+    return max(min(wanted, feature), size_for(area, length, MOST_HEXES))
 
 
 def default_layers(sweep: Sweep, size: float) -> float:
@@ -68,7 +68,7 @@ def default_layers(sweep: Sweep, size: float) -> float:
     return max(2.0, min(cubes, max(MOST_HEXES / n_quads, cubes / LONGEST)))
 
 
-def _size_for(area: float, length: float, n_hexes: float) -> float:
+def size_for(area: float, length: float, n_hexes: float) -> float:
     """Size of cubes that fill area times length with `n_hexes`, two layers at least."""
     cube = (area * length / n_hexes) ** (1.0 / 3.0)
     return cube if length >= 2.0 * cube else sqrt(2.0 * area / n_hexes)

@@ -121,7 +121,7 @@ class LabelledMesh:
 
     @cached_property
     def sides(self) -> tuple[IntArray, IntArray]:
-        """Hex and side (row of :data:`~cadsweep.cells`) of every quad."""
+        """Hex and side (row of :data:`~cadsweep.cells.HEX_FACES`) of every quad."""
         return find_sides(self.hexes, self.quads, len(self.points))
 
     @cached_property

@@ -57,7 +57,7 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     Returns
     -------
     (q,) int64, (q,) int64
-        Hex ids, and rows of :data:`~cadsweep.cells`.
+        Hex ids, and rows of :data:`~cadsweep.cells.HEX_FACES`.
 
     Raises
     ------

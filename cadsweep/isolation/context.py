@@ -1,4 +1,4 @@
-"""How the worker process is started: a fresh interpreter, which does not run the caller's script again.
+"""How a worker process is started: a fresh interpreter, which does not run the caller's script again.
 
 A fresh interpreter (``spawn``) is the only start that is right in a process with threads, or with gmsh or
 OpenCASCADE loaded. The standard one imports the caller's main module anew, so that a script without
@@ -13,11 +13,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import process as current
 from multiprocessing.context import SpawnContext, SpawnProcess
-from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any
 
 _lock = threading.Lock()
+
+CONTEXT = SpawnContext()
+"""Pipes that a worker inherits are made by it."""
 
 
 @contextmanager
@@ -41,24 +43,10 @@ def _plain_caller() -> Iterator[None]:
                 config["daemon"] = daemon
 
 
-class _WorkerProcess(SpawnProcess):
+class WorkerProcess(SpawnProcess):
+    """A process that knows nothing of its caller's main module, and may have children."""
+
     def start(self) -> None:
+        """Start it."""
         with _plain_caller():
             super().start()
-
-
-class WorkerContext(SpawnContext):
-    """The context that ``pebble`` starts one worker in.
-
-    Attributes
-    ----------
-    worker : process or None
-        The worker, once it has been made.
-    """
-
-    worker: BaseProcess | None = None
-
-    def Process(self, *args: Any, **kwargs: Any) -> BaseProcess:  # type: ignore[override]  # noqa: N802
-        """Make the worker, under the name by which ``pebble`` looks for it."""
-        self.worker = _WorkerProcess(*args, **kwargs)
-        return self.worker

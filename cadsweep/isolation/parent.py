@@ -1,4 +1,4 @@
-"""Run a function in a worker process and turn every end of it into a value or a ``CadSweepError``."""
+"""Worker processes, and how every end of what they do becomes a value or a ``CadSweepError``."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import signal
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import wait as wait_for_futures
 from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
+from types import TracebackType
 from typing import Any
 
 from ..errors import InputError, WorkerError
-from .context import WorkerContext
+from . import worker
+from .context import CONTEXT, WorkerProcess
 from .place import Workplace
 from .transfer import unpack
 
@@ -30,6 +32,10 @@ HEARTBEAT = 0.5
 """Seconds after which the caller hears again of a stage that says nothing."""
 
 GIGABYTE = 10**9
+
+FULL = 0.5
+"""Part of a task's memory that a worker may hold after it; one that holds more is not used again, so that no task
+runs out of memory that others have taken."""
 
 _ADVICE = {
     "cad": "the model is probably damaged: repair or export it again in the CAD program",
@@ -85,103 +91,189 @@ def run_isolated(
     InputError
         The arguments cannot be handed to another process.
     """
-    from pebble.concurrent import process
+    with Worker() as own:
+        return own.run(
+            function, args, kwargs, timeout=timeout, max_memory=max_memory, on_progress=on_progress, remove=remove
+        )
 
-    from . import worker
 
-    context = WorkerContext()
-    watch = _Watch(max_memory, on_progress)
-    with Workplace(remove) as place:
-        progress, progress_end = context.Pipe(duplex=False)
-        chatter, chatter_end = context.Pipe(duplex=False)
+class Worker:
+    """A process that does one task after another, and is replaced where a task has ended or spoilt it.
+
+    A context manager: the process starts with the first task, and ends with the block. Used by one thread at a time.
+
+    Parameters
+    ----------
+    environment : mapping or None
+        Variables for the process, where they are not set.
+
+    Attributes
+    ----------
+    n_done : int
+        Tasks that the process at work now has answered.
+    """
+
+    def __init__(self, environment: Mapping[str, str] | None = None) -> None:
+        self.n_done = 0
+        self._environment = dict(environment or {})
+        self._process: WorkerProcess | None = None
+        self._place: Workplace | None = None
+        self._pipe: Connection | None = None
+        self._chatter: Connection | None = None
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()
+
+    def run(
+        self,
+        function: str,
+        args: Sequence[Any] = (),
+        kwargs: Mapping[str, Any] | None = None,
+        *,
+        timeout: float | None = None,
+        max_memory: float | None = None,
+        on_progress: Progress | None = None,
+        remove: Iterable[str] = (),
+    ) -> Any:
+        """Call a function, as :func:`run_isolated` does, in a process that may have served before."""
         task = worker.Task(
             function=function,
             args=tuple(args),
             kwargs=dict(kwargs or {}),
-            caller=os.getpid(),
-            pid_file=str(place.pid_file),
-            folders=tuple(str(folder) for folder in place.results),
             max_bytes=None if max_memory is None else int(max_memory * GIGABYTE),
         )
-        future = None
         try:
+            request = bytes(ForkingPickler.dumps(task))
+        except (pickle.PicklingError, TypeError, AttributeError) as error:
+            raise InputError(
+                f"this cannot be handed to a worker process ({error}): give a file, or call without isolated=True"
+            ) from error
+        remove = tuple(remove)
+        deadline = None if timeout is None else time.monotonic() + timeout
+        watch = _Watch(max_memory, on_progress)
+        answer: worker.Answer | None = None
+        done = False
+        try:
+            process, pipe, chatter, place = self._start()
+            place.watch(remove)
+            with contextlib.suppress(BrokenPipeError):  # a process that died at its start is seen at once
+                pipe.send_bytes(request)
+            answer = watch.until_done(process, pipe, chatter, deadline)
+            self.n_done += 1
+            value = _value(answer, watch, process, timeout)
+            done = True
+            return value
+        finally:
+            failed = () if done else remove
+            if answer is None or answer.spent or answer.out_of_memory or watch.holds_much:
+                self.end(failed)
+            elif self._place is not None:
+                self._place.clear(failed)
+
+    def end(self, remove: Iterable[str] = ()) -> None:
+        """Kill the process and all of its session, and remove what it leaves; the next task starts another."""
+        process, self._process = self._process, None
+        if process is not None and process.pid is not None:
+            for kill in (os.killpg, os.kill):
+                with contextlib.suppress(ProcessLookupError, PermissionError):
+                    kill(process.pid, signal.SIGKILL)
+            process.join(10.0)
+        for pipe in (self._pipe, self._chatter):
+            if pipe is not None:
+                pipe.close()
+        place, self._place, self._pipe, self._chatter = self._place, None, None, None
+        self.n_done = 0
+        if place is not None:
+            place.clear(remove)
+            place.close()
+
+    def _start(self) -> tuple[WorkerProcess, Connection, Connection, Workplace]:
+        """The process and the ways to it; a new one where there is none."""
+        if self._process is not None and wait([self._process.sentinel], timeout=0):
+            self.end()  # something else has ended it while it had nothing to do
+        if self._process is None:
+            self._place = Workplace()
+            self._pipe, pipe_end = CONTEXT.Pipe()
+            self._chatter, chatter_end = CONTEXT.Pipe(duplex=False)
+            station = worker.Station(
+                caller=os.getpid(),
+                pid_file=str(self._place.pid_file),
+                folders=tuple(str(folder) for folder in self._place.results),
+                environment=self._environment,
+            )
+            self._process = WorkerProcess(target=worker.serve, args=(pipe_end, chatter_end, station), daemon=False)
             try:
-                future = process(timeout=timeout, daemon=False, context=context)(worker.run)(
-                    task, progress_end, chatter_end
-                )
-            except (pickle.PicklingError, TypeError, AttributeError) as error:
-                raise InputError(
-                    f"this cannot be handed to a worker process ({error}): give a file, or call without isolated=True"
-                ) from error
+                self._process.start()
             except OSError as error:
                 raise WorkerError(f"a worker process cannot be started: {error}", stage="start") from error
             finally:
-                progress_end.close()
+                pipe_end.close()
                 chatter_end.close()
-            watch.until_done(future, progress, chatter, place)
-            return _answer(future, watch, timeout)
-        finally:
-            _end(future, context)
-            progress.close()
-            chatter.close()
-
-
-def _end(future: Any, context: WorkerContext) -> None:
-    """Kill what is left of the worker and of its session, and wait until it is gone."""
-    pid = context.worker.pid if context.worker is not None else None
-    if pid is None:
-        return
-    for kill in (os.killpg, os.kill) if future is not None and not future.done() else (os.killpg,):
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            kill(pid, signal.SIGKILL)
-    if future is not None:
-        # pebble reaps the worker from its own thread. Cancelling the future instead would race with that.
-        wait_for_futures([future], timeout=10.0)
+        assert self._pipe is not None
+        assert self._chatter is not None
+        assert self._place is not None
+        return self._process, self._pipe, self._chatter, self._place
 
 
 class _Watch:
-    """What is known of a worker from outside: its stage, its last words, its memory."""
+    """What is known of a task from outside: its stage, its last words, its memory, its time."""
 
     def __init__(self, max_memory: float | None, on_progress: Progress | None) -> None:
         self.stage = "start"
-        self.peak = 0
+        self.memory = 0
         self.too_large = False
+        self.too_late = False
         self.max_memory = max_memory
         self._last_words: deque[bytes] = deque(maxlen=8)
         self._report = on_progress
         self._fraction: float | None = None
         self._reported = time.monotonic()
+        self._weighed = 0.0
 
-    def until_done(self, future: Any, progress: Connection, chatter: Connection, place: Workplace) -> None:
-        """Hand on progress and look at the memory until the worker has ended."""
-        open_ends = [progress, chatter]
-        while not future.done():
-            if not open_ends:
-                time.sleep(LOOK_EVERY)
-            ready = set(wait(open_ends, timeout=LOOK_EVERY))
-            for end in [end for end in (progress, chatter) if end in ready]:
-                if not self._take(end, progress):
-                    open_ends.remove(end)
-            if time.monotonic() - self._reported > HEARTBEAT:
+    def until_done(
+        self, process: WorkerProcess, pipe: Connection, chatter: Connection, deadline: float | None
+    ) -> worker.Answer | None:
+        """Hand on progress and look at memory and time until there is an answer; None where the process has ended."""
+        ends: list[Any] = [pipe, chatter, process.sentinel]
+        while True:
+            ready = wait(ends, timeout=LOOK_EVERY)
+            if chatter in ready and not self._hear(chatter):
+                ends.remove(chatter)
+            if pipe in ready:
+                message = _receive(pipe)
+                if isinstance(message, worker.Answer):
+                    self._weigh(process.pid)
+                    return message
+                if message is None:
+                    ends.remove(pipe)
+                else:
+                    self.stage, self._fraction = message
+                    self._tell()
+            elif process.sentinel in ready:  # and what it said before is read
+                return None
+            if deadline is not None and time.monotonic() > deadline:
+                self.too_late = True
+                return None
+            now = time.monotonic()
+            if now - self._reported > HEARTBEAT:
                 self._tell()
-            if self.max_memory is not None and not self.too_large:
-                self._weigh(place.worker_pid())
-        while progress in open_ends and progress.poll():
-            if not self._take(progress, progress):
-                break
+            if now - self._weighed > LOOK_EVERY:
+                self._weighed = now
+                self._weigh(process.pid)
+            if self.holds_too_much:
+                self.too_large = True
+                return None
 
-    def _take(self, end: Any, progress: Connection) -> bool:
-        """Read one message; False at the end."""
-        try:
-            if end is not progress:
-                data = os.read(end.fileno(), 65536)
-                self._last_words.append(data[-4096:])
-                return bool(data)
-            self.stage, self._fraction = end.recv()
-        except (EOFError, OSError):
-            return False
-        self._tell()
-        return True
+    def _hear(self, chatter: Connection) -> bool:
+        """Keep what the worker writes to where a terminal would be; False at its end."""
+        data = os.read(chatter.fileno(), 65536)
+        self._last_words.append(data[-4096:])
+        return bool(data)
 
     def _tell(self) -> None:
         self._reported = time.monotonic()
@@ -192,45 +284,51 @@ class _Watch:
         """What the worker and its libraries wrote last."""
         return b"".join(self._last_words).decode("utf-8", "replace").strip()
 
+    @property
+    def holds_too_much(self) -> bool:
+        """Whether the worker holds more than its task may."""
+        return self.max_memory is not None and self.memory > self.max_memory * GIGABYTE
+
+    @property
+    def holds_much(self) -> bool:
+        """Whether the worker holds so much that another task might not find enough."""
+        return self.max_memory is not None and self.memory > FULL * self.max_memory * GIGABYTE
+
     def _weigh(self, pid: int | None) -> None:
+        if self.max_memory is None:
+            return
         import psutil
 
-        if pid is None:
-            return
-        try:
-            self.peak = max(self.peak, psutil.Process(pid).memory_info().rss)
-        except psutil.NoSuchProcess:
-            return
-        assert self.max_memory is not None
-        if self.peak > self.max_memory * GIGABYTE:
-            self.too_large = True
-            try:
-                os.killpg(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                return
+        with contextlib.suppress(psutil.NoSuchProcess):
+            self.memory = psutil.Process(pid).memory_info().rss
 
 
-def _answer(future: Any, watch: _Watch, timeout: float | None) -> Any:
-    """The value, or the error that says how the worker ended."""
-    from pebble import ProcessExpired
+def _receive(pipe: Connection) -> Any:
+    """A message; None where the other end is closed."""
+    try:
+        return pipe.recv()
+    except (EOFError, OSError):
+        return None
 
+
+def _value(answer: worker.Answer | None, watch: _Watch, process: WorkerProcess, timeout: float | None) -> Any:
+    """The value, or the error that says how the task ended."""
     stage, where = watch.stage, f"in stage '{watch.stage}'"
     words = watch.last_words()
     if words:
         log.debug("the worker's last words: %s", words)
     advice = _ADVICE.get(stage, "please report this with the input")
-    try:
-        answer = future.result()
-    except TimeoutError:
+    if watch.too_late:
         raise WorkerError(
             f"time-out {where}: not done within {timeout:g} s; allow more time, or ask for a coarser mesh", stage=stage
-        ) from None
-    except ProcessExpired as error:
-        if watch.too_large:
-            raise _out_of_memory(watch) from None
-        code = error.exitcode or 0
+        )
+    if watch.too_large:
+        raise _out_of_memory(watch)
+    if answer is None:
+        process.join(10.0)
+        code = process.exitcode or 0
         how = f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
-        raise WorkerError(f"the worker {how} {where}: {advice}", stage=stage) from None
+        raise WorkerError(f"the worker {how} {where}: {advice}", stage=stage)
     if answer.error is not None:
         log.debug("%s", answer.trace)
         raise answer.error
@@ -240,6 +338,7 @@ def _answer(future: Any, watch: _Watch, timeout: float | None) -> Any:
         defect = WorkerError(f"unexpected failure {where}: {answer.failure}; {advice}", stage=stage)
         defect.add_note(answer.trace)
         raise defect
+    assert answer.value is not None
     return unpack(answer.value)
 
 

@@ -1,4 +1,4 @@
-"""The temporary folders of one isolated run, gone at its end whatever the end is."""
+"""The temporary folders of one worker, gone at its end whatever the end is."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterable
+from contextlib import suppress
 from multiprocessing import spawn
 from pathlib import Path
-from types import TracebackType
 
 from ..errors import WorkerError
 
@@ -38,12 +38,6 @@ def leftovers(output: str | os.PathLike[str]) -> list[str]:
 class Workplace:
     """Temporary folders for a worker, and a guard that removes them if this process is killed.
 
-    Parameters
-    ----------
-    remove : iterable of str
-        What else is to go where the run does not come to its end, as absolute glob patterns in which
-        ``{pid}`` stands for the worker's process id.
-
     Attributes
     ----------
     folder : Path
@@ -52,8 +46,7 @@ class Workplace:
         Folders for large results, best first.
     """
 
-    def __init__(self, remove: Iterable[str] = ()) -> None:
-        self._extra = list(remove)
+    def __init__(self) -> None:
         self._own: list[Path] = []
         try:
             self.folder = self._make(None)
@@ -61,6 +54,7 @@ class Workplace:
             if os.access(MEMORY_FOLDER, os.W_OK | os.X_OK):
                 self.results = (self._make(MEMORY_FOLDER), self.folder)
             self._guard = self._start_guard()
+            self.watch(glob.escape(str(path)) for path in self._own)
         except BaseException as error:
             self._remove_own()
             if isinstance(error, OSError):
@@ -87,10 +81,27 @@ class Workplace:
             cwd="/",
         )
         assert guard.stdin is not None
-        patterns = [*(glob.escape(str(path)) for path in self._own), *self._extra]
-        guard.stdin.write(b"\0".join(os.fsencode(pattern) for pattern in patterns) + b"\0")
-        guard.stdin.flush()
         return guard
+
+    def watch(self, patterns: Iterable[str]) -> None:
+        """Tell the guard what else is to go if this process is killed.
+
+        Parameters
+        ----------
+        patterns : iterable of str
+            Absolute glob patterns in which ``{pid}`` stands for the worker's process id.
+        """
+        assert self._guard.stdin is not None
+        with suppress(BrokenPipeError):  # the guard itself was killed, and the run can do without
+            self._guard.stdin.write(b"".join(os.fsencode(pattern) + b"\0" for pattern in patterns))
+            self._guard.stdin.flush()
+
+    def clear(self, patterns: Iterable[str]) -> None:
+        """Remove what the patterns say, of a task that did not come to its end."""
+        pid = self.worker_pid()
+        for pattern in patterns:
+            for path in glob.glob(pattern.replace("{pid}", str(pid))):
+                remove_quietly(Path(path))
 
     @property
     def pid_file(self) -> Path:
@@ -104,24 +115,13 @@ class Workplace:
         except (OSError, ValueError):
             return None
 
-    def __enter__(self) -> Workplace:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        pid = self.worker_pid()
+    def close(self) -> None:
+        """Remove the folders, and send the guard home."""
         self._remove_own()
-        if kind is not None:
-            for pattern in self._extra:
-                for path in glob.glob(pattern.replace("{pid}", str(pid))):
-                    remove_quietly(Path(path))
         assert self._guard.stdin is not None
-        try:
+        with suppress(BrokenPipeError):  # the guard itself was killed: there is nothing left for it to do
             self._guard.stdin.write(b"done\0")
             self._guard.stdin.close()
-        except BrokenPipeError:  # the guard itself was killed: there is nothing left for it to do
-            pass
         self._guard.wait()
 
     def _remove_own(self) -> None:

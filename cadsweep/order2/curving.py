@@ -6,16 +6,17 @@ model as callables alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..blocks.block import FactoredMesh
+from ..blocks.finish import NamedFaces, by_face
+from ..blocks.joined import JoinedMesh
 from ..blocks.naming import name_pieces
-from ..blocks.reference import is_ring
-from ..brep import Part
+from ..brep import Curve, Part, Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
 
@@ -35,7 +36,7 @@ def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tu
         if edge in sweep.target_edges and sweep.target_edges[edge][0] in surfaces.target_edge_points:
             found.setdefault(sweep.target_edges[edge][0], []).append(pairs + last)
     # The last layer of a closed ring is its first.
-    n_nodes = last if is_ring(sweep) else last + len(surfaces.source.points)
+    n_nodes = last if sweep.closed else last + len(surfaces.source.points)
     return [
         (np.unique(np.sort(np.concatenate(pieces) % n_nodes, axis=1), axis=0), _on_curve(part, sweep, edge))
         for edge, pieces in found.items()
@@ -50,9 +51,37 @@ def project_to_faces(part: Part, sweep: Sweep, factored: FactoredMesh) -> list[t
     return [(quads, _on_faces(part, sweep, sorted(set(faces[names])))) for names, quads in factored.owned_quads()]
 
 
-def _on_curve(part: Part, sweep: Sweep, edge: int) -> Projection:
-    curve = sweep.solid.edges[edge].curve
+def curves_of(part: Part, mesh: JoinedMesh) -> list[tuple[IntArray, Projection]]:
+    """Mesh segments (s, 2) on each CAD edge of a mesh of several cells, with the projection to its curve."""
+    curves = {
+        int(key): edge.curve
+        for solid in part.solids
+        for key, edge in zip(solid.edge_keys, solid.edges, strict=True)
+        if edge.kind != "line"
+    }
+    return [
+        (np.column_stack([nodes[:-1], nodes[1:]]), _onto_curve(part, curves[key]))
+        for key, nodes in mesh.edge_nodes.items()
+        if key in curves
+    ]
 
+
+def surfaces_of(part: Part, mesh: JoinedMesh, names: NamedFaces) -> list[tuple[IntArray, Projection]]:
+    """Quads (q, 4) on each face of the model that is not plane, with the projection to its surface."""
+    found = []
+    for (cell, face), quads in by_face(mesh):
+        own = part.solids[cell].faces[face]
+        # Of an interface one side is enough; a cut is inside, and its middles are free.
+        if own.kind != "plane" and names.of((cell, face)) and names.first.get((cell, face), True):
+            found.append((quads, _onto_surfaces(part, [own.surface])))
+    return found
+
+
+def _on_curve(part: Part, sweep: Sweep, edge: int) -> Projection:
+    return _onto_curve(part, sweep.solid.edges[edge].curve)
+
+
+def _onto_curve(part: Part, curve: Curve) -> Projection:
     def project(points: FloatArray) -> FloatArray:
         return part.to_model(curve.evaluate(curve.project((points - part.offset) / part.scale)))
 
@@ -60,11 +89,14 @@ def _on_curve(part: Part, sweep: Sweep, edge: int) -> Projection:
 
 
 def _on_faces(part: Part, sweep: Sweep, faces: list[int]) -> Projection:
+    return _onto_surfaces(part, [sweep.solid.faces[face].surface for face in faces])
+
+
+def _onto_surfaces(part: Part, surfaces: Sequence[Surface]) -> Projection:
     def project(points: FloatArray) -> FloatArray:
         places = (points - part.offset) / part.scale
         nearest, best = np.full(len(places), np.inf), places.copy()
-        for face in faces:
-            surface = sweep.solid.faces[face].surface
+        for surface in surfaces:
             feet = surface.evaluate(surface.project(places))
             away = np.linalg.norm(feet - places, axis=1)
             closer = away < nearest

@@ -134,11 +134,11 @@ def elevate(
             "the curved boundary is too coarsely meshed; try a smaller size or order=1",
             hexes=worst[:10].tolist(),
         )
-    boundaries = {
-        name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges))
-        for name, quads in mesh.boundaries.items()
-    }
-    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, structure=None)
+    boundaries, interfaces = (
+        {name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges)) for name, quads in named.items()}
+        for named in (mesh.boundaries, mesh.interfaces)
+    )
+    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, interfaces=interfaces, structure=None)
 
 
 def _boundary_bow(

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from .. import cad, recognition
-from ..blocks.reference import is_ring
 from ..brep import Part
 from ..errors import CadError, NotSweepableError
 from ..sweep import Sweep
@@ -40,11 +39,11 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
 def other_directions(part: Part, sweeps: Sequence[Sweep]) -> list[Sweep]:
     """Sweeps around the axis of a full ring, and across its wall, best first; none where `sweeps` go around it."""
     found: list[Sweep] = []
-    if any(is_ring(sweep) for sweep in sweeps):
+    if any(sweep.closed for sweep in sweeps):
         return found
     with suppress(CadError, NotSweepableError):  # the part has other sweeps
         ring = cad.cut_ring(part)
-        around = [sweep for sweep in search(ring, None, None) if is_ring(sweep)] if ring is not None else []
+        around = [sweep for sweep in search(ring, None, None) if sweep.closed] if ring is not None else []
         found += [_noted(sweep, "around the axis, the ring cut open") for sweep in around]
     divided = cad.divide_annuli(part)
     if divided is not None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
-from ..blocks.reference import is_ring, make_reference
+from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary
 from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
@@ -146,7 +146,7 @@ def refusal(report: QualityReport) -> InvertedHexError:
 def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
     solid = sweep.solid
-    caps = (*sweep.source, *sweep.target) if is_ring(sweep) else ()
+    caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     crossing = cad.find_crossing(solid, coincident=caps)
     if crossing is None:
         return failure

@@ -20,6 +20,7 @@ from ..sweep import Sweep
 from .factoring import factor_sweep
 from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
 from .parts import find_candidates
+from .routes import mesh_part
 from .run import Progress, Run, silent
 
 
@@ -37,7 +38,7 @@ def sweep_mesh(
     Parameters
     ----------
     source : Part, or whatever :func:`load` takes
-        One solid, or several and the option ``part``.
+        One solid, or several: those that touch are meshed conformally, unless the option ``part`` chooses one.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -45,10 +46,10 @@ def sweep_mesh(
     on_progress : callable or None
         Called with the stage and the done fraction of it.
     **options
-        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
+        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
         ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``max_hexes``, ``max_memory``.
+        ``allow_coarse``, ``max_hexes``, ``max_memory``.
 
     Returns
     -------
@@ -77,11 +78,7 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
-    mesh = first_good(part, sweeps, chosen, run, make_mesh).mesh
-    assert mesh is not None
-    return mesh
+    return mesh_part(source, chosen, Run(on_progress=on_progress or silent))
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:

@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Any
 
 from .. import cad, recognition
-from ..blocks.reference import is_ring
 from ..brep import Part, Solid
 from ..errors import CadError, InputError, NotSweepableError
 from ..options import SweepOptions
@@ -28,7 +27,13 @@ MOST_KEPT = 4
 """Outlines of sides, and of each cap, that are tried one by one for whether the mesh can follow them."""
 
 
-def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int | None = None) -> Part:
+def load(
+    source: Any,
+    *,
+    params: dict[str, Any] | None = None,
+    part: str | int | None = None,
+    touch: float | None = None,
+) -> Part:
     """Read a part and make it clean for meshing.
 
     Parameters
@@ -39,7 +44,9 @@ def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int |
     params : dict or None
         Parameters of a script.
     part : str, int or None
-        Which solid of an assembly: its name, or its number from 0.
+        Which solid of an assembly: its name, or its number from 0; None takes them all, imprinted on each other.
+    touch : float or None
+        Distance, model units, up to which solids are taken to touch; None derives it from the part's size.
 
     Raises
     ------
@@ -54,7 +61,7 @@ def load(source: Any, *, params: dict[str, Any] | None = None, part: str | int |
         if part is not None:
             raise InputError("part chooses a solid of what is loaded; this part is loaded already")
         return source
-    return cad.load(source, params=params, part=part)
+    return cad.load(source, params=params, part=part, touch=touch)
 
 
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
@@ -121,7 +128,7 @@ def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]
     """
     for ring in _cut_open(part):
         try:
-            sweeps = [sweep for sweep in search(ring, source, target) if is_ring(sweep)]
+            sweeps = [sweep for sweep in search(ring, source, target) if sweep.closed]
         except NotSweepableError:
             continue  # another section may do, and the part as it is has its own reasons
         gaps = [recognition.why_not_closed(sweep) for sweep in sweeps]
@@ -156,7 +163,7 @@ def _better_around(part: Part, sweep: Sweep) -> tuple[Part, list[Sweep]] | None:
     with suppress(CadError, NotSweepableError):  # a ring that cannot be cut open is swept as it is
         ring = cad.cut_ring(part)
         if ring is not None:
-            sweeps = [around for around in search(ring, None, None) if is_ring(around)]
+            sweeps = [around for around in search(ring, None, None) if around.closed]
             if sweeps and sweeps[0].score > sweep.score:
                 return ring, sweeps
     return None

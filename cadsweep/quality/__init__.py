@@ -4,7 +4,14 @@ from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
 from .check import SurfaceFindings, check_mesh, check_surface, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
-from .metrics import HexMetrics, measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
+from .metrics import (
+    HexMetrics,
+    enclosed_volume,
+    measure_hexes,
+    quad_areas,
+    quad_scaled_jacobians,
+    scaled_jacobians,
+)
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
 from .structure import structure_problems
 
@@ -22,6 +29,7 @@ __all__ = [
     "check_mesh",
     "check_surface",
     "corner_limits",
+    "enclosed_volume",
     "make_report",
     "measure_hexes",
     "positive_inside",

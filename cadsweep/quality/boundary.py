@@ -21,7 +21,7 @@ def place(point: FloatArray) -> str:
     return "(" + ", ".join(f"{c:.5g}" for c in point) + ")"
 
 
-def _keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
+def quad_keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """Two integers that name an oriented quad: (least node, the node across), (next, previous)."""
     at = np.argmin(quads, axis=1)
     rows = np.arange(len(quads))
@@ -46,11 +46,11 @@ def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
             pieces.append(quads[:, :4].astype(np.int64))
             owners += [(name, len(quads))]
     named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
-    named_keys, expected_keys = _keys(named, n), _keys(expected, n)
+    named_keys, expected_keys = quad_keys(named, n), quad_keys(expected, n)
     if _same_quads(named_keys, expected_keys):
         return problems
     have, want = _pairs(named_keys), _pairs(expected_keys)
-    turned = _pairs(_keys(named[:, ::-1], n))
+    turned = _pairs(quad_keys(named[:, ::-1], n))
     owner = np.repeat(np.arange(len(owners)), [n_quads for _, n_quads in owners])
     inward = np.isin(turned, want)
     foreign = ~np.isin(have, want) & ~inward
@@ -97,7 +97,7 @@ def boundary_blocks(boundaries: Mapping[str, IntArray], n: int) -> dict[tuple[st
     """
     names = list(boundaries)
     stacked = np.concatenate([*boundaries.values(), np.zeros((0, 4), dtype=np.int64)])
-    keys = _keys(stacked, max(n, 1))
+    keys = quad_keys(stacked, max(n, 1))
     mixed = np.sort(keys[0] * np.int64(0x9E3779B97F4A7C1) + keys[1])  # quads with different values are different
     if np.all(mixed[1:] != mixed[:-1]):
         return {(name,): boundaries[name] for name in names}
@@ -136,13 +136,13 @@ def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:
         inside[ids] = 1
         part = np.unique(2 * part + inside, return_inverse=True)[1].reshape(-1)  # a number for each set of parts
     faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
-    keys = _pairs(_keys(faces, n))
+    keys = _pairs(quad_keys(faces, n))
     order = np.argsort(keys)
     owner = np.repeat(part, 6)[order]
     keys = keys[order]
 
     def part_of(q: IntArray) -> np.ndarray:
-        wanted = _pairs(_keys(q, n))
+        wanted = _pairs(quad_keys(q, n))
         at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
         return np.where(keys[at] == wanted, owner[at], -2)
 

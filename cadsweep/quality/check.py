@@ -33,6 +33,7 @@ from .cadcheck import cad_problems
 from .limits import BoundaryLimit, boundary_limit
 from .metrics import quad_areas
 from .report import CadReference, QualityReport
+from .several import interface_problems, part_surfaces
 from .structure import follows_structure, structure_boundary, structure_problems
 
 POOR = 0.5
@@ -42,7 +43,7 @@ COINCIDENT = 1e-10
 """Nodes nearer than this times the mesh's diagonal are the same point."""
 
 
-def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityReport:
+def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] | None = None) -> QualityReport:
     """Measure and check a mesh.
 
     Parameters
@@ -50,8 +51,9 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
     mesh : HexMesh
         Where ``mesh.structure`` describes its hexahedra, conformity is known from the quads; a mesh
         without structure, as read from a file, is examined face by face. Both find the same.
-    cad : CadReference or None
-        What the CAD model says. None: ``mesh.info["cad_volume"]``, where there is one.
+    cad : CadReference, mapping of part name to CadReference, or None
+        What the CAD model says; of a mesh of several parts, of each. None: ``mesh.info["cad_volume"]``, where there
+        is one.
 
     Returns
     -------
@@ -89,7 +91,7 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
         expected = once
         seen.add_hexes(points, hexes)
-    surface = check_surface(points, expected, mesh.boundaries, cad=cad or _cad_of(mesh), volume=seen.volume)
+    surface = _check_surfaces(mesh, points, expected, cad, volume=seen.volume)
     problems += boundary_problems(mesh, expected)
     return make_report(
         seen,
@@ -100,6 +102,36 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | None = None) -> QualityRepo
         euler=surface.euler,
         limit=limit,
     )
+
+
+def _check_surfaces(
+    mesh: HexMesh,
+    points: FloatArray,
+    quads: IntArray,
+    cad: CadReference | Mapping[str, CadReference] | None,
+    *,
+    volume: float,
+) -> SurfaceFindings:
+    """Check the surface of the mesh; of several parts each by itself, since these may touch along an edge."""
+    if not isinstance(cad, Mapping):
+        whole = check_surface(points, quads, mesh.boundaries, cad=cad or _cad_of(mesh), volume=volume)
+        if len(mesh.parts) < 2 or not whole.problems:
+            whole.problems += interface_problems(mesh)
+            return whole
+    found = check_surface(points, quads, mesh.boundaries, volume=volume)
+    surfaces = part_surfaces(mesh)
+    if not surfaces:
+        return found
+    # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
+    found.problems = interface_problems(mesh)
+    for own in surfaces:
+        reference = cad.get(own.name) if isinstance(cad, Mapping) else None
+        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume)
+        found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
+        found.areas |= {name: alone.areas[name] for name in own.named if name in mesh.interfaces}
+    if isinstance(cad, Mapping):
+        found.problems += [f"part '{name}' has no hexahedra" for name in cad if name not in mesh.parts]
+    return found
 
 
 def make_report(

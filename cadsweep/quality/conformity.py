@@ -173,10 +173,16 @@ def _hash_rows(rows, keys):  # type: ignore[no-untyped-def]
         keys[r] = total
 
 
+def row_keys(rows: IntArray) -> np.ndarray:
+    """A 64-bit value (m,) of each row, whatever the order of its entries; a pair of unlike rows shares one in 2^64."""
+    keys = np.empty(len(rows), dtype=np.uint64)
+    _hash_rows(np.ascontiguousarray(rows, dtype=np.int64), keys)
+    return keys
+
+
 def duplicate_rows(rows: IntArray) -> list[tuple[int, int]]:
     """Pairs of rows with the same entries in any order, each row paired with the first of its kind."""
-    keys = np.empty(len(rows), dtype=np.uint64)
-    _hash_rows(np.ascontiguousarray(rows), keys)
+    keys = row_keys(rows)
     ordered = np.sort(keys)
     if not np.any(ordered[1:] == ordered[:-1]):
         return []

@@ -156,3 +156,15 @@ def _indices(hexes: IntArray, n_points: int) -> IntArray:
     if len(hexes) and (np.min(hexes) < 0 or np.max(hexes) >= n_points):
         raise IndexError(f"hexes refer to nodes outside 0 .. {n_points - 1}")
     return hexes
+
+
+def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
+    """Volume inside a closed surface of bilinear quads: the divergence theorem, which two Gauss points make exact."""
+    a, b, c, d = (points[quads[:, i]] - points[quads[0, 0]] for i in range(4))
+    volume = 0.0
+    for u in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
+        for v in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):
+            along_u, along_v = (1 - v) * (b - a) + v * (c - d), (1 - u) * (d - a) + u * (c - b)
+            place = (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+            volume += float(np.einsum("ij,ij->", place, np.cross(along_u, along_v))) / 12.0
+    return volume

@@ -1,11 +1,11 @@
 """Recognition: which faces of a solid are source, target and linking sides.
 
-Place in the flow: takes a :class:`~cadsweep.brep` from ``cad``, gives a list of
-:class:`~cadsweep.sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
+Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a list of
+:class:`~cadsweep.sweep.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
 """
 
 from .edges import describe_edges
-from .find import find_sweeps
+from .find import find_sweeps, search_sweeps
 from .growth import find_roundings, worst_rim
 from .reasons import describe
 from .revolution import find_axis
@@ -18,6 +18,7 @@ __all__ = [
     "find_roundings",
     "find_sweeps",
     "may_be_ring",
+    "search_sweeps",
     "why_not_closed",
     "worst_rim",
 ]

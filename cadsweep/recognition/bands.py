@@ -88,7 +88,7 @@ class _EdgeSets:
             self.parent[self.find(e)] = first
 
 
-def find_bands(solid: Solid, *, folded: bool = False) -> BandSearch:
+def find_bands(solid: Solid, *, folded: bool = False, most_readings: int | None = None) -> BandSearch:
     """Find the bands of a solid.
 
     Parameters
@@ -96,8 +96,10 @@ def find_bands(solid: Solid, *, folded: bool = False) -> BandSearch:
     solid : Solid
     folded : bool
         Read faces with sharp folds as rectangles too (:func:`.corners.read_rectangles`).
+    most_readings : int, optional
+        Keep only so many readings of each face, the best.
     """
-    net = _tie_edges(solid, [read_rectangles(face, folded=folded) for face in solid.faces])
+    net = _tie_edges(solid, [read_rectangles(face, folded=folded)[:most_readings] for face in solid.faces])
     bands: list[Band] = []
     seen: set[frozenset[int]] = set()
     for c in dict.fromkeys(net.of_edge):

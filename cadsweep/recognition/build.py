@@ -1,7 +1,7 @@
-"""From a layout to a :class:`~cadsweep.sweep`: loops, sides, rails, stations in order.
+"""From a layout to a :class:`~cadsweep.sweep.Sweep`: loops, sides, rails, stations in order.
 
 Place in the flow: fourth step of :mod:`cadsweep.recognition`. Directions follow the conventions of
-:class:`~cadsweep.sweep` and :class:`~cadsweep.sweep`; faces are oriented
+:class:`~cadsweep.sweep.Sweep` and :class:`~cadsweep.sweep.LinkingSide`; faces are oriented
 outward, so the bottom of a linking side in the face's own direction runs along the source loop.
 """
 

@@ -1,7 +1,7 @@
 """All sweeps of a solid, best first, or a reason for every face that is no cap of one.
 
-Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep` and gives
-:class:`~cadsweep.sweep`; ``intervals`` and ``surface`` work from that. Method:
+Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep.Solid` and gives
+:class:`~cadsweep.sweep.Sweep`; ``intervals`` and ``surface`` work from that. Method:
 :mod:`.corners` reads faces as rectangles, :mod:`.bands` ties edges to classes that define bands of
 linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
 :mod:`.score` ranks.
@@ -141,11 +141,14 @@ def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     return [each for layout in laid_out for each in with_grown(solid, layout)]
 
 
-def search_sweeps(solid: Solid) -> Findings:
-    """Search for sweeps; sharply folded sides are tried only where nothing else is found."""
+def search_sweeps(solid: Solid, *, quick: bool = False) -> Findings:
+    """Search for sweeps; sharply folded sides are tried only where nothing else is found.
+
+    `quick` leaves out what takes long and is seldom needed: folded sides, and all but the best reading of each face.
+    """
     first: Findings | None = None
-    for folded in (False, True):
-        search = find_bands(solid, folded=folded)
+    for folded in (False,) if quick else (False, True):
+        search = find_bands(solid, folded=folded, most_readings=1 if quick else None)
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
         for bands in choose_bands(search.bands):

@@ -1,9 +1,14 @@
-"""Cutting patches out of a swept mesh: neighbourhoods, connected pieces, nodes shared with the rest.
+"""Cutting patches out of a mesh: neighbourhoods, connected pieces, nodes shared with the rest.
+
+A mesh is known by the layers of its sweep, or, where it is several blocks, by its hexahedra alone.
 
 Place in the flow: :mod:`cadsweep.smoothing.ladder` decides what a patch grows from.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -14,8 +19,33 @@ from ..cells import SweptStructure
 from .patch import BoolArray
 
 
-def hex_nodes(structure: SweptStructure, hexes: IntArray) -> IntArray:
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Hexahedra (m, 8) of several blocks in one numbering of `n_nodes` nodes."""
+
+    hexes: IntArray
+    n_nodes: int
+
+    @cached_property
+    def incidence(self) -> sparse.csr_matrix:
+        """Which node (row) is a corner of which hexahedron (column)."""
+        cols = np.repeat(np.arange(len(self.hexes)), 8)
+        shape = (self.n_nodes, len(self.hexes))
+        return sparse.csr_matrix((np.ones(len(cols), dtype=np.float32), (self.hexes.ravel(), cols)), shape=shape)
+
+    @cached_property
+    def uses(self) -> IntArray:
+        """Hexahedra (n_nodes,) at every node."""
+        return np.bincount(self.hexes.ravel(), minlength=self.n_nodes)
+
+
+Connected = SweptStructure | Blocks
+
+
+def hex_nodes(structure: Connected, hexes: IntArray) -> IntArray:
     """Nodes (m, 8) of hexahedra given by id."""
+    if isinstance(structure, Blocks):
+        return structure.hexes[hexes]
     layer, quad = np.divmod(hexes, len(structure.quads))
     lower = structure.quads[quad] + (layer * structure.n_nodes)[:, None]
     upper_layer = (layer + 1) % structure.n_layers if structure.periodic else layer + 1
@@ -29,8 +59,13 @@ def _incidence(structure: SweptStructure) -> sparse.csr_matrix:
     return sparse.csr_matrix((np.ones(len(rows)), (rows, cols)), shape=(structure.n_nodes, len(q)))
 
 
-def grown(marked: BoolArray, structure: SweptStructure, rings: int) -> BoolArray:
-    """Add to marked hexahedra (n_layers, q) those within some rings of neighbours across nodes."""
+def grown(marked: BoolArray, structure: Connected, rings: int) -> BoolArray:
+    """Add to marked hexahedra, (n_layers, q) or (m,), those within some rings of neighbours across nodes."""
+    if isinstance(structure, Blocks):
+        for _ in range(rings):
+            touched = (structure.incidence @ marked.astype(np.float32)) > 0
+            marked = (structure.incidence.T @ touched.astype(np.float32)) > 0
+        return marked
     incidence = _incidence(structure)
     for _ in range(rings):
         touched = (incidence @ marked.T.astype(np.float64)) > 0
@@ -45,8 +80,8 @@ def grown(marked: BoolArray, structure: SweptStructure, rings: int) -> BoolArray
     return marked
 
 
-def patches(region: BoolArray, structure: SweptStructure) -> list[IntArray]:
-    """Split marked hexahedra (n_layers, q) into connected pieces of ascending ids."""
+def patches(region: BoolArray, structure: Connected) -> list[IntArray]:
+    """Split marked hexahedra, (n_layers, q) or (m,), into connected pieces of ascending ids."""
     ids = np.flatnonzero(region.ravel())
     if not len(ids):
         return []
@@ -61,9 +96,11 @@ def patches(region: BoolArray, structure: SweptStructure) -> list[IntArray]:
     return [np.sort(piece) for piece in np.split(ids[order], cuts)]
 
 
-def touches_others(structure: SweptStructure, hexes: IntArray, nodes: IntArray) -> BoolArray:
+def touches_others(structure: Connected, hexes: IntArray, nodes: IntArray) -> BoolArray:
     """Which nodes of a patch belong to a hexahedron outside it."""
     counts = np.bincount(np.searchsorted(nodes, hex_nodes(structure, hexes).ravel()), minlength=len(nodes))
+    if isinstance(structure, Blocks):
+        return counts < structure.uses[nodes]
     per_node = np.bincount(structure.quads.ravel(), minlength=structure.n_nodes)
     layer, node = np.divmod(nodes, structure.n_nodes)
     sides = np.full(len(nodes), 2)

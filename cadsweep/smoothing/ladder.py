@@ -32,9 +32,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..cells import SweptStructure
 from ..quality import corner_limits
-from .cutting import grown, hex_nodes, patches, touches_others
+from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
 from .optimise import polished, untangled
 from .patch import BoolArray, Patch, edge_lengths, proven_values
 from .relax import relaxed
@@ -98,14 +97,15 @@ class Smoothed:
     n_inverted_after: int
 
 
-def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, goal: float = GOAL) -> Smoothed:
-    """Raise the worst scaled Jacobian of a swept mesh to a goal, where that can be done.
+def improve(points: FloatArray, structure: Connected, *, fixed: BoolArray, goal: float = GOAL) -> Smoothed:
+    """Raise the worst scaled Jacobian of a mesh to a goal, where that can be done.
 
     Parameters
     ----------
     points : (n, 3) float64
         All nodes, numbered as `structure` says. Not changed.
-    structure : SweptStructure
+    structure : SweptStructure or Blocks
+        Layers of one sweep, or the hexahedra of several blocks.
     fixed : (n,) bool
         Nodes that must not move: those on the boundary.
     goal : float
@@ -140,7 +140,7 @@ def improve(points: FloatArray, structure: SweptStructure, *, fixed: BoolArray, 
 
 def _raised(
     points: FloatArray,
-    structure: SweptStructure,
+    structure: Connected,
     values: FloatArray,
     fixed: BoolArray,
     steps: list[str],
@@ -172,7 +172,7 @@ def _raised(
     return values
 
 
-def _can_rise(points: FloatArray, structure: SweptStructure, values: FloatArray, fixed: BoolArray) -> bool:
+def _can_rise(points: FloatArray, structure: Connected, values: FloatArray, fixed: BoolArray) -> bool:
     """Whether the worst hexahedron is not held down by its fixed nodes, and no other one is as low for good."""
     worst = float(np.min(values))
     near = np.flatnonzero(values.ravel() < worst / OF_LIMIT)
@@ -180,9 +180,9 @@ def _can_rise(points: FloatArray, structure: SweptStructure, values: FloatArray,
 
 
 def _below_goal(
-    points: FloatArray, structure: SweptStructure, values: FloatArray, fixed: BoolArray, goal: float
+    points: FloatArray, structure: Connected, values: FloatArray, fixed: BoolArray, goal: float
 ) -> BoolArray:
-    """Hexahedra (n_layers, q) below what they should reach and can."""
+    """Hexahedra below what they should reach and can, in the shape of `values`."""
     below = np.flatnonzero(values.ravel() < goal)
     goals = _goals(points, hex_nodes(structure, below), fixed, goal)
     bad = np.zeros(values.size, dtype=bool)
@@ -209,7 +209,7 @@ class _Mended:
 
 
 def _mend(  # noqa: PLR0917
-    points: FloatArray, structure: SweptStructure, hexes: IntArray, fixed: BoolArray, goal: float, steps: list[str]
+    points: FloatArray, structure: Connected, hexes: IntArray, fixed: BoolArray, goal: float, steps: list[str]
 ) -> _Mended:
     """Relax and untangle a patch, or polish it where nothing is inverted."""
     nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
@@ -225,8 +225,11 @@ def _mend(  # noqa: PLR0917
         lengths=_wanted_lengths(points, structure, hexes, start[local]),
         goals=_goals(start, local, fixed[nodes], goal),
     )
-    first, last = (int(h) // len(structure.quads) for h in (hexes[0], hexes[-1]))
-    where = f"{len(hexes)} hexahedra of layers {first} to {last}"
+    if isinstance(structure, Blocks):
+        where = f"{len(hexes)} hexahedra from {int(hexes[0])} to {int(hexes[-1])}"
+    else:
+        first, last = (int(h) // len(structure.quads) for h in (hexes[0], hexes[-1]))
+        where = f"{len(hexes)} hexahedra of layers {first} to {last}"
     current, score = start, patch.score(start)
     before = score.reached
     # What is polished is cut anew after untangling: around few hexahedra rather than around all.
@@ -245,13 +248,16 @@ def _mend(  # noqa: PLR0917
     return _Mended(nodes=nodes[changed], positions=current[changed], gain=min(score.reached, 1.0) - before)
 
 
-def _wanted_lengths(points: FloatArray, structure: SweptStructure, hexes: IntArray, corners: FloatArray) -> FloatArray:
+def _wanted_lengths(points: FloatArray, structure: Connected, hexes: IntArray, corners: FloatArray) -> FloatArray:
     """Edge lengths (m, 3) that the hexahedra should have.
 
     Across the sweep those that they have. Along it the height of their layer on the rings, which
     nothing has disturbed, times what is usual in their column; their own height only shades it.
     """
     lengths = edge_lengths(corners.reshape(-1, 3), np.arange(8 * len(hexes)).reshape(-1, 8))
+    if isinstance(structure, Blocks):  # xi, eta and zeta mean other things in each block: only its own are to be had
+        middle = np.median(lengths, axis=0)
+        return np.clip(lengths, middle / FARTHEST, middle * FARTHEST)
     layer, quad = np.divmod(hexes, len(structure.quads))
     layers, at = np.unique(layer, return_inverse=True)
     ring = np.concatenate(structure.loops)
@@ -271,8 +277,10 @@ def _wanted_lengths(points: FloatArray, structure: SweptStructure, hexes: IntArr
     return np.clip(lengths, middle / FARTHEST, middle * FARTHEST)
 
 
-def hex_values(points: FloatArray, structure: SweptStructure) -> FloatArray:
-    """Proven scaled Jacobians (n_layers, q) of a swept mesh, layer by layer, so that no (m, 8) array is needed."""
+def hex_values(points: FloatArray, structure: Connected) -> FloatArray:
+    """Proven scaled Jacobians (m,), or (n_layers, q) of a swept mesh, made layer by layer without an (m, 8) array."""
+    if isinstance(structure, Blocks):
+        return proven_values(points, structure.hexes)
     n, q = structure.n_nodes, structure.quads
     values = np.empty((structure.n_layers, len(q)))
     local = np.hstack([q, q + n])

@@ -1,6 +1,7 @@
 """The surface stage: ring nodes on edges and linking sides, quads on the source cap.
 
-Place in the flow: after ``intervals``, before ``projection``. :func:`mesh_surfaces` is its one entry.
+Place in the flow: after ``intervals``, before ``projection``. :func:`mesh_surfaces` is the entry for one sweep; a part
+of several cells is meshed through a :class:`Skeleton`.
 
 Method: the counts fix where every vertex stands in a grid of ring nodes times layers (``layout``);
 edges divide themselves by layer places and by the affine image of the source loop (``spacing``);
@@ -10,19 +11,22 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
 from .layout import build_layout
+from .matching import match_quads
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
+from .skeleton import CellBoundary, FaceMesh, Skeleton
 from .spacing import Fit, fit_linear_parts, place_layers
 from .target import divide_target_edges
 from .thickness import thin_share
 
-__all__ = ["mesh_surfaces"]
+__all__ = ["CellBoundary", "FaceMesh", "Skeleton", "match_quads", "mesh_surfaces"]
 
 _THIN_SHARE = 0.2
 """Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
@@ -34,6 +38,7 @@ def mesh_surfaces(
     *,
     bias: float | Sequence[float] | None = None,
     fractions: Sequence[float] | None = None,
+    sizes: Callable[[FloatArray], FloatArray] | None = None,
     fit: Fit = fit_linear_parts,
 ) -> SurfaceMesh:
     """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
@@ -48,6 +53,8 @@ def mesh_surfaces(
         first, or a pair, of the middle over the first and over the last.
     fractions : (n_layers + 1,) or None
         Explicit places of the layers from 0 to 1, instead of `bias`.
+    sizes : callable, optional
+        Wanted lengths (m,) at points (m, 3) of the source cap, where they are below the intervals' size.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
@@ -70,7 +77,7 @@ def mesh_surfaces(
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite).build()
+    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes).build()
     return SurfaceMesh(
         source=source,
         rings=builder.rings,

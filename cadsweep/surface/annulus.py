@@ -3,8 +3,9 @@ r"""Quads between the two loops of a face with one hole, without a mesher.
 Place in the flow: ``quads`` tries them beside gmsh's settings; what is better by its worst corner is
 taken. gmsh meets a wall that is one quad thick only by luck.
 
-Method: a thin wall gets one strip of quads, halved along its middle where it goes round without a corner, that with the best corners, found by dynamic programming
-round the wall. A quad of the strip takes a segment of each loop, or two segments of one loop, around
+Method: a thin wall gets one strip of quads, that with the best corners, found by dynamic programming round the wall;
+where the strip goes round without a corner it is halved along its middle, since one quad does not bend as it should. A
+quad of the strip takes a segment of each loop, or two segments of one loop, around
 a corner, and a node of the other::
 
         h0--h1       h0          h0--h1--h2
@@ -98,7 +99,6 @@ def _halved(strip: IntArray, loops: Sequence[FloatArray]) -> tuple[FloatArray, I
     """Two rings for one: a wall that is one quad thick does not bend as it should."""
     n, n_outer = sum(len(loop) for loop in loops), len(loops[0])
     a, b, c, d = strip.T  # a and b on the outer loop
-    assert (strip[:, :2] < n_outer).all() and (strip[:, 2:] >= n_outer).all()
     other = np.empty(n_outer, dtype=np.int64)
     other[a], other[b] = d, c
     points = np.concatenate(loops)

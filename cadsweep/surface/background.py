@@ -43,9 +43,23 @@ class Background:
     triangles: IntArray
     sizes: FloatArray
 
-    def scaled(self, factor: float) -> Background:
-        """The same field for quads `factor` times as large."""
-        return Background(places=self.places, triangles=self.triangles, sizes=factor * self.sizes)
+    def count_quads(self, loops: Sequence[FloatArray]) -> float:
+        """About how many quads of these sizes fill a polygon."""
+        return _count_quads(loops, self.places, self.triangles, self.sizes)
+
+
+def count_interpolated(loops: Sequence[FloatArray]) -> float:
+    """About how many quads fill a polygon where sizes inside are those of the outline, interpolated."""
+    places = np.concatenate(loops)
+    return _count_quads(loops, places, Delaunay(places).simplices, segment_lengths(loops))
+
+
+def _count_quads(loops: Sequence[FloatArray], places: FloatArray, triangles: IntArray, sizes: FloatArray) -> float:
+    corners = places[triangles]
+    inside = is_inside(loops, corners.mean(axis=1))
+    first, second = corners[inside, 1] - corners[inside, 0], corners[inside, 2] - corners[inside, 0]
+    areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    return float((areas / sizes[triangles[inside]].mean(axis=1) ** 2).sum())
 
 
 def segment_lengths(loops: Sequence[FloatArray]) -> FloatArray:

@@ -31,12 +31,15 @@ class Chart:
         Places (m, 2) to points (m, 3) on the surface and their parameters (m, 2).
     isometric : bool
         Lengths in the chart are those on the surface.
+    conformal : bool
+        Angles in the chart are those on the surface; lengths may be far from it.
     """
 
     boundary: tuple[FloatArray, ...]
     boundary_uv: FloatArray
     lift: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     isometric: bool = False
+    conformal: bool = False
 
     def stretches(self, places: FloatArray) -> FloatArray:
         """Least and greatest length on the surface (m, 2) of a unit step in the chart at places (m, 2)."""

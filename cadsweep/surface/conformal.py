@@ -64,4 +64,4 @@ def conformal_chart(surface: Surface, chart: Chart, boundary: FloatArray, larges
             parameters = np.einsum("mk,mkd->md", weights, uv[nodes])
         return surface.evaluate(parameters), parameters
 
-    return Chart(boundary=outline, boundary_uv=chart.boundary_uv, lift=lift)
+    return Chart(boundary=outline, boundary_uv=chart.boundary_uv, lift=lift, conformal=True)

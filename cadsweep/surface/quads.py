@@ -11,7 +11,7 @@ cap of several faces are divided once, so the faces conform.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -24,7 +24,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, Sweep
 from .annulus import THIN, fill_wall, wall_thickness
-from .background import Background, typical_length
+from .background import Background, count_interpolated, make_background, typical_length
 from .chart import Chart, surface_background
 from .charts import charts_of
 from .gmsh_quads import mesh_polygon, settings_for
@@ -44,6 +44,8 @@ _POOR = 0.1
 """Worst corner sine of quads around which a face that is refused should be divided finer."""
 _FINER_OUTLINE = 2.0
 """The size over the outline's typical segment beyond which quads grow towards the size inside."""
+_WORTH = 0.6
+"""Part of the quads that growing ones must spare to be worth their irregular nodes."""
 _GOOD_ROWS = 0.4
 """Worst corner sine from which on quads with a row along a smooth rim are taken."""
 
@@ -69,11 +71,14 @@ class CapBuilder:
         ring: FloatArray,
         loops: Sequence[IntArray],
         opposite: FloatArray,
+        *,
+        sizes: Callable[[FloatArray], FloatArray] | None = None,
     ) -> None:
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
+        self.sizes = sizes
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -213,8 +218,14 @@ class CapBuilder:
         outline = typical_length(loops)
         return outline if outline >= self.size / _FINER_OUTLINE else self.size
 
-    def _background(self, chart: Chart, loops: Sequence[FloatArray]) -> Background:
-        return surface_background(chart, self._largest(loops))
+    def _background(self, chart: Chart, loops: Sequence[FloatArray]) -> Background | None:
+        """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
+        largest = self._largest(loops)
+        if self.sizes is not None or chart.conformal:
+            return surface_background(chart, largest, sizes=self.sizes)
+        background = make_background(chart.boundary, largest=largest)
+        few = background.count_quads(chart.boundary) < _WORTH * count_interpolated(chart.boundary)
+        return background if few else None
 
     def _rows(self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray) -> FacePatch | None:
         """Lay a row of quads along smooth rims and mesh the rest with gmsh, or None where that does not go."""

@@ -74,6 +74,23 @@ def test_harmless_oddities(change, tmp_path, box_step):
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("SOLID_ANGLE_UNIT()", "SOLID_ANGLE_UNIT($)", "SiUnitAndSolidAngleUnit: Count of Parameters"),
+        ("SI_UNIT($,.STERADIAN.)", "SI_UNIT(.STERADIAN.)", "SiUnitAndSolidAngleUnit: Count of Parameters"),
+        ("PRODUCT_CONTEXT('',", "PRODUCT_CONTEXT(", "Context: Count of Parameters"),
+    ],
+)
+def test_faults_beside_the_geometry_become_a_note(old, new, reason, tmp_path, box_step):
+    path = tmp_path / "box.step"
+    assert old in box_step
+    path.write_text(box_step.replace(old, new))
+    part = load(path)
+    assert model_volume(part) == pytest.approx(6.0)
+    assert any(reason in note for note in part.notes)
+
+
+@pytest.mark.parametrize(
     ("change", "reason"),
     [
         (lambda t: "", "empty"),
@@ -86,6 +103,8 @@ def test_harmless_oddities(change, tmp_path, box_step):
         (lambda t: t.replace("ORIENTED_EDGE('',*,*,#2", "ORIENTED_EDGE('',*,*,#9992", 1), "damaged"),
         (lambda t: t.replace("#20 = ORIENTED_EDGE('',*,*,#21", "#20 = ORIENTED_EDGE('',*,*,#20"), "refers to itself"),
         (lambda t: t.replace("CARTESIAN_POINT", "CARTESIAN_P\x01OINT", 1), "damaged"),
+        (lambda t: t.replace("LENGTH_UNIT()", "LENGTH_UNIT($)"), "damaged: SiUnitAndLengthUnit"),
+        (lambda t: t.replace("PLANE_ANGLE_UNIT()", "PLANE_ANGLE_UNIT($)"), "damaged: SiUnitAndPlaneAngleUnit"),
     ],
 )
 def test_damaged_step_files_are_refused_with_a_reason(change, reason, tmp_path, box_step):

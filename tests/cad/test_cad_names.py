@@ -5,7 +5,7 @@ import re
 import pytest
 
 from cadsweep.cad.names.unique import declare, join_part, make_plain_names, plain
-from cadsweep.errors import CadError, InputError
+from cadsweep.errors import InputError
 
 PLAIN = re.compile(r"[A-Za-z0-9_]+")
 
@@ -144,11 +144,10 @@ def test_one_solid_of_an_assembly_is_chosen_by_name_or_number(three_parts, tmp_p
 
 
 @pytest.mark.cad
-def test_several_solids_are_refused_with_a_list_and_the_way_to_choose(three_parts):
+def test_a_solid_that_is_not_there_is_refused_with_a_list_of_those_that_are(three_parts):
     from cadsweep.cad import load
 
-    with pytest.raises(CadError, match=r"3 solids: 0 'base plate' at \(0, 0, 0\), 1 'pin' at .*--part"):
-        load(three_parts)
+    assert len(load(three_parts).solids) == 3
     with pytest.raises(InputError, match=r"no solid 'lid': there are 0 'base plate'.*, 2 "):
         load(three_parts, part="lid")
     with pytest.raises(InputError, match="no solid 3"):

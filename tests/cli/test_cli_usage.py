@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-HEAVY = ("OCP", "cadquery", "gmsh", "numpy", "scipy", "numba", "vtkmodules", "pyvista", "rich", "pebble")
+HEAVY = ("OCP", "cadquery", "gmsh", "numpy", "scipy", "numba", "vtkmodules", "pyvista", "rich")
 COMMANDS = ("mesh", "info", "check", "view", "report", "batch", "expand")
 
 

@@ -1,4 +1,4 @@
-"""Polyhedra as :class:`cadsweep.topology.Solid`, made by hand so that no CAD kernel is needed."""
+"""Polyhedra as :class:`cadsweep.brep.Solid`, made by hand so that no CAD kernel is needed."""
 
 from dataclasses import dataclass
 

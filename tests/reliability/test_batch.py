@@ -2,7 +2,6 @@
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -30,6 +29,8 @@ width = 2.0
 mode = "box"
 with open(os.environ["CADSWEEP_TEST_LOG"], "a") as log:
     log.write(f"{width} {mode}\\n")
+with open(os.environ["CADSWEEP_TEST_LOG"] + ".pids", "a") as log:
+    log.write(f"{os.getpid()}\\n")
 if mode == "crash":
     os.kill(os.getpid(), 11)
 if mode == "sphere":
@@ -57,6 +58,9 @@ def study(tmp_path, monkeypatch):
         def runs(self):
             return log.read_text().splitlines() if log.exists() else []
 
+        def workers(self):
+            return set(log.with_name("log.pids").read_text().splitlines())
+
     return Writer()
 
 
@@ -79,6 +83,15 @@ def test_every_case_has_its_line_with_figures_or_an_error(study):
     assert [row["status"] for row in rows] == ["ok", "ok", "failed", "failed"]
     assert [row["error_type"] for row in rows] == ["", "", "NotSweepableError", "WorkerError"]
     assert "SIGSEGV" in rows[3]["error"]
+    # One worker for all, and another for the crash, which is seen twice: it might have been the first one's fault.
+    assert len(study.workers()) == 2
+    assert [line.split()[1] for line in study.runs()] == ["box", "box", "sphere", "crash", "crash"]
+    lines = done.stderr.splitlines()
+    assert [line.split(":")[0] for line in lines] == ["1/4 width-1.0", "2/4 width-3.0", "3/4 mode-sphere", "4/4 crash"]
+    assert "ok, " in lines[0]
+    assert "failed, NotSweepableError" in lines[2]
+    folders = sorted(path.name.rpartition("_")[0] for path in (study.results / "cases").iterdir())
+    assert folders == ["crash", "mode-sphere", "width-1.0", "width-3.0"]
     assert [float(row["volume"]) for row in rows[:2]] == pytest.approx([1.0, 3.0], rel=1e-9)
     assert all(float(row["min_scaled_jacobian"]) > 0.9 and row["n_inverted"] == "0" for row in rows[:2])
     assert json.loads((study.results / "results.json").read_text()) == summary["cases"]
@@ -101,12 +114,12 @@ def test_a_killed_study_loses_no_case_and_does_none_again(study):
     study.write("[grid]\nwidth = [1.0, 2.0, 3.0]\n")
     first = subprocess.Popen(command(study, "--quiet"), start_new_session=True)
     end = time.monotonic() + 400
-    while len(list((study.results / "cases").glob("*.json"))) < 2:
+    while len(list((study.results / "cases").glob("*/record.json"))) < 2:
         assert time.monotonic() < end
         time.sleep(0.02)
     first.send_signal(signal.SIGKILL)
     first.wait()
-    finished = {path.name for path in (study.results / "cases").iterdir() if path.suffix == ".json"}
+    finished = list((study.results / "cases").glob("*/record.json"))
     begun = study.runs()
     done = subprocess.run(command(study, "--json"), capture_output=True, text=True, check=False, timeout=800)
     assert done.returncode == 0, done.stderr
@@ -114,7 +127,7 @@ def test_a_killed_study_loses_no_case_and_does_none_again(study):
     assert (summary["n_cases"], summary["n_failed"], summary["n_resumed"]) == (3, 0, len(finished))
     assert len(study.runs()) - len(begun) == 3 - len(finished)
     assert [float(row["volume"]) for row in table(study)] == pytest.approx([1.0, 2.0, 3.0])
-    assert not [name for place in ("cases", "meshes") for name in os.listdir(study.results / place) if name[0] == "."]
+    assert not list((study.results / "cases").glob("*/.*"))
 
 
 def test_an_interrupt_ends_the_workers_and_keeps_what_is_done(study):
@@ -136,7 +149,7 @@ def test_an_interrupt_ends_the_workers_and_keeps_what_is_done(study):
 def test_a_damaged_record_is_done_again(study):
     study.write("[grid]\nwidth = [1.0]\n")
     result = run_study(read_study(study.path))
-    (record,) = (study.results / "cases").glob("*.json")
+    (record,) = (study.results / "cases").glob("*/record.json")
     record.write_text('{"status": "o')
     assert run_study(read_study(study.path)).n_resumed == 0
     assert len(study.runs()) == 2

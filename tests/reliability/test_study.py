@@ -76,6 +76,30 @@ def test_a_case_is_known_by_script_parameters_and_options(study, tmp_path):
     assert {c.key for c in read_study(study(text)).cases}.isdisjoint(c.key for c in first)
 
 
+def test_a_case_is_called_what_it_has_for_itself(study):
+    text = """
+        script = "part.py"
+        [options]
+        layers = 5
+        [grid]
+        width = [1.0, -2]
+        sharp = [true]
+        options.size = [0.1]
+        [[cases]]
+        note = "a b"
+        [[cases]]
+        note = "a/b"
+        [[cases]]
+        name = "thin wall"
+        width = 1.0
+        """
+    cases = read_study(study(text)).cases
+    names = [case.name for case in cases]
+    assert names[:2] == ["width-1.0_sharp-true_size-0.1", "width--2_sharp-true_size-0.1"]
+    assert names[2:] == [f"note-a_b_{cases[2].key[:8]}", f"note-a_b_{cases[3].key[:8]}", "thin_wall"]
+    assert all(case.folder.endswith("_" + case.key[:8]) for case in cases)
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -118,3 +118,43 @@ def mesh_many(sources, options, record, on_progress):
                 end = [f"not named: {type(error).__name__}", str(error), 0, 0.0]
             file.write(json.dumps(end) + "\n")
             file.flush()
+
+
+def leave_traces(folder, on_progress):
+    """Change what a task may change in its process: folder, environment, path, modules, files, processes."""
+    import subprocess
+
+    os.chdir(folder)
+    os.environ["LEFT_BEHIND"] = "1"
+    sys.path.insert(0, folder)
+    import beside
+
+    with open(os.path.join(tempfile.gettempdir(), "left"), "wb") as file:
+        file.write(b"x")
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+    return os.getpid(), child.pid, beside.VALUE
+
+
+def look_around(on_progress):
+    return {
+        "pid": os.getpid(),
+        "folder": os.getcwd(),
+        "environment": "LEFT_BEHIND" in os.environ,
+        "path": list(sys.path),
+        "modules": "beside" in sys.modules,
+        "files": sorted(os.listdir(tempfile.gettempdir())),
+    }
+
+
+def leave_a_thread(on_progress):
+    import threading
+
+    threading.Thread(target=time.sleep, args=(600,), daemon=False).start()
+    return os.getpid()
+
+
+def hold(n_bytes, on_progress):
+    """Keep memory for good, as a library that leaks does."""
+    kept = sys.modules.setdefault("kept_memory", [])  # where nothing clears it
+    kept.append(np.ones(n_bytes // 8))
+    return os.getpid()

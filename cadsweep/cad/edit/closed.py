@@ -29,7 +29,7 @@ from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.Standard import Standard_Failure
 from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex
+from OCP.TopoDS import TopoDS_Vertex
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
@@ -41,6 +41,7 @@ from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..shapes import EDGE, FACE, SOLID, VERTEX, SolidShape, compound, explore, index_map, mapped, subshapes, typed
 from .edge_labels import find_edge_labels
+from .opening import sides_of_cut, solid_of
 
 log = logging.getLogger(__name__)
 
@@ -141,17 +142,25 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     other = [face for face in other if not face.IsSame(joint)]
     images = [(new, j) for j, old in enumerate(holder.faces) for new in list(splitter.Modified(old)) or [old]]
     origins = [next((j for new, j in images if face.IsSame(new)), None) for face in (*one, *other)]
-    traced = Traced(_solid_of([*one, *_moved_apart(other, cap)]))
+    traced = Traced(solid_of([*one, *_moved_apart(other, cap)]))
     check_closed(traced.shape)
     divide_closed(traced)
     found = index_map(traced.shape, FACE)
-    first_face = [origins[k] if k is not None else None for k in traced.face_origins(found)]
+    came_from = traced.face_origins(found)
+    first_face = [origins[k] if k is not None else None for k in came_from]
+    cap_faces = [j for j, face in enumerate((*one, *other)) if face.IsSame(cap)]
     labels = Labels(
         [label_of(None if j is None else solid.faces[j]) for j in first_face],
         find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
     )
     opened = extract_solid(
-        traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+        traced.shape,
+        labels=labels,
+        name=solid.name,
+        material=solid.material,
+        color=solid.color,
+        units=solid.units,
+        opened=sides_of_cut(cap_faces, came_from),
     )
     if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
         return None
@@ -175,15 +184,3 @@ def _measure(face: Any) -> tuple[FloatArray, float]:
     BRepGProp.SurfaceProperties_s(face, properties)
     center = properties.CentreOfMass()
     return np.array([center.X(), center.Y(), center.Z()]), float(properties.Mass())
-
-
-def _solid_of(faces: list[Any]) -> Any:
-    builder = BRep_Builder()
-    shell, solid = TopoDS_Shell(), TopoDS_Solid()
-    builder.MakeShell(shell)
-    for face in faces:
-        builder.Add(shell, face)
-    shell.Closed(True)
-    builder.MakeSolid(solid)
-    builder.Add(solid, shell)
-    return solid

@@ -150,7 +150,7 @@ def _pieces(items: Sequence[Item], found: Any, copies: Sequence[Any], history: A
 
 
 def _edge_label(pieces: Sequence[Edge]) -> dict[str, Any]:
-    """Key of the first and names of all edges that one is made of: fields of :class:`~cadsweep.brep`."""
+    """Key of the first and names of all edges that one is made of: fields of :class:`~cadsweep.brep.Edge`."""
     names = tuple(dict.fromkeys(name for piece in pieces for name in piece.names))
     return {"key": pieces[0].key if pieces else "", "name": names[0] if names else None, "groups": names[1:]}
 
@@ -158,7 +158,7 @@ def _edge_label(pieces: Sequence[Edge]) -> dict[str, Any]:
 def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
     """Names, colour and key of the largest piece, and a patch for every other set of names.
 
-    These are fields of :class:`~cadsweep.brep`; where a face is divided anew, each part has them all.
+    These are fields of :class:`~cadsweep.brep.Face`; where a face is divided anew, each part has them all.
     """
     by_names: dict[tuple[str, ...], list[Face]] = {}
     for piece in pieces:

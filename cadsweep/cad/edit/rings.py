@@ -18,7 +18,6 @@ import math
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Builder
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
@@ -26,7 +25,6 @@ from OCP.BRepGProp import BRepGProp
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
 from OCP.gp import gp_Ax1, gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 from OCP.GProp import GProp_GProps
-from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 
 from ...arrays import FloatArray
 from ...brep import Part, Solid
@@ -40,6 +38,7 @@ from ..heal.validate import check_closed
 from ..names.naming import inner_point
 from ..shapes import EDGE, FACE, SolidShape, explore, index_map, mapped, subshapes
 from .edge_labels import find_edge_labels
+from .opening import sides_of_cut, solid_of
 
 _ANGLE = 1e-9
 """Cosines and sines that differ from 1 or 0 by this much count as parallel or square."""
@@ -117,18 +116,30 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
     second = BRepPrimAPI_MakeRevol(first.LastShape(), axis, math.pi)
     faces = [f for f in explore(first.Shape(), FACE) if not f.IsSame(first.LastShape())]
     faces += [f for f in explore(second.Shape(), FACE) if not f.IsSame(second.FirstShape())]
-    traced = Traced(_solid_of(faces))
+    traced = Traced(solid_of(faces))
     check_closed(traced.shape)
     divide_closed(traced)
     found = index_map(traced.shape, FACE)
     caps = [first.FirstShape(), second.LastShape()]
-    origins = [_nearest(face, holder.faces, caps) for face in mapped(found, FACE)]
+    came_from = traced.face_origins(found)
+    cap_faces = [next(j for j, face in enumerate(faces) if face.IsSame(cap)) for cap in caps]
+    opened = sides_of_cut(cap_faces, came_from)
+    origins = [
+        None if came_from[j] in cap_faces else _nearest(face, holder.faces)
+        for j, face in enumerate(mapped(found, FACE))
+    ]
     labels = Labels(
         [label_of(None if j is None else solid.faces[j]) for j in origins],
         find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
     )
     cut = extract_solid(
-        traced.shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+        traced.shape,
+        labels=labels,
+        name=solid.name,
+        material=solid.material,
+        color=solid.color,
+        units=solid.units,
+        opened=opened,
     )
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
         after, before = (one.volume * part.scale**3 for one in (cut, solid))
@@ -175,22 +186,8 @@ def _section(solid: Solid, holder: SolidShape, origin: FloatArray, direction: Fl
     return sections[0]
 
 
-def _solid_of(faces: list[Any]) -> Any:
-    builder = BRep_Builder()
-    shell, solid = TopoDS_Shell(), TopoDS_Solid()
-    builder.MakeShell(shell)
-    for face in faces:
-        builder.Add(shell, face)
-    shell.Closed(True)
-    builder.MakeSolid(solid)
-    builder.Add(solid, shell)
-    return solid
-
-
-def _nearest(face: Any, candidates: list[Any], caps: list[Any]) -> int | None:
-    """The old face that a new one is a piece of; None for a cap."""
-    if any(face.IsSame(cap) for cap in caps):
-        return None
+def _nearest(face: Any, candidates: list[Any]) -> int | None:
+    """The old face that a new one is a piece of; None where the new one has no inside."""
     inside = inner_point(face)
     if inside is None:
         return None

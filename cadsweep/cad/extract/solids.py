@@ -11,7 +11,8 @@ Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,25 +21,27 @@ from OCP.BRepGProp import BRepGProp
 from OCP.BRepTools import BRepTools
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
-from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angle
-from ..geometry.convert import distances_from, read_curve, read_curve_2d, read_surface, surface_kind
+from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles
+from ..geometry.convert import distances_from, read_curve_2d, surface_kind
 from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
-from ..geometry.face_surface import FaceSurface
+from ..geometry.face_surface import EdgeOnFace, FaceSurface
 from ..geometry.measure import Measure, measure_face
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+from ..geometry.surfaces import Geometry, Plane
+from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, surface_range
+from .flat import is_exact, measure_flat
+from .sampling import EdgeSamples, sample_face
+from .shared import PartGeometry
 
 _INFINITE = 1e100
 _LARGEST_GAP = 1e-3
 """Distance between an edge and its faces, as a share of the part's size, beyond which a model is damaged."""
+_SENSES = {TopAbs_Orientation.TopAbs_FORWARD: True, TopAbs_Orientation.TopAbs_REVERSED: False}
 _OPEN = 1e-4
 """Sum of the vector areas, as a share of the area, up to which a surface counts as closed."""
-_EXACT_CURVES = {"line", "circle", "ellipse"}
 
 
 class FaceLabel(NamedTuple):
@@ -76,7 +79,8 @@ def extract_solid(
     material: str | None = None,
     color: str | None = None,
     units: Units | None = None,
-    part_maps: tuple[Any, Any, Any] | None = None,
+    shared: PartGeometry | None = None,
+    opened: tuple[frozenset[int], frozenset[int]] | None = None,
 ) -> Solid:
     """Read a solid into ids and numpy geometry.
 
@@ -89,8 +93,10 @@ def extract_solid(
     name, material, color : str, optional
     units : Units, optional
         How the working lengths become the model's.
-    part_maps : three maps, optional
-        Vertices, edges and faces of the whole part, for the keys that tell shared entities.
+    shared : PartGeometry, optional
+        What the solid shares with others of its part; the keys are those of the whole part then.
+    opened : pair of frozenset of int, optional
+        Faces on either side of the cut that opened a closed ring.
 
     Raises
     ------
@@ -98,6 +104,7 @@ def extract_solid(
         An edge has no two faces, or no curve.
     """
     maps = index_map(shape, VERTEX), index_map(shape, EDGE), index_map(shape, FACE)
+    shared = PartGeometry(shape) if shared is None else shared
     holder = SolidShape(
         shape=shape, vertices=mapped(maps[0], VERTEX), edges=mapped(maps[1], EDGE), faces=mapped(maps[2], FACE)
     )
@@ -107,48 +114,58 @@ def extract_solid(
         labels = Labels(
             [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
         )
-    vertices = np.array([_point(BRep_Tool.Pnt_s(v)) for v in holder.vertices]).reshape(-1, 3)
-    curves = [_edge_curve(edge, j) for j, edge in enumerate(holder.edges)]
-    ends = [_edge_ends(edge, maps[0]) for edge in holder.edges]
+    vertex_keys, edge_keys = shared.keys(VERTEX, holder.vertices), shared.keys(EDGE, holder.edges)
+    read = [shared.curve(edge, j) for j, edge in enumerate(holder.edges)]
+    curves, kinds = [curve for curve, _ in read], [kind for _, kind in read]
+    samples = shared.samples.take(edge_keys)
+    local = np.full(len(shared.vertices), -1)
+    local[vertex_keys] = np.arange(len(vertex_keys))
+    ends = local[shared.ends[edge_keys]]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
-    for j, (curve, _) in enumerate(curves):
-        gap = np.linalg.norm(curve.evaluate(np.array([0.0, 1.0])) - vertices[list(ends[j])], axis=1).max()
-        if not gap <= _LARGEST_GAP * size:
-            raise CadError(
-                f"edge {j} ends {gap * units.scale:.3g} off its vertices, near "
-                f"({units.place(vertices[ends[j][0]])}), so the model is damaged. Export it again from its CAD program."
-            )
-
-    # Of several points that sewing took for one vertex it keeps any: the first edge's end is always the same.
-    for j in reversed(range(len(curves))):
-        vertices[list(ends[j])] = curves[j][0].evaluate(np.array([0.0, 1.0]))
-
-    surfaces = [_face_surface(face, maps[1], [c for c, _ in curves]) for face in holder.faces]
-    frames = [_edge_frames(surface, j, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
+    _check_ends(samples, shared.vertices[shared.ends[edge_keys]], size, units)
+    wires = [_wires(face, maps[1]) for face in holder.faces]
+    surfaces = [
+        _face_surface(face, own, curves, geometry=shared.surface(face))
+        for face, own in zip(holder.faces, wires, strict=True)
+    ]
+    frames = [_face_frames(surface, j, samples, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
+    loops = _loops(wires, ends, curves, frames, samples)
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
-    loops: list[tuple[Loop, ...]] = []
-    for f, face in enumerate(holder.faces):
-        loops.append(_face_loops(face, maps[1], ends, [c for c, _ in curves], frames[f]))
-        for loop in loops[-1]:
+    for f, of_face in enumerate(loops):
+        for loop in of_face:
             for e, forward in loop.directed:
                 uses[e].append((f, forward))
-
+    sides = np.array([_two_faces(j, own, samples, units) for j, own in enumerate(uses)]).reshape(-1, 2)
+    dihedrals = dihedral_angles(
+        samples.tangents[:, 1],
+        np.array([frames[f][e][1] for e, f in enumerate(sides[:, 0])]).reshape(-1, 3),
+        np.array([frames[f][e][1] for e, f in enumerate(sides[:, 1])]).reshape(-1, 3),
+    )
     edges = tuple(
-        _edge(
-            j,
-            ends=ends[j],
+        Edge(
+            id=j,
+            start=int(ends[j, 0]),
+            end=int(ends[j, 1]),
+            length=float(samples.lengths[j]),
+            kind=kinds[j],
+            faces=(int(sides[j, 0]), int(sides[j, 1])),
+            dihedral=float(dihedrals[j]),
+            midpoint=samples.points[j, 1],
+            tangents=samples.end_tangents[j],
             curve=curves[j],
-            uses=uses[j],
-            normals=frames,
-            label=labels.edges[j],
+            name=labels.edges[j].names[0] if labels.edges[j].names else None,
+            groups=labels.edges[j].names[1:],
+            key=labels.edges[j].key,
             units=units,
         )
         for j in range(n_edges)
     )
     measures = [
-        _measured(holder.faces[j], surfaces[j], loops[j], {curves[e][1] for e in surfaces[j].curves})
-        for j in range(n_faces)
+        measure or _measured_by_opencascade(face, surface)
+        for measure, face, surface in zip(
+            _measured(surfaces, loops, frames, samples, curves), holder.faces, surfaces, strict=True
+        )
     ]
     faces = tuple(
         _face(
@@ -162,22 +179,22 @@ def extract_solid(
         )
         for j in range(n_faces)
     )
-    shared = part_maps if part_maps is not None else maps
     return Solid(
-        vertices=vertices,
+        vertices=shared.positions[vertex_keys],
         edges=edges,
         faces=faces,
         volume=_volume(shape, measures),
         size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
-        vertex_keys=_keys(shared[0], holder.vertices),
-        edge_keys=_keys(shared[1], holder.edges),
-        face_keys=_keys(shared[2], holder.faces),
+        vertex_keys=vertex_keys,
+        edge_keys=edge_keys,
+        face_keys=shared.keys(FACE, holder.faces),
         name=name,
         material=material,
         color=color,
         units=units,
+        opened=opened,
     )
 
 
@@ -188,62 +205,69 @@ def largest_tolerance(shape: Any) -> float:
     return float(ShapeAnalysis_ShapeTolerance().Tolerance(shape, 1))
 
 
-def _keys(shared: Any, own: Sequence[Any]) -> Any:
-    return np.array([shared.FindIndex(s) - 1 for s in own], dtype=np.int64)
+class _Use(NamedTuple):
+    """An edge as a wire of a face runs through it; `sense` is None for one that does not bound the face."""
+
+    edge: Any
+    number: int
+    sense: bool | None
 
 
-def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
-    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
-    if curve is None:
-        raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")
-    first, last = BRep_Tool.Range_s(edge)
-    geometry, kind, breaks, constant_speed = read_curve(curve)
-    return (
-        EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed),
-        kind,
-    )
+def _wires(face: Any, edge_map: Any) -> list[list[_Use]]:
+    """The wires of a face, outer wire first; without degenerate edges."""
+    outer = BRepTools.OuterWire_s(face)
+    wires = []
+    for wire in sorted(explore(face, WIRE), key=lambda wire: not wire.IsSame(outer)):
+        uses = []
+        for edge in explore(wire, EDGE):
+            number = edge_map.FindIndex(edge) - 1
+            if number >= 0:
+                uses.append(_Use(edge, number, _SENSES.get(edge.Orientation())))
+        wires.append(uses)
+    return wires
 
 
-def _edge_ends(edge: Any, vertex_map: Any) -> tuple[int, int]:
-    forward = TopoDS.Edge_s(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-    return (
-        vertex_map.FindIndex(TopExp.FirstVertex_s(forward, True)) - 1,
-        vertex_map.FindIndex(TopExp.LastVertex_s(forward, True)) - 1,
-    )
-
-
-def _face_surface(face: Any, edge_map: Any, curves: Sequence[EdgeCurve]) -> FaceSurface:
+def _face_surface(
+    face: Any, wires: Sequence[Sequence[_Use]], curves: Sequence[EdgeCurve], *, geometry: Geometry
+) -> FaceSurface:
     surface = BRep_Tool.Surface_s(face)
-    geometry = read_surface(surface)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
     limits[np.abs(limits) > _INFINITE] *= np.inf
     for j, period in enumerate(geometry.periods):
         if period is not None:
             limits[:, j] = (-np.inf, np.inf)
-    in_parameters = {}
     box = np.array([[u0, v0], [u1, v1]])
-    for edge in explore(face, EDGE):
-        number = edge_map.FindIndex(edge) - 1
-        if number < 0:
-            continue
-        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-        known = None if curve is None else _in_range(read_curve_2d(curve), curves[number], edge, face)
-        in_parameters[number] = (curves[number], known, _into_branch(known, curves[number], geometry.periods, box))
+    on_face = {
+        use.number: EdgeOnFace(
+            curve=curves[use.number],
+            read=partial(_in_parameters, use.edge, face, curves[use.number], geometry.periods, box),
+        )
+        for wire in wires
+        for use in wire
+    }
     outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
     return FaceSurface(
         geometry=geometry,
         outward=outward,
         box=box,
         limits=limits,
-        curves=in_parameters,
+        curves=on_face,
         second_opinion=distances_from(surface, box),
     )
 
 
+def _in_parameters(
+    edge: Any, face: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray
+) -> tuple[Parametric | None, FloatArray]:
+    found = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+    known = None if found is None else _in_range(read_curve_2d(found), curve, edge, face)
+    return known, _into_branch(known, curve, periods, box)
+
+
 def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
     """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
-    first, last = BRep_Tool.Range_s(edge, face)
+    first, last = surface_range(edge, face)
     width = curve.last - curve.first
     if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
         return known
@@ -265,108 +289,104 @@ def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], 
     return shift
 
 
-def _edge_frames(surface: FaceSurface, number: int, largest_gap: float) -> dict[int, FloatArray]:
-    """For each edge of the face, the outward normals (3, 3) at its start, middle and end; and in the face's middle."""
-    numbers = list(surface.curves)
-    at = np.array([0.0, 0.5, 1.0])
-    uv = np.concatenate([surface.edge_uv(e, at) for e in numbers])
-    on_edges = np.concatenate([surface.curves[e][0].evaluate(at) for e in numbers])
-    gap = np.linalg.norm(surface.evaluate(uv) - on_edges, axis=1)
-    if not gap.max() <= largest_gap:
-        edge, (x, y, z) = numbers[int(gap.argmax()) // 3], on_edges[int(gap.argmax())]
+def _check_ends(samples: EdgeSamples, vertices: FloatArray, size: float, units: Units) -> None:
+    """Refuse edges that end off their vertices (n_edges, 2, 3)."""
+    gaps = np.linalg.norm(samples.points[:, ::2] - vertices, axis=2).max(axis=1, initial=0.0)
+    if not (gaps <= _LARGEST_GAP * size).all():
+        edge = int(np.argmax(~(gaps <= _LARGEST_GAP * size)))
         raise CadError(
-            f"edge {edge} lies {gap.max():.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
+            f"edge {edge} ends {gaps[edge] * units.scale:.3g} off its vertices, near "
+            f"({units.place(vertices[edge, 0])}), so the model is damaged. Export it again from its CAD program."
+        )
+
+
+def _face_frames(
+    surface: FaceSurface, number: int, samples: EdgeSamples, largest_gap: float
+) -> Mapping[int, FloatArray]:
+    """For each edge of the face, the outward normals (3, 3) at its start, middle and end; and in the face's middle."""
+    found = sample_face(surface, samples)
+    if not found.gap <= largest_gap:
+        x, y, z = found.place
+        raise CadError(
+            f"edge {found.edge} lies {found.gap:.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
             "damaged. Export it again from its CAD program."
         )
-    normals = surface.normals(uv).reshape(-1, 3, 3)
-    frames = dict(zip(numbers, normals, strict=True))
-    frames[MIDDLE] = surface.normals(surface.box.mean(axis=0)[None])
-    return frames
+    return found.normals
 
 
-def _face_loops(
-    face: Any,
-    edge_map: Any,
-    ends: Sequence[tuple[int, int]],
+def _loops(
+    wires: Sequence[Sequence[Sequence[_Use]]],
+    ends: IntArray,
     curves: Sequence[EdgeCurve],
-    normals: dict[int, FloatArray],
-) -> tuple[Loop, ...]:
-    outer = BRepTools.OuterWire_s(face)
-    wires = sorted(explore(face, WIRE), key=lambda wire: not wire.IsSame(outer))
-    loops = []
-    for wire in wires:
-        directed = []
-        for edge in explore(wire, EDGE):
-            number = edge_map.FindIndex(edge) - 1
-            if number >= 0 and edge.Orientation() in (
-                TopAbs_Orientation.TopAbs_FORWARD,
-                TopAbs_Orientation.TopAbs_REVERSED,
-            ):
-                directed.append((number, edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD))
-        for chain in chain_loops(directed, ends, curves, normals):
-            loops.append(
-                Loop(
-                    edges=tuple(e for e, _ in chain),
-                    forward=tuple(f for _, f in chain),
-                    angles=corner_angles(chain, curves, normals),
-                )
+    frames: Sequence[Mapping[int, FloatArray]],
+    samples: EdgeSamples,
+) -> list[tuple[Loop, ...]]:
+    """The loops of every face, outer loop first."""
+    start_end = [(start, end) for start, end in ends.tolist()]
+    chains = [
+        [
+            chain
+            for wire in own
+            for chain in chain_loops(
+                [(use.number, use.sense) for use in wire if use.sense is not None],
+                start_end,
+                curves,
+                frames[f],
+                samples.end_tangents,
             )
-    return tuple(loops)
+        ]
+        for f, own in enumerate(wires)
+    ]
+    of_face = [f for f, own in enumerate(chains) for _ in own]
+    flat = [chain for own in chains for chain in own]
+    angles = corner_angles(flat, curves, [frames[f] for f in of_face], samples.end_tangents)
+    loops: list[list[Loop]] = [[] for _ in wires]
+    for f, chain, own_angles in zip(of_face, flat, angles, strict=True):
+        loops[f].append(
+            Loop(edges=tuple(e for e, _ in chain), forward=tuple(forward for _, forward in chain), angles=own_angles)
+        )
+    return [tuple(own) for own in loops]
 
 
-def _edge(
-    number: int,
-    *,
-    ends: tuple[int, int],
-    curve: tuple[EdgeCurve, str],
-    uses: Sequence[tuple[int, bool]],
-    normals: Sequence[dict[int, FloatArray]],
-    label: EdgeLabel,
-    units: Units,
-) -> Edge:
-    geometry, kind = curve
-    at = np.array([0.0, 0.5, 1.0])
-    points, tangents = geometry.evaluate(at), geometry.tangents(at)
+def _two_faces(number: int, uses: Sequence[tuple[int, bool]], samples: EdgeSamples, units: Units) -> tuple[int, int]:
+    """The face that runs the edge forward, whose material lies on the left of the tangent, and the other."""
     if len(uses) != 2:
         raise CadError(
-            f"Edge {number} at ({units.place(points[1])}) bounds {len(uses)} faces instead of 2. "
+            f"Edge {number} at ({units.place(samples.points[number, 1])}) bounds {len(uses)} faces instead of 2. "
             "The solid is not closed, or is not manifold there; repair it in its CAD program."
         )
-    # The face that runs the edge forward first: its material lies on the left of the tangent.
     (first, _), (second, _) = sorted(uses, key=lambda use: not use[1])
-    dihedral = dihedral_angle(tangents[1], normals[first][number][1], normals[second][number][1])
-    return Edge(
-        id=number,
-        start=ends[0],
-        end=ends[1],
-        length=geometry.length,
-        kind=kind,
-        faces=(first, second),
-        dihedral=dihedral,
-        midpoint=points[1],
-        tangents=geometry.end_tangents,
-        curve=geometry,
-        name=label.names[0] if label.names else None,
-        groups=label.names[1:],
-        key=label.key,
-        units=units,
-    )
+    return first, second
 
 
-def _measured(shape: Any, surface: FaceSurface, loops: tuple[Loop, ...], kinds: set[str]) -> Measure:
-    """Area, centroid and volume share of a face.
+def _measured(
+    surfaces: Sequence[FaceSurface],
+    loops: Sequence[tuple[Loop, ...]],
+    frames: Sequence[Mapping[int, FloatArray]],
+    samples: EdgeSamples,
+    curves: Sequence[EdgeCurve],
+) -> list[Measure | None]:
+    """Area, centroid and volume share of every face; None where our integrals give none."""
+    exact = [is_exact(curve) for curve in curves]
+    flat = [
+        f
+        for f, surface in enumerate(surfaces)
+        if isinstance(surface.geometry, Plane) and all(exact[e] for e in surface.curves)
+    ]
+    normals = np.array([frames[f][MIDDLE][0] for f in flat]).reshape(-1, 3)
+    known = dict(zip(flat, measure_flat([loops[f] for f in flat], normals, curves, samples), strict=True))
+    return [known.get(f) or measure_face(surface, loops[f]) for f, surface in enumerate(surfaces)]
 
-    OpenCASCADE measures what it measures exactly, planes between lines and conics; its share of the
-    volume is NaN where a curved face has no parameter curves.
+
+def _measured_by_opencascade(shape: Any, surface: FaceSurface) -> Measure:
+    """The measure of a face whose loops or parameter curves give none.
+
+    Its share of the volume is NaN where it is curved.
     """
-    flat = _kind(shape) == "plane"
-    measure = None if flat and kinds <= _EXACT_CURVES else measure_face(surface, loops)
-    if measure is not None:
-        return measure
     properties = GProp_GProps()
     BRepGProp.SurfaceProperties_s(shape, properties)
     area, center = float(properties.Mass()), _point(properties.CentreOfMass())
-    if not flat:
+    if not isinstance(surface.geometry, Plane):
         return Measure(area, center, float("nan"), np.full(3, np.nan))
     vector = area * surface.normals(surface.project(center[None]))[0]
     return Measure(area, center, float(center @ vector) / 3.0, vector)

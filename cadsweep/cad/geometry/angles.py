@@ -10,6 +10,7 @@ growing length decide.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +30,7 @@ def chain_loops(
     ends: Sequence[tuple[int, int]],
     curves: Sequence[EdgeCurve],
     normals: Mapping[int, FloatArray],
+    end_tangents: FloatArray,
 ) -> list[list[DirectedEdge]]:
     """Chain directed edges to closed loops.
 
@@ -40,6 +42,8 @@ def chain_loops(
         Start and end vertex of every edge.
     curves, normals
         Curve of every edge; outward normals of this face at each edge's start, middle and end.
+    end_tangents : (n_edges, 2, 3) float64
+        At the start and the end of every edge.
 
     Returns
     -------
@@ -64,7 +68,8 @@ def chain_loops(
                 break
             best = choices[0]
             if len(choices) > 1:
-                best = min(choices, key=lambda c: corner_angle(loop[-1], c, curves, normals))
+                angles = _angles([(loop[-1], choice, normals) for choice in choices], curves, end_tangents)
+                best = choices[int(np.argmin(angles))]
             choices.remove(best)
             loop.append(best)
         loops.append(loop)
@@ -72,62 +77,94 @@ def chain_loops(
 
 
 def corner_angles(
-    loop: Sequence[DirectedEdge], curves: Sequence[EdgeCurve], normals: Mapping[int, FloatArray]
-) -> tuple[float, ...]:
-    """Interior angle of the face where each edge of the loop begins."""
-    return tuple(corner_angle(loop[j - 1], loop[j], curves, normals) for j in range(len(loop)))
-
-
-def corner_angle(
-    arriving: DirectedEdge,
-    leaving: DirectedEdge,
+    loops: Sequence[Sequence[DirectedEdge]],
     curves: Sequence[EdgeCurve],
-    normals: Mapping[int, FloatArray],
-) -> float:
-    """Interior angle, in [0, 2 pi], between two successive directed edges of a face."""
-    ends = normals[arriving[0]][2 if arriving[1] else 0], normals[leaving[0]][0 if leaving[1] else 2]
-    normal = ends[0] + ends[1]
-    if ends[0] @ ends[1] < 0.5:
+    normals: Sequence[Mapping[int, FloatArray]],
+    end_tangents: FloatArray,
+) -> list[tuple[float, ...]]:
+    """Interior angles of faces where each edge of a loop begins.
+
+    Parameters
+    ----------
+    loops : sequence of n loops
+    curves : sequence of EdgeCurve
+        Of all edges.
+    normals : sequence of n mappings
+        Outward normals of each loop's face, as for :func:`chain_loops`.
+    end_tangents : (n_edges, 2, 3) float64
+        At the start and the end of all edges.
+    """
+    corners = [
+        (loop[j - 1], loop[j], frame) for loop, frame in zip(loops, normals, strict=True) for j in range(len(loop))
+    ]
+    if not corners:
+        return [() for _ in loops]
+    angles = _angles(corners, curves, end_tangents)
+    stops = np.cumsum([0, *map(len, loops)]).tolist()
+    return [tuple(angles[a:b]) for a, b in pairwise(stops)]
+
+
+def _angles(
+    corners: Sequence[tuple[DirectedEdge, DirectedEdge, Mapping[int, FloatArray]]],
+    curves: Sequence[EdgeCurve],
+    end_tangents: FloatArray,
+) -> list[float]:
+    """Interior angle, in [0, 2 pi], of each pair of successive directed edges of a face with its normals."""
+    before = np.array([frame[e][2 if forward else 0] for (e, forward), _, frame in corners])
+    after = np.array([frame[e][0 if forward else 2] for _, (e, forward), frame in corners])
+    normals = before + after
+    for j in np.flatnonzero(np.einsum("md,md->m", before, after) < 0.5).tolist():
         # At an apex the normal is not one: those at the middles of the edges show the face's side.
-        normal = normal + normals[arriving[0]][1] + normals[leaving[0]][1] + normals[MIDDLE][0]
-    out = _direction(leaving, curves, at_start=True)
-    back = -_direction(arriving, curves, at_start=False)
-    angle = _turn(out, back, normal)
-    if _CUSP < angle < 2 * np.pi - _CUSP:
-        return angle
+        (arriving, _), (leaving, _), frame = corners[j]
+        normals[j] += frame[arriving][1] + frame[leaving][1] + frame[MIDDLE][0]
+    out = np.array([_signed(end_tangents[e, 0 if forward else 1], forward) for _, (e, forward), _ in corners])
+    back = np.array([_signed(end_tangents[e, 1 if forward else 0], not forward) for (e, forward), _, _ in corners])
+    angles = _turns(out, back, normals).tolist()
+    for j, angle in enumerate(angles):
+        if not _CUSP < angle < 2 * np.pi - _CUSP:
+            angles[j] = _at_cusp(angle, corners[j][0], corners[j][1], curves, normals[j])
+    return angles
+
+
+def _signed(tangent: FloatArray, forward: bool) -> FloatArray:
+    return tangent if forward else -tangent
+
+
+def _at_cusp(
+    angle: float, arriving: DirectedEdge, leaving: DirectedEdge, curves: Sequence[EdgeCurve], normal: FloatArray
+) -> float:
+    """Tell 0 from 2 pi by chords."""
     for share in (1e-3, 1e-2, 1e-1):
         distance = share * min(curves[leaving[0]].length, curves[arriving[0]].length)
-        chord = _turn(_chord(leaving, curves, distance, True), _chord(arriving, curves, distance, False), normal)
+        out, back = _chord(leaving, curves, distance, True), _chord(arriving, curves, distance, False)
+        chord = float(_turns(out[None], back[None], normal[None])[0])
         if 1e-6 < chord < 2 * np.pi - 1e-6:
             return angle if abs(chord - angle) < np.pi else 2 * np.pi - angle
     return angle
 
 
-def dihedral_angle(tangent: FloatArray, left_normal: FloatArray, right_normal: FloatArray) -> float:
-    """Interior angle of the solid across an edge, in [0, 2 pi).
+def dihedral_angles(tangents: FloatArray, left_normals: FloatArray, right_normals: FloatArray) -> FloatArray:
+    """Interior angles (m,) of the solid across edges, in [0, 2 pi).
 
     Parameters
     ----------
-    tangent : (3,) float64
-        Unit tangent of the edge; the face of `left_normal` lies on its left seen from outside.
-    left_normal, right_normal : (3,) float64
+    tangents : (m, 3) float64
+        Unit tangents of the edges; the face of `left_normals` lies on their left seen from outside.
+    left_normals, right_normals : (m, 3) float64
         Outward normals of the two faces.
     """
-    left = _cross(left_normal, tangent)
-    right = _cross(tangent, right_normal)
-    return float(np.arctan2(-right @ left_normal, right @ left) % (2 * np.pi))
+    left = np.cross(left_normals, tangents)
+    right = np.cross(tangents, right_normals)
+    sine, cosine = -np.einsum("md,md->m", right, left_normals), np.einsum("md,md->m", right, left)
+    return np.asarray(np.arctan2(sine, cosine) % (2 * np.pi))
 
 
-def _turn(out: FloatArray, back: FloatArray, normal: FloatArray) -> float:
-    length = np.linalg.norm(normal)
-    normal = normal / (length if length > 0 else 1.0)
-    return float(np.arctan2(_cross(out, back) @ normal, out @ back) % (2 * np.pi))
-
-
-def _direction(edge: DirectedEdge, curves: Sequence[EdgeCurve], *, at_start: bool) -> FloatArray:
-    number, forward = edge
-    tangent = curves[number].end_tangents[0 if at_start == forward else 1]
-    return tangent if forward else -tangent
+def _turns(out: FloatArray, back: FloatArray, normals: FloatArray) -> FloatArray:
+    """Angles (m,) in [0, 2 pi) about the normals (m, 3) from `out` to `back`, each (m, 3)."""
+    lengths = np.linalg.norm(normals, axis=1)
+    units = normals / np.where(lengths > 0, lengths, 1.0)[:, None]
+    sine = np.einsum("md,md->m", np.cross(out, back), units)
+    return np.asarray(np.arctan2(sine, np.einsum("md,md->m", out, back)) % (2 * np.pi))
 
 
 def _chord(edge: DirectedEdge, curves: Sequence[EdgeCurve], distance: float, at_start: bool) -> FloatArray:
@@ -138,8 +175,3 @@ def _chord(edge: DirectedEdge, curves: Sequence[EdgeCurve], distance: float, at_
     points = curve.evaluate(fractions)
     chord = points[1] - points[0]
     return chord / max(float(np.linalg.norm(chord)), 1e-300)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    # numpy's own takes ten times as long for a single pair.
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

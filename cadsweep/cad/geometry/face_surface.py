@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from ...arrays import FloatArray
 from .curves import EdgeCurve, Parametric
 from .nearest import MANY, nearest_on_spline
-from .surfaces import Geometry, Offset, Periods, Spline, grid_points, knots_of
+from .surfaces import Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
 
 _GRID = 33
 """Places of the grid along each parameter, at least."""
@@ -30,6 +30,28 @@ _LARGEST_TURN = np.pi / 18
 _MOST_GRID = 1024
 _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EdgeOnFace:
+    """An edge of a face, in space and in the parameters of the surface.
+
+    Attributes
+    ----------
+    curve : EdgeCurve
+    read : callable
+        Returns the curve in the parameters (None: not known), in the parameter of `curve`, and the shift (2,) that
+        brings it into the face's branch. Called when it is first asked for: OpenCASCADE has to make it for a plane,
+        and hardly anybody wants to know it there.
+    """
+
+    curve: EdgeCurve
+    read: Callable[[], tuple[Parametric | None, FloatArray]]
+
+    @cached_property
+    def in_parameters(self) -> tuple[Parametric | None, FloatArray]:
+        """What `read` returns."""
+        return self.read()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,9 +67,8 @@ class FaceSurface:
         Least and greatest u and v of the face.
     limits : (2, 2) float64
         Where the surface is defined; infinite where it goes on.
-    curves : mapping of int to (EdgeCurve, Parametric or None, (2,) float64)
-        For each edge: its curve in space, its curve in the parameters (None: not known), and the
-        shift that brings the latter into the face's branch.
+    curves : mapping of int to EdgeOnFace
+        By edge id.
     second_opinion : callable or None
         Distances (m,) of points (m, 3) from the surface over the face's box, by OpenCASCADE: slow.
     """
@@ -56,7 +77,7 @@ class FaceSurface:
     outward: float
     box: FloatArray
     limits: FloatArray
-    curves: Mapping[int, tuple[EdgeCurve, Parametric | None, FloatArray]] = field(default_factory=dict)
+    curves: Mapping[int, EdgeOnFace] = field(default_factory=dict)
     second_opinion: Callable[[FloatArray], FloatArray] | None = None
 
     @property
@@ -244,10 +265,13 @@ class FaceSurface:
             The edge does not bound the face.
         """
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
-        curve, in_parameters, shift = self.curves[edge]
+        curve = self.curves[edge].curve
         parameters = curve.parameters(fractions)
         points = curve.geometry.derivatives(parameters)[0]
-        exact = getattr(self.geometry, "project", None)
+        if isinstance(self.geometry, Plane):
+            return self.geometry.project(points)
+        in_parameters, shift = self.curves[edge].in_parameters
+        exact = self._exact
         if in_parameters is None:
             uv = self.in_branch(self.project(points))
             return self._unrolled(uv)

@@ -12,6 +12,7 @@ until sums of two orders agree, as the area of a flat ellipse's side needs many 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -23,10 +24,10 @@ from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray
 from ...brep import Loop
-from ..shapes import EDGE, explore
+from ..shapes import EDGE, explore, surface_range
 from .convert import read_curve_2d, read_surface
-from .curves import EdgeCurve
-from .face_surface import FaceSurface
+from .curves import EdgeCurve, Parametric
+from .face_surface import EdgeOnFace, FaceSurface
 from .surfaces import Cone, Geometry, Plane, Torus, knots_of
 
 
@@ -70,7 +71,7 @@ class Measure(NamedTuple):
 def measure_face(surface: FaceSurface, loops: Sequence[Loop]) -> Measure | None:
     """Integrate over a face; None where an edge has no curve in the parameters."""
     directed = [list(loop.directed) for loop in loops]
-    if any(surface.curves[edge][1] is None for loop in directed for edge, _ in loop):
+    if any(surface.curves[edge].in_parameters[0] is None for loop in directed for edge, _ in loop):
         return None
 
     def boundary(rule: _Rule) -> tuple[FloatArray, FloatArray]:
@@ -102,14 +103,14 @@ def measure_closed_area(face: Any) -> float | None:
     box = np.array([[u0, v0], [u1, v1]])
     geometry = read_surface(surface)
     forward_face = TopoDS.Face_s(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-    curves: dict[int, Any] = {}
+    curves: dict[int, EdgeOnFace] = {}
     senses = []
     # A seam is met twice, each time with the parameter curve of its side.
     for number, edge in enumerate(explore(forward_face, EDGE)):
         curve = BRep_Tool.CurveOnSurface_s(edge, forward_face, 0.0, 1.0)
         if curve is None:
             return None
-        first, last = BRep_Tool.Range_s(edge, forward_face)
+        first, last = surface_range(edge, forward_face)
         known = read_curve_2d(curve)
         in_space = EdgeCurve(
             geometry=known, first=first, last=last, breaks=getattr(known, "breaks", np.empty(0)), constant_speed=False
@@ -121,7 +122,7 @@ def measure_closed_area(face: Any) -> float | None:
                 # The two sides of a seam lie half a period off the middle and stay there.
                 off = (middle[j] - box[:, j].mean()) / period
                 shift[j] = -period * np.sign(off) * max(0.0, np.ceil(abs(off) - 0.5 - 1e-6))
-        curves[number] = (in_space, known, shift)
+        curves[number] = EdgeOnFace(curve=in_space, read=partial(_known, known, shift))
         senses.append(edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD)
     bounded = FaceSurface(geometry=geometry, outward=1.0, box=box, limits=box, curves=curves)
 
@@ -130,6 +131,10 @@ def measure_closed_area(face: Any) -> float | None:
         return np.concatenate([piece.uv for piece in pieces]), np.concatenate([piece.dv for piece in pieces])
 
     return abs(float(_converged(bounded, boundary, geometry.evaluate(box.mean(axis=0)[None])[0])[0]))
+
+
+def _known(curve: Parametric, shift: FloatArray) -> tuple[Parametric, FloatArray]:
+    return curve, shift
 
 
 def _converged(
@@ -163,7 +168,8 @@ class _Piece(NamedTuple):
 
 
 def _edge_samples(surface: FaceSurface, edge: int, forward: bool, rule: _Rule) -> _Piece:
-    curve, in_parameters, shift = surface.curves[edge]
+    curve = surface.curves[edge].curve
+    in_parameters, shift = surface.curves[edge].in_parameters
     assert in_parameters is not None
     inner = curve.breaks[(curve.breaks > curve.first) & (curve.breaks < curve.last)]
     stops = np.concatenate([[curve.first], inner, [curve.last]])

@@ -17,7 +17,7 @@ from OCP.TopLoc import TopLoc_Location
 
 from ...arrays import FloatArray
 from ...brep import Edge, Solid
-from ..shapes import EDGE, FACE, explore, typed
+from ..shapes import EDGE, FACE, explore, surface_range, typed
 from .face_surface import FaceSurface
 
 _SMOOTH = 1e-6
@@ -152,7 +152,7 @@ def share_surface(faces: Sequence[Any]) -> None:
                     uses.append((edge, known))
                 known.append((edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED, curve.Copy(), face))
     for edge, known in uses:
-        first, last = BRep_Tool.Range_s(edge, known[0][2])
+        first, last = surface_range(edge, known[0][2])
         curves = [curve for _, curve, _ in sorted(known, key=lambda use: use[0])]
         middles = [curve.Value((first + last) / 2) for curve in curves]
         if len(curves) == 2 and middles[0].Distance(middles[1]) < 1e-3 * _period(surface):

@@ -38,29 +38,29 @@ def make_part(model: Model) -> Part:
         The model is not one usable solid; the message names the source and the stage.
     """
     notes = list(model.notes)
-    with _stage(model, "checking coordinates"):
+    with stage(model, "checking coordinates"):
         check_finite(model.shape)
     traced = Traced(model.shape)
-    with _stage(model, "reading names"):
+    with stage(model, "reading names"):
         faces, lost_faces = declare_names(model.names, model.shape, FACE)
         edges, lost_edges = declare_names(model.names, model.shape, EDGE)
-    with _stage(model, "choosing the solid"):
+    with stage(model, "choosing the solid"):
         notes += take_solid(traced)
-    color, face_colors = split_colors(model.colors, traced.shape, model.shape)
+    [(color, face_colors)] = split_colors(model.colors, [traced.shape], model.shape)
     (name, material), of_solid = declare_words(
         (_first_name(model.names, traced.shape), "part"), (_first_name(model.materials, traced.shape), "material")
     )
     naming_notes = faces.notes + edges.notes + lost_faces + lost_edges + of_solid.notes
     for note in naming_notes:
         logger.warning("%s: %s", model.source, note)
-    with _stage(model, "healing"):
+    with stage(model, "healing"):
         notes += mend(traced)
-    with _stage(model, "normalising units"):
+    with stage(model, "normalising units"):
         scale, offset, size = normalise(traced)
     units = Units(model.scale * scale, model.scale * offset)
-    with _stage(model, "merging slivers"):
+    with stage(model, "merging slivers"):
         notes += merge_slivers(traced, size)
-    with _stage(model, "dividing closed faces"):
+    with stage(model, "dividing closed faces"):
         part_surfaces(traced)
         notes += divide_closed(traced)
         solid = subshapes(traced.shape, SOLID)[0]
@@ -68,7 +68,7 @@ def make_part(model: Model) -> Part:
     face_origins = traced.face_origins(index_map(solid, FACE))
     edge_origins = traced.edge_origins(index_map(solid, EDGE))
     for what, names, origins in (("face", faces, face_origins), ("edge", edges, edge_origins)):
-        for name_lost in _lost(names.by_entity, origins):
+        for name_lost in lost_names(names.by_entity, origins):
             notes.append(f"name '{name_lost}' is lost: its {what} was a sliver, or no part of the solid")
     labels = Labels(
         [
@@ -77,7 +77,7 @@ def make_part(model: Model) -> Part:
         ],
         [EdgeLabel() if j is None else EdgeLabel(f"edge {j}", edges.by_entity.get(j, ())) for j in edge_origins],
     )
-    with _stage(model, "reading the geometry"):
+    with stage(model, "reading the geometry"):
         extracted = extract_solid(
             solid,
             labels=labels,
@@ -97,7 +97,7 @@ def make_part(model: Model) -> Part:
 
 
 @contextmanager
-def _stage(model: Model, doing: str) -> Iterator[None]:
+def stage(model: Model, doing: str) -> Iterator[None]:
     """Say in every error which model it is, and turn OpenCASCADE's own into a ``CadError``."""
     try:
         yield
@@ -113,7 +113,7 @@ def _stage(model: Model, doing: str) -> Iterator[None]:
         ) from error
 
 
-def _lost(names: Mapping[int, tuple[str, ...]], origins: Sequence[int | None]) -> list[str]:
+def lost_names(names: Mapping[int, tuple[str, ...]], origins: Sequence[int | None]) -> list[str]:
     """Names that no face (or edge) of the result carries."""
     carried = {name for j in origins if j is not None for name in names.get(j, ())}
     return [name for name in dict.fromkeys(name for own in names.values() for name in own) if name not in carried]

@@ -29,7 +29,7 @@ from OCP.TopLoc import TopLoc_Location
 
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
-from ..shapes import EDGE, FACE, VERTEX, explore, index_map, mapped, subshapes
+from ..shapes import EDGE, FACE, VERTEX, explore, index_map, mapped, space_range, subshapes
 from .tracing import Traced
 from .validate import place
 
@@ -143,7 +143,7 @@ def _make_exact(shape: Any, old_edges: Any) -> None:
             iso = None if pcurve is None else _isoparametric(surface, pcurve)
             if iso is None:
                 continue
-            first, last = BRep_Tool.Range_s(edge)
+            first, last = space_range(edge)
             # Both curves must run alike in the parameter, or the edge is left as it is.
             tolerance = BRep_Tool.Tolerance_s(edge) + 1e-6
             at = np.linspace(first, last, 9)
@@ -151,7 +151,7 @@ def _make_exact(shape: Any, old_edges: Any) -> None:
                 continue
             done.add(edge)
             builder.UpdateEdge(edge, iso, TopLoc_Location(), BRep_Tool.Tolerance_s(edge))
-            builder.Range(edge, first, last)
+            builder.Range(edge, first, last, True)
 
 
 def _isoparametric(surface: Any, pcurve: Any) -> Any:

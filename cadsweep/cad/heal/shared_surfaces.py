@@ -17,7 +17,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
-from ..shapes import EDGE, FACE, explore, subshapes, typed
+from ..shapes import EDGE, FACE, explore, subshapes, surface_range, typed
 from .tracing import Traced
 
 
@@ -58,7 +58,7 @@ def _own_surface(face: Any) -> None:
         todo.append((edge, [BRep_Tool.CurveOnSurface_s(use, face, 0.0, 1.0) for use in uses]))
     for edge, curves in todo:
         if None not in curves:
-            first, last = BRep_Tool.Range_s(edge, face)
+            first, last = surface_range(edge, face)
             # of a true seam both curves, that of its forward use first
             builder.UpdateEdge(edge, *[c.Copy() for c in curves], surface, here, BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, surface, here, first, last)

@@ -8,6 +8,7 @@ a power of two does it without rounding.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
@@ -39,6 +40,30 @@ def normalise(traced: Traced) -> tuple[float, FloatArray, float]:
     """
     box = bounds(traced.shape)
     size = float(np.linalg.norm(box[1] - box[0]))
+    scale, offset, move = transform_to_working(traced.shape)
+    if move is None:
+        return scale, offset, size
+    tool = BRepBuilderAPI_Transform(traced.shape, move, True)
+    traced.replace(subshapes(tool.Shape(), SOLID)[0], tool.ModifiedShape)
+    if scale > 1.0:
+        # Tolerances shrink with the shape; OpenCASCADE expects none below its own 1e-7.
+        ShapeFix_ShapeTolerance().LimitTolerance(traced.shape, 1e-7, 0.0)
+    return scale, offset, size / scale
+
+
+def transform_to_working(shape: Any) -> tuple[float, FloatArray, Any]:
+    """How a shape is to be scaled and shifted.
+
+    Returns
+    -------
+    scale : float
+    offset : (3,) float64
+        As for :func:`normalise`.
+    move : gp_Trsf or None
+        None where the shape can stay as it is.
+    """
+    box = bounds(shape)
+    size = float(np.linalg.norm(box[1] - box[0]))
     scale = 1.0
     if not SMALLEST <= size <= GREATEST:
         scale = 2.0 ** round(math.log2(size / 64.0))
@@ -49,13 +74,8 @@ def normalise(traced: Traced) -> tuple[float, FloatArray, float]:
         step = 2.0 ** math.floor(math.log2(size))
         offset = np.round(middle / step) * step
     if scale == 1.0 and not offset.any():
-        return scale, offset, size
+        return scale, offset, None
     shift, stretch = gp_Trsf(), gp_Trsf()
     shift.SetTranslation(gp_Vec(*(-offset)))
     stretch.SetScaleFactor(1.0 / scale)
-    move = BRepBuilderAPI_Transform(traced.shape, stretch.Multiplied(shift), True)
-    traced.replace(subshapes(move.Shape(), SOLID)[0], move.ModifiedShape)
-    if scale > 1.0:
-        # Tolerances shrink with the shape; OpenCASCADE expects none below its own 1e-7.
-        ShapeFix_ShapeTolerance().LimitTolerance(traced.shape, 1e-7, 0.0)
-    return scale, offset, size / scale
+    return scale, offset, stretch.Multiplied(shift)

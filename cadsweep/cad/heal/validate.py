@@ -21,7 +21,7 @@ from OCP.TopExp import TopExp
 from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ...errors import CadError
-from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, bounds, subshapes
+from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, bounds, space_range, subshapes
 
 MOST = 1e15
 """Greatest coordinate that is believed; OpenCASCADE takes 1e100 for infinite."""
@@ -73,7 +73,7 @@ def _vertex_points(vertex: Any) -> Iterator[Any]:
 def _edge_points(edge: Any) -> Iterator[Any]:
     curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
     if curve is not None:
-        first, last = BRep_Tool.Range_s(edge)
+        first, last = space_range(edge)
         for share in (0.0, 0.37, 1.0):
             yield curve.Value(first + share * (last - first))
 
@@ -120,7 +120,7 @@ def place(edge: Any) -> str:
     curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
     if curve is None:
         return "an unknown place"
-    first, last = BRep_Tool.Range_s(edge)
+    first, last = space_range(edge)
     p = curve.Value((first + last) / 2)
     return f"({p.X():.4g}, {p.Y():.4g}, {p.Z():.4g})"
 

@@ -116,6 +116,50 @@ def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") 
     return Declared(dict(sorted(by_entity.items())), {new: old for old, new in plain_names.items()}, notes + changes)
 
 
+def number_repeated(names: Sequence[str | None], *, what: str) -> tuple[list[str], list[str]]:
+    """Give every thing a plain name of its own: ``bolt_1``, ``bolt_2`` where two are called ``bolt``.
+
+    Parameters
+    ----------
+    names : sequence of str or None
+        As the user gave them; what has none is called after `what` and its number from 1.
+    what : str
+
+    Returns
+    -------
+    list of str
+    list of str
+        Notes on names that were changed.
+    """
+    written = [what if name is None else plain(name, what) for name in names]
+    folded = [name.casefold() for name in written]
+    groups: dict[str, list[int]] = {}
+    for j, name in enumerate(folded):
+        groups.setdefault(name, []).append(j)
+    alone = {name for name, members in groups.items() if len(members) == 1 and names[members[0]] is not None}
+    taken = set(alone)
+    out = list(written)
+    notes = [
+        f"name '{names[j]}' is written as '{written[j]}'"
+        for j in range(len(names))
+        if folded[j] in alone and written[j] != names[j]
+    ]
+    for name, members in groups.items():
+        if name in alone:
+            continue
+        number = 1
+        for j in members:
+            while f"{name}_{number}" in taken:
+                number += 1
+            taken.add(f"{name}_{number}")
+            out[j] = f"{written[j]}_{number}"
+        if any(names[j] is not None for j in members):
+            notes.append(
+                f"{len(members)} solids are called '{written[members[0]]}': {out[members[0]]} to {out[members[-1]]}"
+            )
+    return out, notes
+
+
 def declare_words(*words: tuple[str | None, str]) -> tuple[list[str | None], Declared]:
     """Decide the names of things that need not differ, such as a part and its material.
 

@@ -14,7 +14,7 @@ from typing import Any
 from OCP.Quantity import Quantity_ColorRGBA, Quantity_TypeOfColor
 
 from ..names.naming import by_place
-from ..shapes import FACE, SOLID, index_map, mapped, subshapes, typed
+from ..shapes import FACE, SOLID, compound, index_map, mapped, subshapes, typed
 from .model import Colored
 
 
@@ -40,8 +40,10 @@ def color_of(shape: Any, color: str) -> list[Colored]:
     return [Colored(sub, color) for sub in subshapes(shape, SOLID) or subshapes(shape, FACE)]
 
 
-def split_colors(colored: Iterable[Colored], solid: Any, original: Any) -> tuple[str | None, dict[int, str]]:
-    """Tell the part's colour from those of its faces.
+def split_colors(
+    colored: Iterable[Colored], solids: Sequence[Any], original: Any
+) -> list[tuple[str | None, dict[int, str]]]:
+    """Tell the colours of solids from those of their faces.
 
     Many programs write the colour of a part on each of its faces: a colour that all faces have is the part's, and a
     face with the part's colour has none of its own.
@@ -51,33 +53,38 @@ def split_colors(colored: Iterable[Colored], solid: Any, original: Any) -> tuple
     colored : iterable of Colored
         The first entry of a shape counts. A face that is not in the model any more gives its colour, as its name, to
         those that lie on it.
-    solid : TopoDS_Shape
-        The solid that was chosen.
+    solids : sequence of TopoDS_Solid
+        Those that were chosen.
     original : TopoDS_Shape
         The model as read, whose faces give the numbers.
 
     Returns
     -------
-    str or None
-    dict of int to str
-        Colours by index into ``Traced.faces``.
+    list of (str or None, dict of int to str)
+        For each solid its colour, and colours by index into ``Traced.faces``.
     """
-    whole: str | None = None
     faces: dict[int, str] = {}
+    wholes: dict[int, str] = {}
     found = index_map(original, FACE)
+    found_solids = index_map(compound(solids), SOLID)
     all_faces = mapped(found, FACE)
     for shape, color in colored:
         if shape.ShapeType() == FACE:
             number = found.FindIndex(shape)
             for j in [number - 1] if number else by_place(typed(shape, FACE), all_faces, FACE):
                 faces.setdefault(j, color)
-        elif whole is None and shape.IsSame(solid):
-            whole = color
-    own = [found.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
-    shared = {faces.get(j) for j in own}
-    if len(shared) == 1 and None not in shared:
-        (whole,) = shared
-    return whole, {j: color for j, color in faces.items() if color != whole}
+        else:
+            wholes.setdefault(found_solids.FindIndex(shape), color)
+    out = []
+    for solid in solids:
+        whole = wholes.get(found_solids.FindIndex(solid))
+        own = [found.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
+        shared = {faces.get(j) for j in own}
+        if len(shared) == 1 and None not in shared:
+            (whole,) = shared
+        chosen = faces if len(solids) == 1 else {j: faces[j] for j in own if j in faces}
+        out.append((whole, {j: color for j, color in chosen.items() if color != whole}))
+    return out
 
 
 def common_color(colors: Sequence[str | None]) -> str | None:

@@ -37,6 +37,8 @@ class Model:
     names : list of Named
         Names of faces, edges and solids as the user means them, part prefix included. A named face
         need not be a face of `shape` itself: a tag is set before later operations.
+    paths : list of Named
+        For solids of an assembly the names of the assemblies that each is in and its own, joined by ``/``.
     materials : list of Named
         Materials of solids.
     colors : list of Colored
@@ -50,6 +52,7 @@ class Model:
     source: str
     name: str = ""
     names: list[Named] = field(default_factory=list)
+    paths: list[Named] = field(default_factory=list)
     materials: list[Named] = field(default_factory=list)
     colors: list[Colored] = field(default_factory=list)
     scale: float = 1.0

@@ -116,7 +116,7 @@ def _add_name(model: Model, shape: Any, name: str, part: str | None) -> None:
 def _read_assembly(source: Any) -> Model:
     model = Model(shape=None, source=type(source).__name__)
     parts: list[Any] = []
-    _walk(model, parts, source, TopLoc_Location(), color=None)
+    _walk(model, parts, source, TopLoc_Location(), color=None, path=())
     if not parts:
         raise CadError(f"The assembly '{source.name}' holds no shape.")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
@@ -127,7 +127,10 @@ def _read_assembly(source: Any) -> Model:
     return model
 
 
-def _walk(model: Model, parts: list[Any], node: Any, location: Any, *, color: str | None) -> None:
+def _walk(
+    model: Model, parts: list[Any], node: Any, location: Any, *, color: str | None, path: tuple[str, ...]
+) -> None:
+    path = (*path, str(node.name)) if is_meaningful(node.name) else path
     own = getattr(node.loc, "wrapped", None)
     if own is not None:
         location = location.Multiplied(own)
@@ -142,6 +145,7 @@ def _walk(model: Model, parts: list[Any], node: Any, location: Any, *, color: st
         solids = subshapes(placed, SOLID)
         if color is not None:
             model.colors += color_of(placed, color)
+        model.paths.extend(Named(solid, "/".join(path)) for solid in solids if path)
         name = str(node.name)
         if name.startswith(MATERIAL_PREFIX):
             model.materials.extend(Named(solid, name[len(MATERIAL_PREFIX) :]) for solid in solids)
@@ -156,4 +160,4 @@ def _walk(model: Model, parts: list[Any], node: Any, location: Any, *, color: st
         _add_name(model, shape.wrapped.Moved(location), str(name), part)
     _collect_tags(model, node.obj, part=part, location=location)
     for child in node.children:
-        _walk(model, parts, child, location, color=color)
+        _walk(model, parts, child, location, color=color, path=path)

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...errors import CadError, InputError
-from ..names.unique import plain
-from ..shapes import EDGE, FACE, SOLID, bounds, index_map, subshapes
+from ...errors import InputError
+from ..names.unique import number_repeated, plain
+from ..shapes import EDGE, FACE, SOLID, bounds, explore, index_map, subshapes
 from .model import Colored, Model, Named
 
 _MOST_LISTED = 20
@@ -25,23 +25,15 @@ def choose_part(model: Model, part: str | int | None) -> Model:
     model : Model
     part : str, int or None
         A solid's name, as the user gave it or as it is written, or its number from 0 in the order of the model. None
-        takes the model as it is, with its only solid or with none.
+        takes the model as it is.
 
     Raises
     ------
-    CadError
-        There are several solids and none is chosen.
     InputError
         No solid, or several, go by that name.
     """
     solids = subshapes(model.shape, SOLID)
     if part is None:
-        if len(solids) > 1:
-            listed = _listed(range(len(solids)), solids, model.names)
-            raise CadError(
-                f"{model.source}: there are {len(solids)} solids: {listed}. A sweep belongs to one solid: choose it "
-                "by its name or number (part=..., --part ...), or fuse them."
-            )
         return model
     numbers = _matching(part, solids, model.names)
     if len(numbers) != 1:
@@ -50,6 +42,11 @@ def choose_part(model: Model, part: str | int | None) -> Model:
         hint = "choose one by its number" if numbers else "choose one of them by name or number"
         raise InputError(f"{model.source}: {problem}: there are {listed}; {hint}.")
     return _only(model, solids[numbers[0]])
+
+
+def n_solids(model: Model) -> int:
+    """How many solids a model holds, one that is there twice counted twice."""
+    return sum(1 for _ in explore(model.shape, SOLID))
 
 
 def solid_names(solids: Sequence[Any], names: Iterable[Named]) -> list[str | None]:
@@ -62,8 +59,9 @@ def _matching(part: str | int, solids: Sequence[Any], names: Iterable[Named]) ->
     text = str(part).strip()
     own = solid_names(solids, names)
     if not isinstance(part, int):
-        for form in (lambda name: name, plain):
-            numbers = [j for j, name in enumerate(own) if name is not None and form(name) == text]
+        unique = number_repeated(own, what="solid")[0]
+        for words in (own, [None if name is None else plain(name) for name in own], unique):
+            numbers = [j for j, name in enumerate(words) if name == text]
             if numbers:
                 return numbers
     return [int(text)] if text.isdecimal() and int(text) < len(solids) else []

@@ -16,6 +16,7 @@ Colours: of a face before those of its solid, of an instance before those of its
 from __future__ import annotations
 
 import math
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,8 +51,15 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
-_GEOMETRY = ("StepGeom_", "StepShape_", "StepRepr_", "StepBasic_")
-"""Entities whose damage matters; others (views, tolerances) do not shape the part."""
+_NUMBERED = re.compile(r"^(NAUO)?\d+$")
+"""Names of placements that programs make up."""
+
+_SHAPING = re.compile(
+    r"StepGeom_|StepShape_"
+    r"|StepRepr_(?!.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
+    r"|StepBasic_(.*(Length|PlaneAngle)|(NamedUnit|SiUnit|ConversionBasedUnit|MeasureWithUnit|DimensionalExponents)$)"
+)
+"""Entities that shape the part or give its size. Damage to others (views, products, other units) is noted."""
 
 
 def read_step(path: Path, data: bytes) -> Model:
@@ -96,7 +104,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         try:
             if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise CadError(f"{path}: OpenCASCADE cannot read the STEP file: it is damaged.")
-            _check_read(path, reader.ChangeReader().StepModel())
+            complaints = _check_read(path, reader.ChangeReader().StepModel())
             units = _file_units(reader)
             # The document's unit is in metres; the reader converts to it.
             XCAFDoc_DocumentTool.SetLengthUnit_s(document, unit * 1e-3)
@@ -111,10 +119,13 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         labels = TDF_LabelSequence()
         XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(labels)
         for label in _each(labels):
-            _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None)
+            _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None, path=())
     parts = [part for part in parts if not part.IsNull()]
     if not parts:
         raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
+    if complaints:
+        more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
+        model.notes.append(f"the STEP file has faults that do not touch its geometry: {complaints[0]}{more}")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
     model.name = path.stem
     foreign = [u.lower() for u in units if u.lower() not in ("millimetre", "millimeter", "mm")]
@@ -135,19 +146,27 @@ def _sub_shape_names() -> Iterator[None]:
         Interface_Static.SetIVal_s(key, before)
 
 
-def _check_read(path: Path, model: Any) -> None:
-    """Refuse a file with damaged geometry: OpenCASCADE reads on, and crashes when it builds the shapes."""
+def _check_read(path: Path, model: Any) -> list[str]:
+    """Refuse a file with damaged geometry: OpenCASCADE reads on, and crashes when it builds the shapes.
+
+    Returns
+    -------
+    list of str
+        Faults of what does not shape the part; whether its solids are valid is seen when they are healed.
+    """
     # Faults of the header (its author, its date) do no harm.
     found = [f.removeprefix("Undefined Parsing: ") for f in _failures(model.GlobalCheck(True)) if " for file_" not in f]
+    harmless: list[str] = []
     for number in range(1, model.NbEntities() + 1):
         check = model.Check(number, True)
         if check.HasFailed():
             kind = model.Value(number).DynamicType().Name()
-            if kind.startswith(_GEOMETRY):
-                found += [f"{kind.partition('_')[2]}: {failure}" for failure in _failures(check)]
+            named = [f"{kind.partition('_')[2]}: {failure}" for failure in _failures(check)]
+            (found if _SHAPING.match(kind) else harmless).extend(named)
     if found:
         more = f" (and {len(found) - 1} more faults)" if len(found) > 1 else ""
         raise CadError(f"{path}: the STEP file is damaged: {found[0]}{more}. Export or copy it again.")
+    return harmless
 
 
 def _failures(check: Any) -> list[str]:
@@ -160,10 +179,20 @@ def _file_units(reader: Any) -> list[str]:
     return [str(lengths.Value(j).ToCString()) for j in range(1, lengths.Length() + 1)]
 
 
-def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: str | None, color: str | None) -> None:
+def _walk(
+    model: Model,
+    parts: list[Any],
+    label: Any,
+    location: Any,
+    *,
+    prefix: str | None,
+    color: str | None,
+    path: tuple[str, ...],
+) -> None:
     """Collect the shapes, names and colours under a label.
 
-    `prefix` is the name of the part that the label stands for, `color` what it has where it has no other.
+    `prefix` is the name of the part that the label stands for, `color` what it has where it has no other, `path` the
+    names of the assemblies that it is in.
     """
     tool = XCAFDoc_ShapeTool
     name = _name(label)
@@ -174,15 +203,18 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         referred = TDF_Label()
         tool.GetReferredShape_s(label, referred)
         label = referred
-        name = name if is_meaningful(name) else _name(label)
+        # Numbers and NAUO1, NAUO2 are what programs write where the placement has no name of its own.
+        name = name if is_meaningful(name) and not _NUMBERED.match(name) else _name(label) or name
         material = material or _material(label)
         own_color = own_color or _color(label)
     color = own_color or color
     if tool.IsAssembly_s(label):
         components = TDF_LabelSequence()
         tool.GetComponents_s(label, components)
+        prefix = name if is_meaningful(name) else ""
+        path = (*path, prefix) if prefix else path
         for component in _each(components):
-            _walk(model, parts, component, location, prefix=name if is_meaningful(name) else "", color=color)
+            _walk(model, parts, component, location, prefix=prefix, color=color, path=path)
         return
     shape = tool.GetShape_s(label).Moved(location)
     parts.append(shape)
@@ -194,6 +226,8 @@ def _walk(model: Model, parts: list[Any], label: Any, location: Any, *, prefix: 
         name = ""
     if is_meaningful(name):
         model.names.extend(Named(solid, name) for solid in solids)
+        path = path if path and path[-1] == name else (*path, name)  # CadQuery's NAME and NAME_part are one
+    model.paths.extend(Named(solid, "/".join(path)) for solid in solids if path)
     if material:
         model.materials.extend(Named(solid, material.removeprefix(MATERIAL_PREFIX)) for solid in solids)
     _add_sub_shapes(model, label, location, part=name if prefix is not None else None)

@@ -1,0 +1,58 @@
+"""One case: asked of a worker that is kept for the next."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..errors import CadSweepError, WorkerError
+from ..isolation import Worker, leftovers
+from .records import CASES, case_folder
+from .study import Case, Study
+
+Progress = Callable[[str, float | None], None]
+
+
+def run_case(
+    worker: Worker, study: Study, case: Case, folder: Path, *, max_memory: float, on_progress: Progress
+) -> dict[str, Any]:
+    """Mesh a case; whatever its end is, it is a record.
+
+    A case that ends a worker which had served other cases is done once more in a fresh one, so that no record says
+    anything of the cases before it. A time-out is not: it would cost as much again, and no library remembers time.
+    """
+    own = case_folder(folder, case)
+    own.mkdir(parents=True, exist_ok=True)
+    mesh = None if study.suffix is None else own / f"mesh{study.suffix}"
+    record: dict[str, Any] = {"case": case.name, "params": case.params, "options": case.options, "status": "ok"}
+    start = time.perf_counter()
+    for again in (False, True):
+        fresh, begun = worker.n_done == 0, time.perf_counter()
+        try:
+            figures = worker.run(
+                "cadsweep.cli.work:mesh_file",
+                (str(study.script), None if mesh is None else str(mesh)),
+                {"options": {**case.options, "params": case.params or None, "max_memory": max_memory}},
+                timeout=study.timeout,
+                max_memory=max_memory,
+                on_progress=on_progress,
+                remove=[] if mesh is None else leftovers(mesh),
+            )
+            record.update(figures)
+            record["mesh"] = None if mesh is None else f"{CASES}/{case.folder}/{mesh.name}"
+        except WorkerError as error:
+            if not fresh and not again and time.perf_counter() - begun < study.timeout:
+                worker.end()
+                continue
+            record.update(_failed(error))
+        except CadSweepError as error:
+            record.update(_failed(error))
+        break
+    record["total_seconds"] = round(time.perf_counter() - start, 3)
+    return record
+
+
+def _failed(error: CadSweepError) -> dict[str, Any]:
+    return {"status": "failed", "error": " ".join(str(error).split()), "error_type": type(error).__name__}

@@ -1,0 +1,110 @@
+"""Edges and faces at their starts, middles and ends, once for the whole solid.
+
+Place in the flow: ``solids`` reads lengths, tangents, angles and gaps from here.
+
+Method: straight edges and plane faces are most of what a machined part has, and numpy takes as long for one point as
+for a hundred; so all of them are evaluated together, the others one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import FloatArray, IntArray
+from ..geometry.angles import MIDDLE
+from ..geometry.curves import EdgeCurve, Line
+from ..geometry.face_surface import FaceSurface
+from ..geometry.surfaces import Plane
+
+AT = np.array([0.0, 0.5, 1.0])
+"""Arc-length fractions of the samples."""
+
+
+class EdgeSamples(NamedTuple):
+    """Every edge at its start, middle and end.
+
+    Attributes
+    ----------
+    points, tangents : (n_edges, 3, 3) float64
+        At `AT`; unit tangents from start to end.
+    end_tangents : (n_edges, 2, 3) float64
+        Those of ``EdgeCurve.end_tangents``.
+    lengths : (n_edges,) float64
+    """
+
+    points: FloatArray
+    tangents: FloatArray
+    end_tangents: FloatArray
+    lengths: FloatArray
+
+    def take(self, edges: IntArray) -> EdgeSamples:
+        """Those of some edges (m,), in their order."""
+        return EdgeSamples(*(values[edges] for values in self))
+
+
+def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
+    """Evaluate every edge at `AT`."""
+    n = len(curves)
+    out = EdgeSamples(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 2, 3)), np.empty(n))
+    lines = [(j, curve, curve.geometry) for j, curve in enumerate(curves) if isinstance(curve.geometry, Line)]
+    if lines:
+        straight = [j for j, _, _ in lines]
+        origin = np.array([line.origin for _, _, line in lines])
+        direction = np.array([line.direction for _, _, line in lines])
+        first, last = np.array([(curve.first, curve.last) for _, curve, _ in lines]).T
+        # As `EdgeCurve.parameters` has them, so that 0 and 1 give the ends exactly.
+        at = first[:, None] * (1.0 - AT) + last[:, None] * AT
+        speed = np.linalg.norm(direction, axis=1)
+        out.points[straight] = origin[:, None] + at[..., None] * direction[:, None]
+        tangents = direction / speed[:, None]
+        out.tangents[straight] = tangents[:, None]
+        out.end_tangents[straight] = tangents[:, None]
+        out.lengths[straight] = speed * (last - first)
+    for j, curve in enumerate(curves):
+        if not isinstance(curve.geometry, Line):
+            out.points[j], out.tangents[j] = curve.frames(AT)
+            out.end_tangents[j] = curve.end_tangents
+            out.lengths[j] = curve.length
+    return out
+
+
+class FaceSamples(NamedTuple):
+    """A face along its edges.
+
+    Attributes
+    ----------
+    normals : mapping of int to (3, 3) float64
+        Outward normals at the start, middle and end of each edge; (1, 3) in the middle of the face, under `MIDDLE`.
+    gap : float
+        Greatest distance between the edges' samples and the surface.
+    edge : int
+        The edge that it was found on.
+    place : (3,) float64
+        Where.
+    """
+
+    normals: Mapping[int, FloatArray]
+    gap: float
+    edge: int
+    place: FloatArray
+
+
+def sample_face(surface: FaceSurface, edges: EdgeSamples) -> FaceSamples:
+    """Normals of a face along its edges, and how far it lies off them."""
+    numbers = list(surface.curves)
+    points = edges.points[numbers].reshape(-1, 3)
+    if isinstance(surface.geometry, Plane):
+        normal = surface.normals(surface.box[:1])
+        gaps = np.abs((points - surface.geometry.frame.origin) @ normal[0])
+        normals = dict.fromkeys(numbers, np.broadcast_to(normal, (3, 3)))
+        normals[MIDDLE] = normal
+    else:
+        uv = np.concatenate([surface.edge_uv(e, AT) for e in numbers])
+        gaps = np.linalg.norm(surface.evaluate(uv) - points, axis=1)
+        normals = dict(zip(numbers, surface.normals(uv).reshape(-1, 3, 3), strict=True))
+        normals[MIDDLE] = surface.normals(surface.box.mean(axis=0)[None])
+    worst = int(gaps.argmax())
+    return FaceSamples(normals, float(gaps[worst]), numbers[worst // 3], points[worst])

@@ -1,0 +1,155 @@
+"""From a model of several solids to a ``Part``: each healed by itself, all normalised together, then imprinted.
+
+Place in the flow: beside :mod:`.clean`, which does the same for one solid.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.ShapeFix import ShapeFix_ShapeTolerance
+
+from ...brep import ModelSolid, Part, Units
+from ...errors import CadError
+from ..extract.solids import EdgeLabel, FaceLabel, Labels
+from ..imprint.checking import volume_and_center
+from ..imprint.joining import imprint
+from ..names.naming import declare_names
+from ..names.unique import declare_words, number_repeated
+from ..read.colors import split_colors
+from ..read.model import Model, Named
+from ..shapes import EDGE, FACE, SOLID, compound, explore, index_map, subshapes, typed
+from .clean import lost_names, stage
+from .solids import mend
+from .tracing import Traced
+from .units import transform_to_working
+from .validate import check_finite
+
+logger = logging.getLogger(__name__)
+
+
+def make_assembly(model: Model, *, touch: float | None = None) -> Part:
+    """Heal a model of several solids, and make one part of them.
+
+    Parameters
+    ----------
+    model : Model
+    touch : float, optional
+        Distance, model units, up to which faces of two solids are taken to touch.
+
+    Raises
+    ------
+    CadError
+        A solid is not usable, or two overlap; the message names them.
+    """
+    notes = list(model.notes)
+    with stage(model, "checking coordinates"):
+        check_finite(model.shape)
+    with stage(model, "reading names"):
+        faces, lost_faces = declare_names(model.names, model.shape, FACE)
+        edges, lost_edges = declare_names(model.names, model.shape, EDGE)
+        solids = subshapes(model.shape, SOLID)
+        given = [_first(model.names, solid) for solid in solids]
+        names, renamed = number_repeated(given, what="solid")
+    with stage(model, "looking for solids that come twice"):
+        _check_placed_once(model, solids, names)
+    colors = split_colors(model.colors, solids, model.shape)
+    materials = [declare_words((_first(model.materials, solid), "material")) for solid in solids]
+    naming_notes = faces.notes + edges.notes + lost_faces + lost_edges + renamed
+    naming_notes += list(dict.fromkeys(note for _, declared in materials for note in declared.notes))
+    for note in naming_notes:
+        logger.warning("%s: %s", model.source, note)
+    n_loose = index_map(model.shape, FACE).Extent() - index_map(compound(solids), FACE).Extent()
+    if n_loose:
+        notes.append(f"{n_loose} faces that belong to no solid left out")
+    all_faces, all_edges = index_map(model.shape, FACE), index_map(model.shape, EDGE)
+    healed: list[Any] = []
+    labels: list[Labels] = []
+    for solid, name, (_, face_colors) in zip(solids, names, colors, strict=True):
+        traced = Traced(solid)
+        with stage(model, f"healing '{name}'"):
+            notes += [f"'{name}': {note}" for note in _mended(traced, name)]
+        healed.append(typed(traced.shape, SOLID))
+        own = [all_faces.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
+        face_labels = [FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j)) for j in own]
+        own = [all_edges.FindIndex(edge) - 1 for edge in subshapes(solid, EDGE)]
+        edge_labels = [EdgeLabel(f"edge {j}", edges.by_entity.get(j, ())) for j in own]
+        labels.append(_followed(traced, face_labels, edge_labels))
+    for what, declared, kept in (
+        ("face", faces, [face for one in labels for face in one.faces]),
+        ("edge", edges, [edge for one in labels for edge in one.edges]),
+    ):
+        for lost in lost_names(declared.by_entity, [_number(label.key) for label in kept]):
+            notes.append(f"name '{lost}' is lost: its {what} is no part of a solid")
+    with stage(model, "normalising units"):
+        scale, offset, move = transform_to_working(compound(healed))
+        if move is not None:
+            tool = BRepBuilderAPI_Transform(compound(healed), move, True)
+            healed = [typed(tool.ModifiedShape(solid), SOLID) for solid in healed]
+            if scale > 1.0:
+                ShapeFix_ShapeTolerance().LimitTolerance(compound(healed), 1e-7, 0.0)
+    units = Units(model.scale * scale, model.scale * offset)
+    models = [
+        ModelSolid(
+            name=name,
+            path=_first(model.paths, solid) or "",
+            volume=volume_and_center(shape)[0],
+            material=words[0],
+            color=color,
+        )
+        for name, solid, shape, (words, _), (color, _) in zip(names, solids, healed, materials, colors, strict=True)
+    ]
+    of_solids = {name: own for name, own in zip(names, given, strict=True) if own is not None and own != name}
+    of_materials = {new: old for _, declared in materials for new, old in declared.originals.items()}
+    with stage(model, "imprinting the solids on each other"):
+        return imprint(
+            healed,
+            labels=labels,
+            models=models,
+            units=units,
+            touch=touch or 0.0,
+            name=model.name or "part",
+            notes=notes + naming_notes,
+            names={**of_materials, **of_solids, **edges.originals, **faces.originals},
+        )
+
+
+def _mended(traced: Traced, name: str) -> list[str]:
+    try:
+        return mend(traced)
+    except CadError as error:
+        raise CadError(f"'{name}': {error}") from error
+
+
+def _followed(traced: Traced, faces: Sequence[FaceLabel], edges: Sequence[EdgeLabel]) -> Labels:
+    """Labels of a healed solid, from those of its faces and edges before."""
+    return Labels(
+        [FaceLabel() if j is None else faces[j] for j in traced.face_origins(index_map(traced.shape, FACE))],
+        [EdgeLabel() if j is None else edges[j] for j in traced.edge_origins(index_map(traced.shape, EDGE))],
+    )
+
+
+def _check_placed_once(model: Model, solids: Sequence[Any], names: Sequence[str]) -> None:
+    """Refuse a solid that the model holds twice at one place."""
+    found = index_map(model.shape, SOLID)
+    counts = [0] * found.Extent()
+    for solid in explore(model.shape, SOLID):
+        counts[found.FindIndex(solid) - 1] += 1
+    for solid, name, n in zip(solids, names, counts, strict=True):
+        if n > 1:
+            own = dict.fromkeys(entry.name for entry in model.names if entry.shape.IsSame(solid))
+            called = " and ".join(f"'{one}'" for one in own) if len(own) > 1 else f"'{name}'"
+            center = volume_and_center(solid)[1]
+            where = ", ".join(f"{c + 0.0:.4g}" for c in center.round(9))
+            raise CadError(f"{called}: the same solid is there {n} times at ({where}); remove all but one.")
+
+
+def _first(named: Sequence[Named], solid: Any) -> str | None:
+    return next((name for shape, name in named if shape.IsSame(solid)), None)
+
+
+def _number(key: str) -> int | None:
+    return int(key.split()[1]) if key else None

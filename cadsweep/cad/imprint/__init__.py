@@ -1,0 +1,10 @@
+"""Separate solids made one part: what they touch in becomes faces, edges and vertices that they share.
+
+========== ==============================================================================================
+module     what it does
+========== ==============================================================================================
+`joining`  :func:`~.joining.imprint`: from solids to a :class:`~cadsweep.brep.Part`, checked
+`fusing`   OpenCASCADE's general fuse of those solids that may touch, and what became of each face and edge
+`checking` what is refused: overlaps, duplicates, lost faces, changed volumes
+========== ==============================================================================================
+"""

@@ -1,0 +1,147 @@
+"""What an imprint must not do, and what the solids must not: overlap, come twice, lose a face, change a volume.
+
+Place in the flow: called by :mod:`.joining` on what :mod:`.fusing` gives, before it is divided and read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+
+from ...arrays import FloatArray
+from ...brep import Units
+from ...errors import CadError
+from ..heal.tracing import Traced
+from ..heal.validate import check_closed, faults
+from ..shapes import FACE, SOLID, compound, index_map, mapped, subshapes
+from .fusing import Fused
+
+SAME_VOLUME = 1e-6
+"""Share of a solid's volume, and of a face's area, that imprinting may change: OpenCASCADE integrates no better."""
+
+
+def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
+    """Volume and centroid of a solid, by OpenCASCADE."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    center = properties.CentreOfMass()
+    return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
+
+
+def surface_area(shape: Any) -> float:
+    """Area of a face or of all faces of a shape, by OpenCASCADE."""
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(shape, properties)
+    return abs(float(properties.Mass()))
+
+
+def check_distinct(fused: Fused, labels: Sequence[str], units: Units) -> None:
+    """Refuse solids that overlap, one within another, or the same one twice.
+
+    Parameters
+    ----------
+    fused : Fused
+    labels : sequence of str
+        How messages call each solid.
+    units : Units
+
+    Raises
+    ------
+    CadError
+        Names the two, the common volume and its place.
+    """
+    found = index_map(_all(fused), SOLID)
+    owners: list[list[int]] = [[] for _ in range(found.Extent())]
+    cells: list[set[int]] = []
+    for i, pieces in enumerate(fused.pieces):
+        cells.append({found.FindIndex(piece) - 1 for piece in pieces})
+        for cell in cells[-1]:
+            owners[cell].append(i)
+    shapes = mapped(found, SOLID)
+    pairs: dict[tuple[int, int], list[int]] = {}
+    for cell, own in enumerate(owners):
+        if len(own) > 1:
+            pairs.setdefault((own[0], own[1]), []).append(cell)
+    if not pairs:
+        return
+    measured = {pair: [volume_and_center(shapes[cell]) for cell in common] for pair, common in pairs.items()}
+    (i, j), common = max(measured.items(), key=lambda item: sum(volume for volume, _ in item[1]))
+    volume = sum(volume for volume, _ in common)
+    place = units.place(max(common, key=lambda piece: piece[0])[1])
+    more = f" {len(pairs) - 1} more pairs overlap." if len(pairs) > 1 else ""
+    if cells[i] == cells[j]:
+        raise CadError(f"{labels[i]} and {labels[j]} are the same solid twice, at ({place}): remove one of them.{more}")
+    if cells[i] < cells[j] or cells[j] < cells[i]:
+        inner, outer = (i, j) if cells[i] < cells[j] else (j, i)
+        raise CadError(
+            f"{labels[inner]} lies wholly inside {labels[outer]}, at ({place}): cut it out of {labels[outer]}, "
+            f"or remove it.{more}"
+        )
+    raise CadError(
+        f"{labels[i]} and {labels[j]} overlap by a volume of {volume * units.scale**3:.4g} at ({place}): "
+        f"cut one out of the other in the CAD program, or move them apart.{more}"
+    )
+
+
+def check_imprinted(
+    shapes: Sequence[Any], fused: Fused, traced: Traced, labels: Sequence[str], units: Units, *, moved: float
+) -> None:
+    """Refuse what the general fuse made of the solids where it is not they, with more faces.
+
+    Parameters
+    ----------
+    shapes : sequence of TopoDS_Solid
+        As they were.
+    fused : Fused
+    traced : Traced
+        Their compound, followed through the fuse.
+    labels : sequence of str
+        How messages call each solid.
+    units : Units
+    moved : float
+        Distance by which faces may have been moved to one another.
+
+    Raises
+    ------
+    CadError
+        A solid is in pieces or gone, invalid, of another volume, or has lost a face.
+    """
+    for shape, pieces, label in zip(shapes, fused.pieces, labels, strict=True):
+        if len(pieces) != 1:
+            raise CadError(f"imprinting made {len(pieces)} pieces of {label}")
+        (piece,) = pieces
+        if piece.IsSame(shape):
+            continue
+        try:
+            check_closed(piece)
+        except CadError as error:
+            raise CadError(f"imprinting damaged {label}: {error}") from error
+        damage = faults(piece)
+        if damage:
+            raise CadError(f"imprinting made {label} invalid: {damage[0]}")
+        before, after = volume_and_center(shape)[0], volume_and_center(piece)[0]
+        if abs(after - before) > SAME_VOLUME * before + moved * surface_area(shape):
+            raise CadError(
+                f"imprinting changed the volume of {label} from {before * units.scale**3:.9g} to "
+                f"{after * units.scale**3:.9g}"
+            )
+    present = index_map(traced.shape, FACE)
+    both = subshapes(compound(shapes), FACE)
+    for face, became in zip(both, traced.faces, strict=True):
+        if not became or not all(present.Contains(piece) for piece in became):
+            raise CadError(f"imprinting lost a face at ({_place_of(face, units)})")
+
+
+def _all(fused: Fused) -> Any:
+    return compound([piece for pieces in fused.pieces for piece in pieces])
+
+
+def _place_of(face: Any, units: Units) -> str:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties)
+    center = properties.CentreOfMass()
+    return units.place(np.array([center.X(), center.Y(), center.Z()]))

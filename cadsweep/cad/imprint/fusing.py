@@ -1,0 +1,83 @@
+"""OpenCASCADE's general fuse of separate solids, and what became of every solid, face and edge.
+
+Place in the flow: called by :mod:`.joining`. Solids are arguments of their own, since an argument must not interfere
+with itself; nothing is glued, since gluing does not check that it may. Solids whose boxes are apart are not fused.
+
+Not handled: whether the result is right. OpenCASCADE's own word says little; :mod:`.checking` looks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from OCP.BOPAlgo import BOPAlgo_Builder
+from scipy.sparse.csgraph import connected_components
+
+from ...arrays import FloatArray, IntArray
+from ...errors import CadError
+from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, subshapes, typed
+
+
+class Fused:
+    """Solids that share what they touch in.
+
+    Attributes
+    ----------
+    pieces : list of list of TopoDS_Solid
+        Entry i: what solid i has become.
+    """
+
+    def __init__(self, shapes: Sequence[Any], fuzzy: float) -> None:
+        self.pieces: list[list[Any]] = [[shape] for shape in shapes]
+        self._builders: list[tuple[tuple[Any, Any], Any]] = []
+        boxes = np.array([bounds(shape) for shape in shapes])
+        for group in neighbours(boxes, fuzzy):
+            if len(group) > 1:
+                self._fuse([shapes[i] for i in group], group, fuzzy)
+
+    def _fuse(self, shapes: Sequence[Any], numbers: IntArray, fuzzy: float) -> None:
+        builder = BOPAlgo_Builder()
+        for shape in shapes:
+            builder.AddArgument(shape)
+        builder.SetNonDestructive(True)
+        builder.SetRunParallel(False)
+        builder.SetUseOBB(True)
+        builder.SetFuzzyValue(fuzzy)
+        builder.Perform()
+        if builder.HasErrors():
+            raise CadError(f"OpenCASCADE cannot find what {len(shapes)} solids touch in")
+        for i, shape in zip(numbers, shapes, strict=True):
+            became = list(builder.Modified(shape)) or ([] if builder.IsDeleted(shape) else [shape])
+            self.pieces[i] = [typed(solid, SOLID) for piece in became for solid in subshapes(piece, SOLID)]
+        both = compound(shapes)
+        self._builders.append(((index_map(both, FACE), index_map(both, EDGE)), builder))
+
+    def image(self, sub: Any) -> Any:
+        """What a face or an edge has become: itself, a compound, or None where it is gone."""
+        kind = int(sub.ShapeType() == EDGE)
+        for maps, builder in self._builders:
+            if maps[kind].Contains(sub):
+                if builder.IsDeleted(sub):
+                    return None
+                became = list(builder.Modified(sub))
+                return compound(became) if became else sub
+        return sub
+
+
+def neighbours(boxes: FloatArray, reach: float) -> list[IntArray]:
+    """Groups of boxes (n, 2, 3) that hang together, where boxes less than `reach` apart count as touching."""
+    near = near_boxes(boxes, boxes, reach)
+    n_groups, group = connected_components(near, directed=False)
+    order = np.argsort(group, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if n_groups else []
+
+
+def near_boxes(first: FloatArray, second: FloatArray, reach: float) -> Any:
+    """Which boxes (n, 2, 3) come nearer than `reach` to which others (m, 2, 3), (n, m) bool."""
+    near = np.ones((len(first), len(second)), dtype=bool)
+    for axis in range(3):
+        near &= first[:, None, 0, axis] <= second[None, :, 1, axis] + reach
+        near &= second[None, :, 0, axis] <= first[:, None, 1, axis] + reach
+    return near

@@ -1,0 +1,220 @@
+"""The search for cuts: which plane through which cell, until every cell sweeps and all agree.
+
+Place in the flow: ``pipeline`` calls :func:`find_cuts` for a planar solid that no sweep and no stack fits, with
+recognition and plan as callables.
+
+Method: best-first search over complexes. A move cuts one cell that stands in the way, by a plane that a face gives
+which meets a re-entrant edge or an imprint of the cell: its own, a neighbour's, or one square to an imprinted face
+through the imprint's outline. As a complex is conformal at every step, a cut that harms a neighbour shows at once. When
+all cells sweep, the plan decides; the faces that contradict say which cells are cut next. The budget counts complexes
+that are looked at, so the same part always gets the same cuts.
+"""
+
+from __future__ import annotations
+
+import heapq
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import pi
+
+from ..brep import Part, Solid
+from ..errors import PlanError
+from ..sweep import Sweep
+from .dividing import Plane, divide
+from .planar import Cell, Pair, Pool, from_solid
+from .solids import to_solid
+from .vectors import cross, dot, minus, unit
+
+log = logging.getLogger(__name__)
+
+Recognise = Callable[[Solid], list[Sweep]]
+MakePlan = Callable[[Part, list[list[Sweep]]], object]
+
+MOST_STATES = 400
+"""Complexes that are looked at before the part is given up."""
+MOST_CELLS = 60
+"""Cells of a complex beyond which it is not cut further."""
+FLAT = 1e-6
+"""Radians from pi up to which two faces at an edge are one plane."""
+SHARP = pi / 6
+"""Dihedral angle below which a new edge makes poor hexahedra."""
+SHORT = 0.02
+"""Length, as a share of the part's size, below which a new edge asks for small hexahedra."""
+BLOCKED, REENTRANT, IMPRINT, CELL, POOR_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
+"""What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """What is known of a cell, whatever complex it is in."""
+
+    solid: Solid
+    sweeps: list[Sweep]
+    cost: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneCut:
+    """One cut of the solution: the plane, a point inside the cell that it cut, and why."""
+
+    plane: Plane
+    reason: str
+
+
+@dataclass(kw_only=True, eq=False)
+class State:
+    """A complex, how it came about, and what stands in its way."""
+
+    cells: tuple[Cell, ...]
+    cuts: tuple[PlaneCut, ...] = ()
+    cost: float = 0.0
+    blocked: tuple[int, ...] = ()
+    conflict: tuple[tuple[int, int], ...] = ()
+    plan: object = None
+
+
+@dataclass(kw_only=True, eq=False)
+class Search:
+    """Pool, cache and budget of one search."""
+
+    model: Solid
+    recognise: Recognise
+    make_plan: MakePlan
+    most_states: int = MOST_STATES
+    pool: Pool = field(init=False)
+    n_states: int = 0
+    n_plans: int = 0
+    seen: dict[Cell, Seen] = field(default_factory=dict)
+    known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
+
+    def run(self) -> tuple[State | None, State]:
+        """The first complex that has a plan (None), and the best looked at."""
+        self.pool, cell = from_solid(self.model)
+        first = self.judge((cell,), ())
+        if first.plan is not None:
+            return first, first
+        best = first
+        queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
+        n = 0
+        while queue and self.n_states < self.most_states:
+            _, _, state = heapq.heappop(queue)
+            for child in self.children(state):
+                n += 1
+                if child.cost < best.cost:
+                    best = child
+                if child.plan is not None:
+                    return child, child
+                heapq.heappush(queue, (child.cost, n, child))
+                if self.n_states >= self.most_states:
+                    break
+        return None, best
+
+    def children(self, state: State) -> Iterator[State]:
+        """Complexes one cut further."""
+        if len(state.cells) >= MOST_CELLS:
+            return
+        targets = [state.blocked[0]] if state.blocked else list(dict.fromkeys(c for c, _ in state.conflict))
+        for number in targets:
+            for plane, reason in self.planes(state, number):
+                cut = -1 - len(state.cuts)
+                cells = divide(self.pool, state.cells, number, plane, cut)
+                if cells is None:
+                    continue
+                key = frozenset(frozenset(cell) for cell in cells)
+                if key in self.known:
+                    continue
+                self.known.add(key)
+                yield self.judge(cells, (*state.cuts, PlaneCut(plane=plane, reason=reason)))
+
+    def look(self, cell: Cell) -> Seen:
+        """Recognise a cell once."""
+        known = self.seen.get(cell)
+        if known is None:
+            solid = to_solid(self.pool, cell, self.model)
+            sweeps = self.recognise(solid)
+            known = self.seen[cell] = Seen(solid=solid, sweeps=sweeps, cost=self.cost(solid, bool(sweeps)))
+        return known
+
+    def cost(self, solid: Solid, sweeps: bool) -> float:
+        """What a cell adds to the cost of a complex."""
+        total = CELL
+        for edge in solid.edges:
+            if edge.dihedral < SHARP:
+                total += POOR_EDGE
+            if edge.length < SHORT * self.pool.size:
+                total += SHORT_EDGE
+        if sweeps:
+            return total
+        total += BLOCKED
+        for edge in solid.edges:
+            if edge.dihedral > pi + FLAT:
+                total += REENTRANT
+            elif edge.dihedral > pi - FLAT:
+                total += IMPRINT
+        return total
+
+    def judge(self, cells: tuple[Cell, ...], cuts: tuple[PlaneCut, ...]) -> State:
+        """Cost of a complex; where all cells sweep, its plan."""
+        self.n_states += 1
+        seen = [self.look(cell) for cell in cells]
+        cost = sum(one.cost for one in seen)
+        blocked = sorted((j for j, one in enumerate(seen) if not one.sweeps), key=lambda j: -seen[j].cost)
+        state = State(cells=cells, cuts=cuts, cost=cost, blocked=tuple(blocked))
+        if not blocked:
+            self.n_plans += 1
+            part = Part(solids=tuple(one.solid for one in seen))
+            try:
+                state.plan = self.make_plan(part, [one.sweeps for one in seen])
+            except PlanError as error:
+                state.conflict = error.faces
+                state.cost += CONTRADICTION * max(1, len(error.faces) // 2)
+        return state
+
+    def planes(self, state: State, number: int) -> Iterator[tuple[Plane, str]]:
+        """Planes that may part a cell, each once."""
+        cell = state.cells[number]
+        solid = self.look(cell).solid
+        uses = self.pool.uses(cell)
+        around: dict[Pair, set[int]] = {}
+        for other in state.cells:
+            for f, _ in other:
+                for a, b in self.pool.facets[f].pairs:
+                    pair = (a, b) if a < b else (b, a)
+                    if pair in uses:
+                        around.setdefault(pair, set()).add(f)
+        found: list[tuple[float, Plane, str]] = []
+        in_conflict = {f for c, f in state.conflict if c == number}
+        pairs = list(uses)
+        for edge in solid.edges:
+            pair = pairs[edge.id]
+            convex = edge.dihedral < pi - FLAT
+            own = [f for f, _ in uses[pair]]
+            if convex and not (in_conflict & set(edge.faces)):
+                continue
+            along = unit(minus(self.pool.points[pair[1]], self.pool.points[pair[0]]))
+            for f in sorted(around[pair]):
+                facet = self.pool.facets[f]
+                if f in own and edge.dihedral < pi + FLAT:
+                    continue
+                found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), "face"))
+            if (not convex and edge.dihedral < pi + FLAT) or in_conflict & set(edge.faces):
+                for f in own:
+                    normal = unit(cross(along, self.pool.facets[f].normal))
+                    square = Plane(normal=normal, offset=dot(normal, self.pool.points[pair[0]]))
+                    found.append((edge.length, square, "square"))
+        yield from _distinct(found)
+
+
+def _distinct(found: Sequence[tuple[float, Plane, str]]) -> Iterator[tuple[Plane, str]]:
+    """Each plane once, those of long edges first."""
+    taken: list[Plane] = []
+    for _, plane, reason in sorted(found, key=lambda one: -one[0]):
+        if not any(_same(plane, other) for other in taken):
+            taken.append(plane)
+            yield plane, reason
+
+
+def _same(a: Plane, b: Plane) -> bool:
+    cosine = dot(a.normal, b.normal)
+    return abs(abs(cosine) - 1.0) < 1e-9 and abs(a.offset - (b.offset if cosine > 0 else -b.offset)) < 1e-7

@@ -1,0 +1,90 @@
+"""A model of several solids: the ones that touch meshed together, the others side by side, in one mesh.
+
+Solids that share nothing with others get everything that a single solid gets (rings cut open, faces merged, order 2
+by its own surfaces); those that share faces, edges or vertices are planned together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..brep import Part
+from ..errors import InputError
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..quality import check_mesh
+from .making import first_good, make_mesh
+from .parts import open_and_find
+from .run import Run
+from .several import mesh_complex, plan_cells, side_by_side
+from .shared_hints import check_words, local_hints, resolve_wishes
+from .subsets import subset, touching_groups
+
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
+
+
+def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    """Mesh all cells of a part, conformally where they touch.
+
+    Raises
+    ------
+    InputError
+        An option that is about one sweep.
+    NotSweepableError, PlanError, SurfaceMeshError, ProjectionError, InvertedHexError
+        A solid cannot be swept, or not so that it agrees with its neighbours.
+    """
+    for name in _ONE_SWEEP:
+        if getattr(options, name) is not None:
+            raise InputError(
+                f"{name} is about one sweep, and '{part.name}' has {len(part.models)} solids: choose one with part=, "
+                "or use sizes and counts"
+            )
+    check_words(part, options)
+    groups = touching_groups(part)
+    meshes = []
+    for cells in groups:
+        own = subset(part, cells)
+        meshes.append(_mesh_alone(own, options, run) if len(cells) == 1 else _mesh_together(own, options, run))
+    if len(meshes) == 1:
+        return meshes[0]
+    mesh = side_by_side(meshes)
+    mesh.info["part"], mesh.info["seconds"] = part.name, run.seconds
+    with run.stage("quality"):
+        mesh.info["quality"] = check_mesh(mesh, cad={})
+    return mesh
+
+
+def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    with run.stage("recognition"):
+        found = plan_cells(part)
+        wishes = resolve_wishes(part, options)
+    return mesh_complex(found, options, run, wishes)
+
+
+def _mesh_alone(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    """One solid by itself, its boundaries called after it where their user gave them no name."""
+    name = part.models[0].name
+    own = options
+    if options.sizes and name in options.sizes:
+        own = replace(own, size=options.sizes[name])
+    hints = local_hints(part, options)
+    own = replace(own, sizes=hints.sizes or None, counts=hints.counts or None)
+    with run.stage("recognition"):
+        opened, sweeps = open_and_find(part, None, None)
+    made = first_good(opened, sweeps, own, run, make_mesh)
+    assert made.mesh is not None
+    mesh = made.mesh
+    given = {
+        label
+        for face in opened.solids[0].faces
+        for names in (face.names, *(patch.names for patch in face.patches))
+        for label in names
+    }
+    return replace(
+        mesh,
+        boundaries={label if label in given else f"{name}_{label}": quads for label, quads in mesh.boundaries.items()},
+        parts={name: np.arange(mesh.n_hexes)},
+        structure=None,
+    )

@@ -1,0 +1,226 @@
+"""The cells of a part meshed one after another on one skeleton: what is shared exists once.
+
+Follows a :class:`~cadsweep.plan.Plan`: counts of all edges, nodes on edges, grids, then cell by cell in the plan's
+order the caps and the inside.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import IntArray
+from ..blocks.joined import JoinedMesh
+from ..brep import Part
+from ..cells import side_quads, sweep_hexes
+from ..errors import SurfaceMeshError
+from ..intervals import CellSweep, Wishes, assign_shared_intervals
+from ..mesh import SurfaceMesh
+from ..options import SweepOptions
+from ..plan import Plan
+from ..projection import project_layers
+from ..projection.caps import PlacedCap, place_target
+from ..surface import CellBoundary, Skeleton, match_quads
+from ..sweep import Intervals, Sweep
+from .run import Run
+
+
+def mesh_cells(
+    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes
+) -> tuple[JoinedMesh, list[Intervals], list[str]]:
+    """Mesh all cells of a part conformally.
+
+    Returns
+    -------
+    mesh : JoinedMesh
+    counts : list of Intervals
+        By cell.
+    notes : list of str
+
+    Raises
+    ------
+    SurfaceMeshError, ProjectionError
+        A face or a layer of some cell cannot be meshed.
+    """
+    with run.stage("intervals"):
+        counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
+    with run.stage("surface"):
+        skeleton = Skeleton(part.solids, counts)
+        for cell, way in enumerate(plan.ways):
+            for side in way.grids.values():
+                skeleton.lay_grid(cell, side)
+    builder = _Builder(part, skeleton, options, run)
+    for done, cell in enumerate(plan.order):
+        way = plan.ways[cell]
+        builder.add(cell, way.sweep)
+        run.on_progress("cells", (done + 1) / len(plan.order))
+    return builder.joined(), counts, skeleton.notes
+
+
+def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:
+    """What the counts of the cells depend on: a cap gets free quads where it is a grid to nobody."""
+    gridded = {int(solid.face_keys[f]) for solid, way in zip(part.solids, plan.ways, strict=True) for f in way.grids}
+    return [
+        CellSweep(
+            sweep=way.sweep,
+            grids=tuple(way.grids.values()),
+            free=tuple(f for f in way.sweep.source if int(solid.face_keys[f]) not in gridded),
+        )
+        for solid, way in zip(part.solids, plan.ways, strict=True)
+    ]
+
+
+class _Builder:
+    """Collects hexahedra and boundary quads cell by cell."""
+
+    def __init__(self, part: Part, skeleton: Skeleton, options: SweepOptions, run: Run) -> None:
+        self.part = part
+        self.skeleton = skeleton
+        self.options = options
+        self.run = run
+        self.hexes: list[tuple[int, IntArray]] = []
+        self.quads: list[tuple[int, IntArray, IntArray]] = []
+        self.roles: dict[tuple[int, int], str] = {}
+
+    def add(self, cell: int, sweep: Sweep) -> None:
+        """Mesh one cell: caps, target, inside."""
+        with self.run.stage("surface"):
+            for face in sweep.source:
+                self.skeleton.lay_free(cell, sweep, face)
+            boundary = self.skeleton.boundary_of(cell, sweep)
+        with self.run.stage("projection"):
+            self.fill(cell, sweep, boundary)
+
+    def fill(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> None:
+        """Carry the source to the target and place the layers between them."""
+        skeleton, source, rings = self.skeleton, boundary.source, boundary.rings
+        keys = self.part.solids[cell].face_keys
+        surfaces = _surface_mesh(boundary, skeleton, cell, sweep)
+        meshed = [int(keys[f]) in skeleton.faces for f in sweep.target]
+        if all(meshed):
+            ends, faces = self.landed(cell, sweep, boundary)
+        elif any(meshed):
+            label = sweep.solid.faces[sweep.target[meshed.index(True)]].label()
+            raise SurfaceMeshError(f"{label} of the target is meshed before the rest of the cap is")
+        else:
+            cap = place_target(sweep, surfaces)
+            ends, faces = self.carried(cell, sweep, boundary, cap), cap.faces
+        n_ring, n_layers = rings.shape[1], len(rings) - 1
+        placed = project_layers(
+            source.points,
+            source.quads,
+            surfaces.rings,
+            loops=source.loops,
+            functional=self.options.functional,
+            strategy=self.options.strategy,
+            target_points=skeleton.points[ends],
+            residual=self.options.residual,
+        )
+        ids = np.empty((n_layers + 1, len(boundary.nodes)), dtype=np.int64)
+        ids[0], ids[-1] = boundary.nodes, ends
+        ring = np.concatenate(source.loops)
+        ids[:, ring] = rings
+        inside = np.setdiff1d(np.arange(len(boundary.nodes)), ring)
+        if n_layers > 1:
+            inner = placed.points(slice(1, n_layers))[:, inside]
+            ids[1:-1, inside] = skeleton.add(inner.reshape(-1, 3)).reshape(n_layers - 1, len(inside))
+        flat = ids.reshape(-1)
+        self.hexes.append((cell, flat[sweep_hexes(source.quads, len(boundary.nodes), n_layers)]))
+        sides = side_quads(source.loops, len(boundary.nodes), n_layers).reshape(-1, 4)
+        side_faces = _side_faces(boundary)
+        self.take(cell, "source", boundary.nodes[source.quads][:, ::-1], source.faces)
+        self.take(cell, "target", ends[source.quads], faces)
+        self.take(cell, "side", flat[sides], side_faces.reshape(-1))
+        assert n_ring == len(ring), "the loops are the ring"
+
+    def take(self, cell: int, role: str, quads: IntArray, faces: IntArray) -> None:
+        """Keep boundary quads, outward from their cell."""
+        self.quads.append((cell, quads, faces))
+        for face in np.unique(faces).tolist():
+            self.roles[cell, face] = role
+
+    def carried(self, cell: int, sweep: Sweep, boundary: CellBoundary, cap: PlacedCap) -> IntArray:
+        """Number the nodes of a target cap that nobody has meshed, and keep its quads for the neighbours."""
+        skeleton, source = self.skeleton, boundary.source
+        keys = self.part.solids[cell]
+        ends = np.full(len(boundary.nodes), -1, dtype=np.int64)
+        for edge, (target, same) in sweep.target_edges.items():
+            if edge in source.edge_nodes:
+                own = skeleton.edges[int(keys.edge_keys[target])]
+                ends[source.edge_nodes[edge]] = own if same else own[::-1]
+        ends[np.concatenate(source.loops)] = boundary.rings[-1]
+        new = np.flatnonzero(ends < 0)
+        ends[new] = skeleton.add(cap.points[new])
+        for face in sweep.target:
+            skeleton.keep(cell, face, ends[source.quads[cap.faces == face]])
+        return ends
+
+    def landed(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> tuple[IntArray, IntArray]:
+        """Find the target's nodes under the source's, where both caps are meshed already."""
+        skeleton, source = self.skeleton, boundary.source
+        quads = [skeleton.quads_of(cell, f) for f in sweep.target]
+        known = dict(zip(np.concatenate(source.loops).tolist(), boundary.rings[-1].tolist(), strict=True))
+        every = np.concatenate(quads)
+        images = match_quads(source.quads, every, known)
+        if images is None:
+            label = sweep.solid.faces[sweep.target[0]].label()
+            raise SurfaceMeshError(
+                f"{sweep.solid.faces[sweep.source[0]].label()} and {label} are both meshed from elsewhere, and their "
+                "quads do not answer each other"
+            )
+        ends = np.array([images[j] for j in range(len(boundary.nodes))], dtype=np.int64)
+        owner = {tuple(sorted(q)): f for f, qs in zip(sweep.target, quads, strict=True) for q in qs.tolist()}
+        faces = np.array([owner[tuple(sorted(q))] for q in ends[source.quads].tolist()], dtype=np.int64)
+        return ends, faces
+
+    def joined(self) -> JoinedMesh:
+        """All cells together."""
+        order = sorted(range(len(self.hexes)), key=lambda j: self.hexes[j][0])
+        hexes = [self.hexes[j] for j in order]
+        quads = sorted(self.quads, key=lambda piece: piece[0])
+        return JoinedMesh(
+            points=self.skeleton.points,
+            hexes=np.concatenate([own for _, own in hexes]),
+            hex_cells=np.repeat([cell for cell, _ in hexes], [len(own) for _, own in hexes]),
+            quads=np.concatenate([own for _, own, _ in quads]),
+            quad_cells=np.repeat([cell for cell, _, _ in quads], [len(own) for _, own, _ in quads]),
+            quad_faces=np.concatenate([faces for _, _, faces in quads]),
+            roles=self.roles,
+            edge_nodes=self.skeleton.edges,
+        )
+
+
+def _side_faces(boundary: CellBoundary) -> IntArray:
+    """Face (n_layers, b) of every quad of the sides."""
+    layout = boundary.layout
+    faces = np.full((layout.n_layers, layout.n_ring), -1, dtype=np.int64)
+    for side in layout.sides:
+        columns = layout.columns(side.loop, side.column, side.width)
+        faces[side.layer : side.layer + side.height, columns] = side.side.face
+    return faces
+
+
+def _surface_mesh(boundary: CellBoundary, skeleton: Skeleton, cell: int, sweep: Sweep) -> SurfaceMesh:
+    """The cell's boundary as projection takes it."""
+    layout, source = boundary.layout, boundary.source
+    keys = sweep.solid.edge_keys
+    points = skeleton.points
+    on_loops = {edge for loop in sweep.source_loops for edge, _ in loop}
+    inner = {
+        target: points[skeleton.edges[int(keys[target])]]
+        for edge, (target, _) in sweep.target_edges.items()
+        if edge in source.edge_nodes and edge not in on_loops
+    }
+    node_edges = np.full(boundary.rings.shape, -1, dtype=np.int64)
+    for edge in layout.edges.values():
+        node_edges[layout.nodes(edge)] = edge.edge
+    node_vertices = np.full_like(node_edges, -1)
+    for vertex, (column, layer) in layout.vertices.items():
+        node_vertices[layer, column] = vertex
+    return SurfaceMesh(
+        source=source,
+        rings=points[boundary.rings],
+        side_faces=_side_faces(boundary),
+        node_edges=node_edges,
+        node_vertices=node_vertices,
+        target_edge_points=inner,
+    )

@@ -1,0 +1,40 @@
+"""The ways to a mesh, in the order in which they are tried: what a part is decides which of them applies.
+
+=============== ======================================= ================================================
+way             where it applies                        what it makes
+=============== ======================================= ================================================
+one sweep       one solid                               the best of its sweeps, factored
+several solids  more than one solid                     cells that touch on one skeleton, others beside
+=============== ======================================= ================================================
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from ..brep import Part
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from .assemblies import mesh_assembly
+from .making import first_good, make_mesh
+from .parts import find_candidates, load
+from .run import Run
+
+
+def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
+    """Load what the user gives."""
+    with run.stage("cad"):
+        return load(source, params=None if options.params is None else dict(options.params), part=options.part)
+
+
+def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
+    """Mesh a part by the first way that applies."""
+    part = open_part(source, options, run)
+    options = replace(options, params=None, part=None)  # they are about the source, which is open now
+    if len(part.solids) > 1:
+        return mesh_assembly(part, options, run)
+    part, sweeps = find_candidates(part, options, run)
+    mesh = first_good(part, sweeps, options, run, make_mesh).mesh
+    assert mesh is not None
+    return mesh

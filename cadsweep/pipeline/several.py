@@ -1,0 +1,224 @@
+"""A part of several cells: from a plan to a mesh that has passed its checks.
+
+Cells that share nothing with others are swept by themselves, with everything that a single solid gets (rings cut
+open, faces merged); those that touch are planned and meshed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import recognition, smoothing
+from ..blocks.finish import by_face, find_colors, make_references, name_faces, to_hex_mesh
+from ..blocks.joined import JoinedMesh
+from ..brep import Part
+from ..errors import NotSweepableError, PlanError
+from ..intervals import Wishes
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..order2.curving import curves_of, surfaces_of
+from ..order2.elevate import elevate
+from ..plan import Plan, make_plan
+from ..quality import CadReference, QualityReport, check_mesh
+from ..smoothing import Blocks
+from ..sweep import Sweep
+from .cells import mesh_cells
+from .making import SMOOTH_BELOW, refusal
+from .run import Run
+
+Recognise = Callable[[int], Sequence[Sweep]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Complex:
+    """A part of several cells with a sweep for each."""
+
+    part: Part
+    plan: Plan
+
+
+def plan_cells(part: Part) -> Complex:
+    """Find the sweeps of all cells, and one choice of them that agrees.
+
+    Raises
+    ------
+    NotSweepableError
+        A cell has no sweep, or no choice agrees; names the cells and faces.
+    """
+    candidates = [_candidates(part, cell) for cell in range(len(part.solids))]
+    return Complex(part=part, plan=make_plan(part, candidates))
+
+
+def _candidates(part: Part, cell: int) -> list[Sweep]:
+    """The sweeps of one cell as it is."""
+    solid = part.solids[cell]
+    sweeps = recognition.search_sweeps(solid).sweeps
+    if sweeps:
+        return sweeps
+    name = solid.name or f"cell {cell}"
+    try:
+        return recognition.find_sweeps(solid)
+    except NotSweepableError as error:
+        others = _contacts(part, cell)
+        beside = f"; it touches {', '.join(others)}" if others else ""
+        message = f"'{name}' cannot be swept{beside}: {error}"
+        raise NotSweepableError(message, reasons=[f"{name}: {reason}" for reason in error.reasons]) from error
+
+
+def _contacts(part: Part, cell: int) -> list[str]:
+    """What a cell touches, and where."""
+    found = []
+    for other, solid in enumerate(part.solids):
+        if other == cell:
+            continue
+        common = np.flatnonzero(np.isin(part.solids[cell].face_keys, solid.face_keys))
+        if len(common):
+            face = part.solids[cell].faces[int(common[0])]
+            found.append(f"'{solid.name or other}' on {face.label()}")
+    return found[:3]
+
+
+def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh:
+    """Mesh a planned part, check every solid of it, and smooth where that is needed.
+
+    Raises
+    ------
+    InvertedHexError
+        The mesh is not valid, and the user does not allow that.
+    SurfaceMeshError, ProjectionError
+        A face or a layer cannot be meshed.
+    """
+    part, plan = found.part, found.plan
+    joined, counts, notes = mesh_cells(part, plan, options, run, wishes)
+    return finish(
+        part,
+        joined,
+        options,
+        run,
+        notes=notes,
+        sweeps=[
+            {
+                "source": [solid.faces[f].name or f for f in way.sweep.source],
+                "target": [solid.faces[f].name or f for f in way.sweep.target],
+                "layers": own.n_layers,
+                "cell": cell,
+            }
+            for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
+        ],
+    )
+
+
+def finish(
+    part: Part,
+    joined: JoinedMesh,
+    options: SweepOptions,
+    run: Run,
+    *,
+    notes: Sequence[str] = (),
+    sweeps: Sequence[dict[str, Any]] = (),
+) -> HexMesh:
+    """Name, check, smooth and check again a mesh of the cells of a part.
+
+    Raises
+    ------
+    InvertedHexError
+        The mesh is not valid, and the user does not allow that.
+    """
+    names = name_faces(part, joined.roles)
+    volume = sum(model.volume for j, model in enumerate(part.models) if j in part.owners) * part.scale**3
+    info: dict[str, Any] = {
+        "part": part.name,
+        "material": next((m.material for m in part.models if m.material), None) if len(part.models) == 1 else None,
+        "materials": {m.name: m.material for m in part.models if m.material},
+        "cad_volume": volume,
+        "sweeps": list(sweeps),
+        "names": dict(part.names),
+        "colors": find_colors(part, names),
+        "notes": [*part.notes, *notes],
+        "seconds": run.seconds,
+    }
+    references = make_references(part, names)
+    mesh, report = _checked(part, joined, references, info, run)
+    if options.smoothing and (report.min_scaled_jacobian < SMOOTH_BELOW or report.n_inverted):
+        with run.stage("smoothing"):
+            better = smoothing.improve(
+                joined.points, Blocks(joined.hexes, len(joined.points)), fixed=fixed_nodes(part, joined)
+            )
+        info["notes"] += better.steps
+        if len(better.nodes):
+            points = joined.points.copy()
+            points[better.nodes] = better.positions
+            mesh, report = _checked(part, joined.moved(points), references, info, run)
+    if options.order == 2 and (report.valid or options.allow_inverted):
+        with run.stage("order 2"):
+            mesh = elevate(
+                mesh,
+                nodes=options.nodes,
+                curves=curves_of(part, joined),
+                surfaces=surfaces_of(part, joined, names),
+                allow_inverted=options.allow_inverted,
+            )
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=references)
+    mesh.info["quality"] = report
+    if not report.valid and not options.allow_inverted:
+        raise refusal(report)
+    return mesh
+
+
+def _checked(
+    part: Part, joined: JoinedMesh, references: dict[str, CadReference], info: dict[str, Any], run: Run
+) -> tuple[HexMesh, QualityReport]:
+    with run.stage("assembly"):
+        mesh = to_hex_mesh(part, joined, name_faces(part, joined.roles), info)
+    with run.stage("quality"):
+        return mesh, check_mesh(mesh, cad=references)
+
+
+def fixed_nodes(part: Part, joined: JoinedMesh) -> np.ndarray:
+    """Nodes (n,) on faces of the model; those on cuts alone are free."""
+    names = name_faces(part, joined.roles)
+    fixed = np.zeros(len(joined.points), dtype=bool)
+    for place, quads in by_face(joined):
+        if names.of(place):
+            fixed[quads] = True
+    return fixed
+
+
+def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
+    """One mesh of several that share no node; boundaries of one name become one."""
+    nodes = np.cumsum([0, *(mesh.n_nodes for mesh in meshes)])
+    hexes = np.cumsum([0, *(mesh.n_hexes for mesh in meshes)])
+    groups: dict[str, dict[str, list[np.ndarray]]] = {"boundaries": {}, "interfaces": {}, "parts": {}}
+    for mesh, node, first in zip(meshes, nodes, hexes, strict=False):
+        for kind, start in (("boundaries", node), ("interfaces", node), ("parts", first)):
+            for name, ids in getattr(mesh, kind).items():
+                groups[kind].setdefault(name, []).append(ids + start)
+    merged = {kind: {n: np.concatenate(ids) for n, ids in own.items()} for kind, own in groups.items()}
+    infos = [mesh.info for mesh in meshes]
+    return HexMesh(
+        points=np.concatenate([mesh.points for mesh in meshes]),
+        hexes=np.concatenate([mesh.hexes + node for mesh, node in zip(meshes, nodes, strict=False)]),
+        boundaries=merged["boundaries"],
+        interfaces=merged["interfaces"],
+        parts=merged["parts"],
+        info={
+            **infos[0],
+            "material": None,
+            "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
+            "cad_volume": sum(info["cad_volume"] for info in infos),
+            "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
+            "colors": {
+                kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
+                for kind in ("boundaries", "parts")
+            },
+            "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
+        },
+    )
+
+
+__all__ = ["Complex", "PlanError", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]

@@ -1,0 +1,13 @@
+"""One sweep for every cell of a part, chosen together: who meshes which shared face, and in what order.
+
+Place in the flow: ``recognition`` gives the candidate sweeps of each cell; ``intervals`` and ``surface`` follow the
+:class:`Plan`. :mod:`.ways` lists what a candidate asks of the faces of its cell, :mod:`.search` chooses.
+
+Not handled: closed columns (a ring of cells, each on top of the one before), and two caps that carry outlines which
+do not answer each other; these plans are refused with the faces.
+"""
+
+from .search import Plan, make_plan
+from .ways import Role, Way, list_ways
+
+__all__ = ["Plan", "Role", "Way", "list_ways", "make_plan"]

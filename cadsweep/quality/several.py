@@ -1,0 +1,91 @@
+"""Surfaces of a mesh of several parts, each checked by itself.
+
+Place in the flow: called by :func:`cadsweep.quality.check.check_mesh` where a mesh has several parts, because two
+parts that touch along an edge are legitimate although the boundary of both together is no 2-manifold there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import IntArray
+from ..mesh import HexMesh
+from . import conformity
+from .boundary import place
+from .metrics import enclosed_volume
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartSurface:
+    """The surface of one part.
+
+    Attributes
+    ----------
+    name : str
+    quads : (q, 4) int64
+        Outward, those between parts included.
+    named : dict of str to (p, 4) int64
+        Those that have a name, as boundary or as interface; all turned outward from this part.
+    volume : float
+        Enclosed by the surface.
+    """
+
+    name: str
+    quads: IntArray
+    named: dict[str, IntArray]
+    volume: float
+
+
+def part_surfaces(mesh: HexMesh) -> list[PartSurface]:
+    """Split the surface of a mesh by parts; parts that overlap are left out."""
+    uses = np.zeros(mesh.n_hexes, dtype=np.int64)
+    for ids in mesh.parts.values():
+        uses[ids] += 1
+    if (uses > 1).any():
+        return []
+    n = max(mesh.n_nodes, 1)
+    names = {name: np.asarray(q)[:, :4] for name, q in {**mesh.boundaries, **mesh.interfaces}.items() if len(q)}
+    tables = {name: np.sort(conformity.row_keys(quads)) for name, quads in names.items()}
+    found = []
+    for name, ids in mesh.parts.items():
+        own = np.ascontiguousarray(mesh.hexes[ids, :8])
+        quads = conformity.face_nodes(own, conformity.match_faces(own, n).once)
+        keys = conformity.row_keys(quads)
+        named = {}
+        for label, table in tables.items():
+            at = np.minimum(np.searchsorted(table, keys), len(table) - 1)
+            mine = table[at] == keys
+            if mine.any():
+                named[label] = quads[mine]
+        found.append(PartSurface(name=name, quads=quads, named=named, volume=enclosed_volume(mesh.points, quads)))
+    return found
+
+
+def interface_problems(mesh: HexMesh) -> list[str]:
+    """Hold the named interfaces against the faces between hexahedra of different parts: each exactly once."""
+    if not mesh.interfaces:
+        return []
+    part = np.full(mesh.n_hexes, -1, dtype=np.int64)
+    for j, ids in enumerate(mesh.parts.values()):
+        part[ids] = j
+    faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
+    keys = conformity.row_keys(faces)
+    order = np.argsort(keys)
+    keys, owner = keys[order], np.repeat(part, 6)[order]
+    pair = np.flatnonzero((keys[1:] == keys[:-1]) & (owner[1:] != owner[:-1]))
+    wanted = keys[pair]
+    given = np.unique(conformity.row_keys(np.concatenate([np.asarray(q)[:, :4] for q in mesh.interfaces.values()])))
+    missing = ~np.isin(wanted, given)
+    foreign = int(np.count_nonzero(~np.isin(given, wanted)))
+    problems = []
+    if missing.any():
+        quad = faces[order[pair[np.flatnonzero(missing)[0]]]]
+        problems.append(
+            f"{int(missing.sum())} quads between parts are in no interface, the first is at "
+            f"{place(mesh.points[quad].mean(axis=0))}"
+        )
+    if foreign:
+        problems.append(f"{foreign} quads of interfaces are not between two parts")
+    return problems

@@ -1,0 +1,258 @@
+"""Edges and faces of a part of several cells, each meshed once and known by its key.
+
+Place in the flow: after ``intervals`` has counted all edges of the part; ``pipeline`` asks for edges first, then the
+grids of logical rectangles, then the caps, and carries quads from cap to cap in between. What a cell needs of its
+neighbours it finds here: nodes have their final numbers from the beginning, so that blocks fit without being joined.
+
+Not handled: faces whose nodes should follow the affine image of a source (`sides` does that for single sweeps).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Face, Solid
+from ..errors import SurfaceMeshError
+from ..mesh import QuadMesh
+from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
+from .layout import Layout, build_layout
+from .quads import CapBuilder, reversed_loop
+from .transfinite import fill, join_chains
+
+Grade = Callable[[Solid, int, int], FloatArray]
+"""``grade(solid, edge, n)``: the arc-length fractions (n + 1,) of the nodes of an edge, from its start to its end."""
+
+
+def even_grade(solid: Solid, edge: int, n: int) -> FloatArray:
+    """Nodes at equal lengths."""
+    return np.linspace(0.0, 1.0, n + 1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FaceMesh:
+    """The quads of one face.
+
+    Attributes
+    ----------
+    quads : (q, 4) int64
+        Node numbers of the whole part, turned outward as seen from the cell `cell`.
+    cell : int
+    grid : (h + 1, w + 1) int64 or None
+        The nodes in rows and columns, where the face is a logical rectangle.
+    """
+
+    quads: IntArray
+    cell: int
+    grid: IntArray | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellBoundary:
+    """The boundary of a cell as far as it is known before its inside is placed.
+
+    Attributes
+    ----------
+    layout : Layout
+    rings : (n_layers + 1, b) int64
+        Nodes of every layer's ring, numbers of the whole part.
+    source : QuadMesh
+        In local numbers: the ring comes first.
+    nodes : (n,) int64
+        The number in the whole part of every source node.
+    """
+
+    layout: Layout
+    rings: IntArray
+    source: QuadMesh
+    nodes: IntArray
+
+
+class Skeleton:
+    """What has been meshed so far: nodes, edges by key, faces by key."""
+
+    def __init__(self, solids: Sequence[Solid], intervals: Sequence[Intervals], grade: Grade = even_grade) -> None:
+        self.solids = solids
+        self.intervals = intervals
+        self.edges: dict[int, IntArray] = {}
+        self.fractions: dict[int, FloatArray] = {}
+        self.faces: dict[int, FaceMesh] = {}
+        self.notes: list[str] = []
+        self._blocks: list[FloatArray] = []
+        self._n = 0
+        self._table = np.empty((0, 3))
+        self._vertices: dict[int, int] = {}
+        for solid, counts in zip(solids, intervals, strict=True):
+            self._lay_edges(solid, counts, grade)
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes so far."""
+        return self._n
+
+    @property
+    def points(self) -> FloatArray:
+        """All nodes so far (n, 3), working units."""
+        if len(self._table) != self._n:
+            self._table = np.concatenate([self._table, *self._blocks])
+            self._blocks = []
+        return self._table
+
+    def add(self, points: FloatArray) -> IntArray:
+        """Number new nodes (m, 3)."""
+        self._blocks.append(np.asarray(points, dtype=np.float64).reshape(-1, 3))
+        self._n += len(points)
+        return np.arange(self._n - len(points), self._n, dtype=np.int64)
+
+    def _lay_edges(self, solid: Solid, intervals: Intervals, grade: Grade) -> None:
+        for vertex, key in enumerate(solid.vertex_keys.tolist()):
+            if key not in self._vertices:
+                self._vertices[key] = int(self.add(solid.vertices[vertex][None])[0])
+        for edge in solid.edges:
+            key = int(solid.edge_keys[edge.id])
+            if key in self.edges:
+                continue
+            n = int(intervals.counts[edge.id])
+            fractions = grade(solid, edge.id, n)
+            inner = self.add(np.asarray(edge.curve.evaluate(fractions))[1:-1])
+            ends = [self._vertices[int(solid.vertex_keys[v])] for v in (edge.start, edge.end)]
+            self.edges[key] = np.concatenate([ends[:1], inner, ends[1:]]).astype(np.int64)
+            self.fractions[key] = fractions
+
+    def chain(self, cell: int, chain: Sequence[DirectedEdge]) -> IntArray:
+        """Nodes along directed edges of a cell."""
+        keys = self.solids[cell].edge_keys
+        return join_chains([self.edges[int(keys[e])][:: 1 if forward else -1] for e, forward in chain])
+
+    def lay_grid(self, cell: int, side: LinkingSide) -> None:
+        """Fill a logical rectangle, unless a neighbour did.
+
+        Raises
+        ------
+        SurfaceMeshError
+            Opposite chains have unlike counts, or the surface gives no finite points.
+        """
+        solid = self.solids[cell]
+        key = int(solid.face_keys[side.face])
+        if key in self.faces:
+            return
+        face = solid.faces[side.face]
+        chains = [self.chain(cell, chain) for chain in (side.bottom, side.right, side.top, side.left)]
+        if len(chains[0]) != len(chains[2]) or len(chains[1]) != len(chains[3]):
+            raise SurfaceMeshError(f"{face.label()} has {[len(c) - 1 for c in chains]} segments on its four sides")
+        points = self.points
+        chains_uv = tuple(
+            join_chains([self.edge_uv(cell, face, e)[:: 1 if forward else -1] for e, forward in chain])
+            for chain in (side.bottom, side.right, side.top, side.left)
+        )
+        filled, _, worst = fill(face.surface, chains_uv, tuple(points[c] for c in chains))
+        if not np.isfinite(filled).all():
+            raise SurfaceMeshError(f"{face.label()} could not be filled: its surface gives no finite points")
+        if worst <= 0:
+            self.notes.append(f"{face.label()}: its quads are folded at the worst corner (sine {worst:.2g})")
+        h, w = filled.shape[0] - 1, filled.shape[1] - 1
+        grid = np.empty((h + 1, w + 1), dtype=np.int64)
+        grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
+        grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
+        quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
+        self.faces[key] = FaceMesh(quads=quads, cell=cell, grid=grid)
+
+    def edge_uv(self, cell: int, face: Face, edge: int) -> FloatArray:
+        """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
+        return face.surface.edge_uv(edge, self.fractions[int(self.solids[cell].edge_keys[edge])])
+
+    def lay_free(self, cell: int, sweep: Sweep, face: int) -> None:
+        """Mesh a face of the source cap with quads of any kind, unless a neighbour did.
+
+        Raises
+        ------
+        SurfaceMeshError
+            It cannot be meshed with quads alone.
+        """
+        solid = self.solids[cell]
+        key = int(solid.face_keys[face])
+        if key in self.faces:
+            return
+        loops = [tuple(reversed_loop(loop.directed)) for loop in solid.faces[face].loops]
+        alone = replace(sweep, source=(face,), source_loops=tuple(loops), target_loops=tuple(loops))
+        rings = [self.chain(cell, loop)[:-1] for loop in loops]
+        ring = np.concatenate(rings)
+        starts = np.cumsum([0, *(len(r) for r in rings)])
+        local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
+        builder = CapBuilder(alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan))
+        for e in solid.faces[face].edges:
+            builder.fractions[e] = self.fractions[int(solid.edge_keys[e])]
+        made = builder.build()
+        numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
+        self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)
+
+    def keep(self, cell: int, face: int, quads: IntArray) -> None:
+        """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
+        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell)
+
+    def quads_of(self, cell: int, face: int) -> IntArray:
+        """Quads (q, 4) of a meshed face, outward as seen from a cell."""
+        mesh = self.faces[int(self.solids[cell].face_keys[face])]
+        return mesh.quads if mesh.cell == cell else mesh.quads[:, ::-1]
+
+    def grid_of(self, cell: int, side: LinkingSide) -> IntArray:
+        """Nodes (h + 1, w + 1) of a logical rectangle, rows along its bottom, from bottom to top."""
+        key = int(self.solids[cell].face_keys[side.face])
+        grid = self.faces[key].grid
+        assert grid is not None, "a linking side has a grid"
+        corners = [self.chain(cell, side.bottom)[[0, -1]], self.chain(cell, side.top)[[0, -1]]]
+        found = turn_grid(grid, np.array(corners))
+        if found is None:
+            raise SurfaceMeshError(f"{self.solids[cell].faces[side.face].label()} has other corners in its neighbour")
+        return found
+
+    def boundary_of(self, cell: int, sweep: Sweep) -> CellBoundary:
+        """Collect the rings and the source cap of a cell, whose sides and source faces are meshed.
+
+        Raises
+        ------
+        SurfaceMeshError
+            The counts do not fit together.
+        """
+        layout = build_layout(sweep, self.intervals[cell])
+        rings = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
+        keys = self.solids[cell].edge_keys
+        for placed in layout.edges.values():
+            own = self.edges[int(keys[placed.edge])]
+            rings[layout.nodes(placed)] = own if placed.forward else own[::-1]
+        for side in layout.sides:
+            rings[layout.block(side)] = self.grid_of(cell, side.side)
+        assert (rings >= 0).all(), "the sides tile the rings"
+        quads = [self.quads_of(cell, f)[:, ::-1] for f in sweep.source]
+        faces = np.repeat(np.array(sweep.source, dtype=np.int64), [len(q) for q in quads])
+        every = np.concatenate(quads)
+        inside = np.setdiff1d(every, rings[0])
+        nodes = np.concatenate([rings[0], inside])
+        loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
+        order = np.argsort(nodes, kind="stable")
+        local = order[np.searchsorted(nodes, every, sorter=order)]
+        number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
+        edge_nodes = {
+            e: np.array([number[v] for v in self.edges[int(keys[e])].tolist()], dtype=np.int64)
+            for f in sweep.source
+            for e in self.solids[cell].faces[f].edges
+        }
+        source = QuadMesh(
+            points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
+        )
+        return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def turn_grid(grid: IntArray, corners: IntArray) -> IntArray | None:
+    """The grid seen so that its corners are as given (2, 2); None where no turn or flip does that."""
+    for one in (grid, grid.T):
+        for rows in (1, -1):
+            for columns in (1, -1):
+                seen = one[::rows, ::columns]
+                if (seen[[0, 0, -1, -1], [0, -1, 0, -1]] == corners.ravel()).all():
+                    return seen
+    return None

@@ -1,0 +1,218 @@
+"""Solids of one part share what they touch in: keys, curves, surfaces, positions; faults are refused by name."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from cadsweep.brep import Part
+from cadsweep.errors import CadError, InputError
+
+pytestmark = pytest.mark.cad
+
+
+@pytest.fixture(scope="module")
+def cq():
+    return pytest.importorskip("cadquery")
+
+
+@pytest.fixture
+def load(cq):
+    from cadsweep.cad import load
+
+    return load
+
+
+def box(cq, corner, size=(1, 1, 1)):
+    return cq.Workplane().box(*size, centered=False).translate(corner)
+
+
+def several(cq, *shapes):
+    return cq.Compound.makeCompound([solid for shape in shapes for solid in shape.solids().vals()])
+
+
+def shared(part: Part, kind: str, i: int = 0, j: int = 1) -> list[tuple[int, int]]:
+    """Local ids of what cells i and j share: faces, edges or vertices."""
+    keys = [list(getattr(part.solids[k], f"{kind}_keys")) for k in (i, j)]
+    return [(keys[0].index(key), keys[1].index(key)) for key in sorted(set(keys[0]) & set(keys[1]))]
+
+
+def assert_shares_exactly(part: Part):
+    """What has one key is one thing, bit for bit, in every pair of cells; a face has two sides."""
+    at = np.linspace(0.0, 1.0, 7)
+    for i, j in itertools.combinations(range(len(part.solids)), 2):
+        a, b = part.solids[i], part.solids[j]
+        for one, other in shared(part, "vertex", i, j):
+            assert np.array_equal(a.vertices[one], b.vertices[other])
+        for one, other in shared(part, "edge", i, j):
+            first, second = a.edges[one], b.edges[other]
+            assert np.array_equal(first.curve.evaluate(at), second.curve.evaluate(at))
+            for end in ("start", "end"):
+                keys = [solid.vertex_keys[getattr(edge, end)] for solid, edge in ((a, first), (b, second))]
+                assert keys[0] == keys[1]
+        for one, other in shared(part, "face", i, j):
+            first, second = a.faces[one], b.faces[other]
+            assert np.allclose(first.normal, -second.normal)
+            assert {a.edge_keys[e] for e in first.edges} == {b.edge_keys[e] for e in second.edges}
+            for e in first.edges:
+                twin = list(b.edge_keys).index(a.edge_keys[e])
+                uv = first.surface.edge_uv(e, at)
+                assert np.array_equal(uv, second.surface.edge_uv(twin, at))
+                assert np.array_equal(first.surface.evaluate(uv), second.surface.evaluate(uv))
+    for solid in part.solids:
+        for edge in solid.edges:
+            ends = edge.curve.evaluate(np.array([0.0, 1.0]))
+            assert np.abs(ends - solid.vertices[[edge.start, edge.end]]).max() < 1e-6
+
+
+CONTACTS = {
+    # corner and size of the second box beside a unit box; shared faces, edges, vertices; faces of both
+    "whole face": ((1, 0, 0), (1, 1, 1), (1, 4, 4), (6, 6)),
+    "part of a face": ((1, 0.5, 0), (1, 1, 1), (1, 4, 4), (7, 7)),
+    "an edge": ((1, 1, 0), (1, 1, 1), (0, 1, 2), (6, 6)),
+    "a point": ((1, 1, 1), (1, 1, 1), (0, 0, 1), (6, 6)),
+    "inside a face": ((0.25, 0.25, 1), (0.5, 0.5, 1), (1, 4, 4), (7, 6)),
+    "nowhere": ((3, 0, 0), (1, 1, 1), (0, 0, 0), (6, 6)),
+    "a sliver": ((1, 0.99, 0), (1, 1, 1), (1, 4, 4), (7, 7)),
+}
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_boxes_share_what_they_touch_in(cq, load, contact):
+    corner, size, counts, n_faces = CONTACTS[contact]
+    part = load(several(cq, box(cq, (0, 0, 0)), box(cq, corner, size)))
+    assert tuple(len(shared(part, kind)) for kind in ("face", "edge", "vertex")) == counts
+    assert tuple(len(solid.faces) for solid in part.solids) == n_faces
+    assert [solid.volume for solid in part.solids] == pytest.approx([1, math.prod(size)], rel=1e-12)
+    assert_shares_exactly(part)
+
+
+@pytest.mark.parametrize("turned", [0, 90, 37])
+@pytest.mark.parametrize("height", [3, 2, 5])
+def test_a_pin_shares_the_wall_of_its_hole_wherever_the_seams_are(cq, load, turned, height):
+    plate = cq.Workplane().box(6, 6, 3).faces(">Z").workplane().hole(2)
+    pin = cq.Workplane().circle(1).extrude(height).translate((0, 0, -1.5)).rotate((0, 0, 0), (0, 0, 1), turned)
+    part = load(several(cq, plate, pin))
+    volumes = [solid.volume for solid in part.solids]
+    assert volumes == pytest.approx([6 * 6 * 3 - 3 * math.pi, height * math.pi], rel=1e-9)
+    common = [part.solids[0].faces[f] for f, _ in shared(part, "face")]
+    assert {face.kind for face in common} == {"cylinder"}
+    assert sum(face.area for face in common) == pytest.approx(2 * math.pi * min(height, 3), rel=1e-9)
+    assert_shares_exactly(part)
+
+
+def test_a_ball_shares_its_whole_surface_with_the_void_that_it_fills(cq, load):
+    ball = cq.Workplane().sphere(1)
+    part = load(several(cq, cq.Workplane().box(4, 4, 4).cut(ball), ball))
+    assert len(shared(part, "face")) == len(part.solids[1].faces)
+    assert [solid.volume for solid in part.solids] == pytest.approx([64 - 4 / 3 * math.pi, 4 / 3 * math.pi], rel=1e-9)
+    assert_shares_exactly(part)
+
+
+def test_every_piece_of_a_face_keeps_the_names_of_the_faces_it_comes_from_its_own_first(cq, load):
+    base, cap = box(cq, (0, 0, 0), (2, 2, 1)), box(cq, (0, 0, 1), (1, 1, 1))
+    base.faces(">Z").tag("top")
+    cap.faces("<Z").tag("seat")
+    part = load(cq.Assembly(name="all").add(base, name="base").add(cap, name="cap"))
+    ((of_base, of_cap),) = shared(part, "face")
+    assert part.solids[0].faces[of_base].names == ("base_top", "cap_seat")
+    assert part.solids[1].faces[of_cap].names == ("cap_seat", "base_top")
+    assert [face.names for face in part.solids[0].faces if "base_top" in face.names and face.id != of_base] == [
+        ("base_top",)
+    ]
+    for solid in part.solids:
+        assert all(face.key for face in solid.faces)
+
+
+def nested(cq):
+    bolt = cq.Workplane().circle(0.2).extrude(0.5)
+    whole = cq.Assembly(name="pump").add(box(cq, (-1, -1, -1), (2, 2, 1)), name="base", color=cq.Color("red"))
+    for side, x in (("left", -0.5), ("right", 0.5)):
+        arm = cq.Assembly(name=side, loc=cq.Location((x, 0, 0)))
+        whole.add(arm.add(bolt, name="bolt", loc=cq.Location((0, 0.1, 0)), color=cq.Color("blue")))
+    return whole
+
+
+@pytest.mark.parametrize("form", ["object", "step"])
+def test_solids_of_an_assembly_have_names_of_their_own_paths_and_colours(cq, load, form, tmp_path):
+    source = nested(cq)
+    if form == "step":
+        source.export(str(tmp_path / "pump.step"))
+        source = tmp_path / "pump.step"
+    part = load(source)
+    assert [model.name for model in part.models] == ["base", "bolt_1", "bolt_2"]
+    assert [model.path for model in part.models] == ["pump/base", "pump/left/bolt", "pump/right/bolt"]
+    assert [model.color for model in part.models] == ["#ff0000", "#0000ff", "#0000ff"]
+    assert [solid.name for solid in part.solids] == [model.name for model in part.models]
+    assert part.owners == (0, 1, 2)
+    for j, x in ((1, -0.5), (2, 0.5)):
+        assert len(shared(part, "face", 0, j)) == 1
+        assert np.mean(part.to_model(part.solids[j].vertices), axis=0) == pytest.approx([x, 0.1, 0.25])
+    assert load(source, part="bolt_2").solids[0].faces[0].kind
+    assert any("bolt_1 to bolt_2" in note for note in part.notes)
+
+
+@pytest.mark.parametrize("suffix", ["step", "brep", "iges"])
+def test_files_of_several_solids_are_read_with_all_of_them(cq, load, suffix, tmp_path):
+    whole = several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0, 0), (1, 1, 2)))
+    path = tmp_path / f"two.{suffix}"
+    if suffix == "iges":
+        from OCP.IGESControl import IGESControl_Controller, IGESControl_Writer
+
+        IGESControl_Controller.Init_s()
+        writer = IGESControl_Writer("MM", 1)
+        writer.AddShape(whole.wrapped)
+        assert writer.Write(str(path))
+    else:
+        whole.export(str(path))
+    part = load(path)
+    assert sorted(solid.volume * part.scale**3 for solid in part.solids) == pytest.approx([1, 2], rel=1e-6)
+    assert len(shared(part, "face")) == 1
+    assert_shares_exactly(part)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
+def test_working_units_are_those_of_the_whole_part(cq, load, scale):
+    part = load(several(cq, *[box(cq, (k * scale, 0, 0), (scale, scale, scale)) for k in range(3)]))
+    assert len({solid.units for solid in part.solids}) == 1
+    assert [solid.volume * part.scale**3 for solid in part.solids] == pytest.approx([scale**3] * 3, rel=1e-9)
+    assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (1, 2), (0, 2))] == [1, 1, 0]
+    assert_shares_exactly(part)
+
+
+def test_overlapping_solids_are_refused_with_names_volume_and_place(cq, load):
+    whole = cq.Assembly(name="all").add(box(cq, (0, 0, 0), (2, 2, 2)), name="low")
+    whole.add(box(cq, (1, 1, 1), (3, 3, 3)), name="high")
+    with pytest.raises(CadError, match=r"'low' and 'high' overlap by a volume of 1 at \(1.5, 1.5, 1.5\)"):
+        load(whole)
+
+
+def test_a_solid_inside_another_is_refused(cq, load):
+    with pytest.raises(CadError, match="'solid_2' lies wholly inside 'solid_1'"):
+        load(several(cq, box(cq, (0, 0, 0), (3, 3, 3)), box(cq, (1, 1, 1))))
+
+
+@pytest.mark.parametrize("how", ["one shape twice", "two alike"])
+def test_the_same_solid_twice_is_refused(cq, load, how):
+    one = box(cq, (2, 0, 0))
+    other = one if how == "one shape twice" else box(cq, (2, 0, 0))
+    whole = cq.Assembly(name="all").add(one, name="left").add(other, name="right")
+    with pytest.raises(CadError, match=r"'left' and 'right'.*same solid.*\(2.5, 0.5, 0.5\)"):
+        load(whole)
+
+
+def test_an_invalid_solid_among_ten_is_named(cq, load):
+    whole = cq.Assembly(name="all")
+    for k in range(9):
+        whole.add(box(cq, (2 * k, 0, 0)), name=f"brick{k}")
+    faces = box(cq, (0, 5, 0)).faces().vals()[1:]
+    whole.add(cq.Solid.makeSolid(cq.Shell.makeShell(faces)), name="broken")
+    with pytest.raises(CadError, match="'broken': the solid is open"):
+        load(whole)
+
+
+@pytest.mark.parametrize("touch", [-1.0, math.nan, math.inf])
+def test_touch_is_a_distance(cq, load, touch):
+    with pytest.raises(InputError, match="touch is a distance"):
+        load(box(cq, (0, 0, 0)), touch=touch)

@@ -1,0 +1,77 @@
+"""Edges whose parameter curves have another range than their curve in space: valid, and written by several kernels."""
+
+import math
+
+import cad_zoo
+import numpy as np
+import pytest
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.Geom import Geom_Plane
+from OCP.Geom2d import Geom2d_Conic, Geom2d_TrimmedCurve
+from OCP.Geom2dConvert import Geom2dConvert
+from OCP.TColStd import TColStd_Array1OfReal
+
+import cadsweep as cs
+from cadsweep.cad.shapes import EDGE, space_range, subshapes
+
+
+def ranged_anew(shape, *, planes):
+    """A copy whose parameter curves come before the curves in space, and have other ranges; those on planes may go."""
+    copy = BRepBuilderAPI_Copy(shape).Shape()
+    for edge in subshapes(copy, EDGE):
+        held = edge.TShape()
+        old = list(held.ChangeCurves())
+        held.ChangeCurves().Clear()
+        for curve in old:
+            if curve.IsCurveOnSurface():
+                if not planes and isinstance(curve.Surface(), Geom_Plane):
+                    continue
+                first, last = curve.First(), curve.Last()
+                own, begin, end = stretched(curve.PCurve(), first, last)
+                curve.PCurve(own)
+                if curve.IsCurveOnClosedSurface():
+                    curve.PCurve2(stretched(curve.PCurve2(), first, last)[0])
+                curve.SetRange(begin, end)
+                held.SameRange(False)
+                held.SameParameter(False)
+            held.ChangeCurves().Prepend(curve)
+    return copy
+
+
+def stretched(curve, first, last):
+    """The same curve with another range: conics a turn on, others from 10 to 10 + 3 times their width."""
+    if isinstance(curve, Geom2d_Conic) and curve.IsPeriodic():
+        return curve, first + 2 * math.pi, last + 2 * math.pi
+    spline = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, first, last))
+    knots = TColStd_Array1OfReal(1, spline.NbKnots())
+    for j in range(1, spline.NbKnots() + 1):
+        knots.SetValue(j, 10.0 + 3.0 * (spline.Knot(j) - spline.Knot(1)))
+    spline.SetKnots(knots)
+    return spline, 10.0, knots.Value(spline.NbKnots())
+
+
+ZOO = cad_zoo.zoo()
+WITH_PLANES = ("half_torus", "frustum", "plate_with_holes", "slot", "wedge")
+
+
+@pytest.mark.parametrize(
+    ("name", "planes"),
+    [(name, False) for name in WITH_PLANES]
+    + [
+        (name, True)
+        for name in (*WITH_PLANES, "cylinder", "hyperbola", "twist", "round_loft", "fillets", "closed_spline")
+    ],
+)
+def test_the_range_of_an_edge_is_that_of_its_curve_in_space(name, planes):
+    shape = ZOO[name].val().wrapped
+    other = ranged_anew(shape, planes=planes)
+    assert planes is False or any(BRep_Tool.Range_s(e)[0] != space_range(e)[0] for e in subshapes(other, EDGE))
+    one, two = (cs.load(s).solids[0] for s in (shape, other))
+    assert [e.kind for e in one.edges] == [e.kind for e in two.edges]
+    assert [e.length for e in one.edges] == pytest.approx([e.length for e in two.edges], rel=1e-6)
+    assert [f.area for f in one.faces] == pytest.approx([f.area for f in two.faces], rel=1e-5)
+    assert one.volume == pytest.approx(two.volume, rel=1e-5)
+    at = np.linspace(0, 1, 7)
+    for a, b in zip(one.edges, two.edges, strict=True):
+        assert np.abs(a.curve.evaluate(at) - b.curve.evaluate(at)).max() < 1e-5 * one.size

@@ -1,0 +1,37 @@
+"""Plane faces between lines and conics: areas and centroids known on paper."""
+
+import math
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+
+
+def faces_at(shape, z):
+    return [f for f in cs.load(shape).solids[0].faces if f.kind == "plane" and abs(f.center[2] - z) < 1e-9]
+
+
+def test_half_disc():
+    half = cq.Workplane().moveTo(-3, 0).lineTo(3, 0).threePointArc((0, 3), (-3, 0)).close().extrude(1)
+    (cap,) = faces_at(half, 1.0)
+    assert cap.area == pytest.approx(math.pi * 9 / 2, rel=1e-14)
+    np.testing.assert_allclose(cap.center, [0, 4 / math.pi, 1], atol=1e-14)
+
+
+def test_eccentric_hole_far_from_the_origin():
+    """A hole of radius r at distance d moves the centroid by -d r^2 pi / (area left)."""
+    at = (1000.0, -500.0, 0.0)
+    plate = cq.Workplane().box(20, 10, 2).faces(">Z").workplane().center(4, 0).circle(2).cutThruAll().translate(at)
+    (cap,) = faces_at(plate, 1.0)
+    left = 200 - 4 * math.pi
+    assert cap.area == pytest.approx(left, rel=1e-14)
+    np.testing.assert_allclose(cap.center - np.array(at), [-4 * 4 * math.pi / left, 0, 1], atol=1e-12)
+
+
+def test_ellipse_and_volume():
+    solid = cs.load(cq.Workplane().ellipse(5, 2).extrude(3)).solids[0]
+    caps = [f for f in solid.faces if f.kind == "plane"]
+    assert [f.area for f in caps] == pytest.approx([10 * math.pi] * 2, rel=1e-13)
+    assert solid.volume == pytest.approx(30 * math.pi, rel=1e-9)
