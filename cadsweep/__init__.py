@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import find_sweeps, load, stream_mesh, sweep_mesh
+    from .pipeline import find_sweeps, load, refine, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -43,6 +43,7 @@ _HOMES = {
     "Sweep": "sweep",
     "find_sweeps": "pipeline",
     "load": "pipeline",
+    "refine": "pipeline",
     "read": "io",
     "stream_mesh": "pipeline",
     "sweep_mesh": "pipeline",
@@ -65,6 +66,7 @@ __all__ = [
     "find_sweeps",
     "load",
     "read",
+    "refine",
     "stream_mesh",
     "sweep_mesh",
 ]

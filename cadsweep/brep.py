@@ -142,6 +142,9 @@ class Edge:
     key : str
         The id the edge had in the input, such as ``"edge 7"``; pieces of a divided edge share it. Empty
         where no edge was there.
+    gap : float
+        How far the borders of its faces, and its vertices, are off the curve, as measured; the model's own tolerance
+        may say more.
     units : Units
         What messages give places in.
     """
@@ -159,6 +162,7 @@ class Edge:
     name: str | None = None
     groups: tuple[str, ...] = ()
     key: str = ""
+    gap: float = 0.0
     units: Units = field(default_factory=Units)
 
     @property

@@ -93,6 +93,11 @@ class HexMesh:
         What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``;
         ``part`` and ``material``: what the CAD model calls them; ``colors``: those of the CAD model,
         ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
+    parents : (m,) int64 or None
+        Of a refined mesh (:func:`cadsweep.refine`): the hex of the unrefined mesh that each hex is a piece of.
+    origin : object or None
+        What the pipeline made the mesh from, the CAD model included, by which it can be refined; it stays in the
+        process (no file and no pickle has it).
     """
 
     points: FloatArray
@@ -102,6 +107,11 @@ class HexMesh:
     interfaces: dict[str, IntArray] = field(default_factory=dict)
     structure: SweptStructure | None = None
     info: dict[str, Any] = field(default_factory=dict)
+    parents: IntArray | None = None
+    origin: Any = field(default=None, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "origin": None}
 
     @property
     def order(self) -> int:

@@ -92,6 +92,8 @@ class SweepOptions:
         Parameters of a CadQuery script.
     part : str, int or None
         Which solid of an assembly: its name, or its number from 0.
+    touch : float or None
+        Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -100,6 +102,8 @@ class SweepOptions:
         Return a mesh that is not valid, marked so, instead of raising.
     allow_coarse : bool
         Return a mesh whose volume or area is more than 5 % off the CAD's.
+    refine : int
+        How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
     max_hexes : int, math.inf or None
         Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
         what the memory holds.
@@ -123,18 +127,19 @@ class SweepOptions:
     rail_layers: Mapping[str, int] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
+    touch: float | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
     allow_coarse: bool = False
+    refine: int = 0
     max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
-        if self.size is not None:
-            _positive("size", self.size)
-        if self.tolerance is not None:
-            _positive("tolerance", self.tolerance)
+        for name in ("size", "tolerance", "max_memory"):
+            if getattr(self, name) is not None:
+                _positive(name, getattr(self, name))
         if self.layers is not None:
             _count("layers", self.layers)
             if self.layers > 10**8:
@@ -154,14 +159,15 @@ class SweepOptions:
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:
             raise InputError("nodes=27 goes with order=2")
+        _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)
+        if self.touch is not None:
+            _positive("touch", self.touch)
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)
-        if self.max_memory is not None:
-            _positive("max_memory", self.max_memory)
 
     def _check_fractions(self, fractions: Sequence[float]) -> None:
         values = list(fractions)

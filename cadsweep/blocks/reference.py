@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..brep import Part, Solid
+from ..brep import Face, Part, Solid
 from ..quality import CadReference
 from ..sweep import Sweep
 from .naming import name_pieces, pieces_by_name
@@ -48,17 +48,25 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
             nearest[left] = np.minimum(nearest[left], surface.distance(places[left], close=close))
         return nearest * part.scale
 
-    def area(names: Iterable[str]) -> float:
-        return sum(solid.faces[i].area for i in {i for name in names for i in by_name[name]}) * part.scale**2
+    def total(figures: Sequence[float], names: Iterable[str]) -> float:
+        return sum(figures[i] for i in {i for name in names for i in by_name[name]}) * part.scale**2
+
+    areas, doubts = [face.area for face in solid.faces], [area_doubt(solid, face) for face in solid.faces]
+    alone = [name for name in by_name if name not in parted]
+    joint = [tuple(sorted(names)) for names in mixed]
+    gap = max((edge.gap for edge in solid.edges), default=0.0)
 
     return CadReference(
         volume=solid.volume * part.scale**3,
-        areas={name: area([name]) for name in by_name if name not in parted},
-        joint_areas={tuple(sorted(names)): area(names) for names in mixed},
+        volume_doubt=volume_doubt(solid) * part.scale**3,
+        areas={name: total(areas, [name]) for name in alone},
+        area_doubts={name: total(doubts, [name]) for name in alone},
+        joint_areas={names: total(areas, names) for names in joint},
+        joint_doubts={names: total(doubts, names) for names in joint},
         euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
         distance=distance,
         rim_distance=_make_rim_distance(part, sweep, set().union(*by_name.values())),
-        tolerance=max(1e-6, 2.0 * solid.tolerance / solid.size),
+        tolerance=max(1e-6, 2.0 * max(solid.tolerance, gap) / solid.size),
     )
 
 
@@ -103,6 +111,25 @@ def _make_rim_distance(
         return np.min([np.full(len(places), np.inf), *away], axis=0) * part.scale
 
     return rim_distance
+
+
+def volume_doubt(solid: Solid) -> float:
+    """How uncertain the volume is, working units: nothing says what lies in the gaps between the faces.
+
+    A face that is off by a gap at all of its border changes the volume by the gap times its area. Where only short
+    edges are off, it is the area of the open strips times half of the solid's size at most.
+    """
+    gaps = [edge.gap for edge in solid.edges]
+    found = 0.0
+    for face in solid.faces:
+        strips = sum(gaps[e] * solid.edges[e].length for e in face.edges)
+        found += min(max(gaps[e] for e in face.edges) * face.area, strips * solid.size / 2)
+    return found
+
+
+def area_doubt(solid: Solid, face: Face) -> float:
+    """How uncertain the area of a face is, working units: the strips between its border and its edges."""
+    return sum(solid.edges[e].gap * solid.edges[e].length for e in face.edges)
 
 
 def euler_characteristic(solid: Solid) -> int:

@@ -122,6 +122,7 @@ def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: 
         problems=problems,
         areas=surface.areas,
         euler=surface.euler,
+        crossings=surface.crossings,
         limit=boundary_limit(lambda k: factored.points(k, k + 1)[0], structure)
         if seen.min_scaled_jacobian < POOR
         else None,

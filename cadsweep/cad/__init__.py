@@ -8,19 +8,25 @@
 
 from typing import TYPE_CHECKING, Any
 
+from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from pathlib import Path
 
+    from ..arrays import FloatArray
     from ..brep import Part, Solid
+    from ..stack import Arrangement
 
 __all__ = [
+    "arrange",
     "cut_closed",
     "cut_ring",
     "divide_annuli",
     "divide_roundings",
+    "find_contacts",
     "find_crossing",
     "find_mergeable",
     "imprint",
@@ -29,7 +35,17 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "write_step",
 ]
+
+
+def arrange(
+    solid: "Solid", direction: "FloatArray", sides: "Mapping[int, int]", lines: "Sequence[int]"
+) -> "Arrangement":
+    """Carry outlines on one plane and find its cells (:func:`cadsweep.cad.edit.arrangement.arrange`)."""
+    from .edit.arrangement import arrange as make
+
+    return make(solid, direction, sides, lines)
 
 
 def cut_ring(part: "Part") -> "Part | None":
@@ -69,8 +85,8 @@ def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[in
 
 
 def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":
-    """Make one part of separate solids (:func:`cadsweep.cad.imprint.joining.imprint`)."""
-    from .imprint.joining import imprint as join
+    """Make one part of separate solids (:func:`cadsweep.cad.imprinting.joining.imprint`)."""
+    from .imprinting.joining import imprint as join
 
     return join(shapes, **how)
 
@@ -87,3 +103,10 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
     from .geometry.crossing import find_crossing as find
 
     return find(solid, coincident=coincident)
+
+
+def write_step(part: "Part", path: "Path") -> list[str]:
+    """Write the cells of a part as named solids (:func:`cadsweep.cad.write.write_step`)."""
+    from .write import write_step as write
+
+    return write(part, path)

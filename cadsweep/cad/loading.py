@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ def load(
     params: Mapping[str, Any] | None = None,
     part: str | int | None = None,
     touch: float | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Part:
     """Load a part and make it clean for meshing.
 
@@ -46,6 +47,8 @@ def load(
         Which solid of a model that has several: its name, or its number from 0; None takes them all.
     touch : float, optional
         Distance, model units, up to which solids are taken to touch; by default, the noise of their coordinates.
+    on_progress : callable, optional
+        Called with the share that is done while several solids are healed and read.
 
     Returns
     -------
@@ -69,7 +72,7 @@ def load(
     from .read.parts import choose_part, n_solids
 
     model = choose_part(model, part)
-    return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch)
+    return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch, on_progress=on_progress)
 
 
 def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .making import PART, checked_options, sweep_options
+from .making import PART, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
@@ -25,6 +25,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
     help="Parameter of a CadQuery script; may be repeated.",
 )
 @PART
+@TOUCH
 @click.option("--edges", is_flag=True, help="List the edges, too: what --edge-size, --edge-count, --rail-layers name.")
 @click.option("--source", metavar="NAME|ID", help="Only sweeps with this source cap, as for 'cadsweep mesh'.")
 @click.option("--target", metavar="NAME|ID", help="Only sweeps with this target cap.")
@@ -36,6 +37,7 @@ def info(
     input_file: str,
     params: tuple[tuple[str, str], ...],
     part: str | None,
+    touch: float | None,
     edges: bool,
     source: str | None,
     target: str | None,
@@ -53,6 +55,7 @@ def info(
         input_file,
         params=values,
         part=part,
+        touch=touch,
         caps=(parse_cap(source), parse_cap(target)),
         timeout=timeout,
         max_memory=max_memory,
@@ -107,10 +110,23 @@ def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page, one file.")
 @sweep_options
+@click.option(
+    "--family",
+    type=click.IntRange(3, 6),
+    metavar="N",
+    help="Refine the mesh into a family of N nested ones, and show how its volume and areas converge.",
+)
 @limits
 @QUIET
 def report(
-    *, input_file: str, output: str, timeout: float, max_memory: float | None, quiet: bool, **given: Any
+    *,
+    input_file: str,
+    output: str,
+    family: int | None,
+    timeout: float,
+    max_memory: float | None,
+    quiet: bool,
+    **given: Any,
 ) -> None:
     """Mesh a part and write one interactive page: the mesh, the sweep, its quality, the time it took."""
     options = checked_options(input_file, given)
@@ -122,6 +138,7 @@ def report(
         input_file,
         output,
         options=options,
+        family=family,
         command=_command_line(),
         output=output,
         timeout=timeout,

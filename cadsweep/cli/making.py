@@ -24,6 +24,9 @@ BIAS_HELP = (
 
 
 PART = click.option("--part", metavar="NAME|NUMBER", help="Which solid of an assembly: its name, or its number from 0.")
+TOUCH = click.option(
+    "--touch", type=Positive(), help="Distance up to which solids of an assembly are taken to touch, model units."
+)
 
 
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -63,6 +66,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--smoothing/--no-smoothing", default=True, show_default=True, help="Mend what the checks find wrong."
         ),
         PART,
+        TOUCH,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -113,6 +117,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             default=20,
             show_default=True,
             help="Nodes of a hexahedron of order 2.",
+        ),
+        click.option(
+            "--refine",
+            type=click.IntRange(0, 8),
+            default=0,
+            metavar="K",
+            help="Make every hexahedron of the finished mesh into eight, K times; new nodes lie on the CAD model.",
         ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option(

@@ -88,6 +88,7 @@ def describe_part(
     *,
     params: dict[str, Any] | None,
     part: str | None = None,
+    touch: float | None = None,
     caps: tuple[Any, Any] = (None, None),
     on_progress: Progress,
 ) -> dict[str, Any]:
@@ -98,7 +99,7 @@ def describe_part(
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
-    loaded = load(source, params=params, part=part)
+    loaded = load(source, params=params, part=part, touch=touch, on_progress=lambda share: on_progress("cad", share))
     on_progress("recognition", None)
     if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
@@ -155,17 +156,23 @@ def view_file(path: str, *, screenshot: str | None, options: dict[str, Any], on_
     mesh.plot(screenshot=screenshot, **options)
 
 
-def report_file(source: str, output: str, *, options: dict[str, Any], command: str, on_progress: Progress) -> None:
-    """Mesh a part and write the page about it."""
+def report_file(
+    source: str, output: str, *, options: dict[str, Any], command: str, family: int | None = None, on_progress: Progress
+) -> None:
+    """Mesh a part and write the page about it, and about `family` nested meshes."""
     from ..io.atomic import check_place
-    from ..pipeline import sweep_mesh
+    from ..pipeline import refine, sweep_mesh
     from ..report import write_report
 
     output = os.path.abspath(output)  # a script may change the working folder
     check_place(Path(output))
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
+    nested = [mesh]
+    for _ in range(1, family or 1):
+        on_progress("refine", None)
+        nested.append(refine(nested[-1]))
     on_progress("report", None)
-    write_report(mesh, output, command=command)
+    write_report(mesh, output, command=command, family=nested if family else ())
 
 
 def plain(value: Any) -> Any:

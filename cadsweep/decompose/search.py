@@ -18,13 +18,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import pi
 
-from ..brep import Part, Solid
+from ..brep import Face, Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
 from .dividing import Plane, divide
 from .planar import Cell, Pair, Pool, from_solid
 from .solids import to_solid
-from .vectors import cross, dot, minus, unit
+from .vectors import cross, dot, minus, to_vector, unit
 
 log = logging.getLogger(__name__)
 
@@ -35,6 +35,12 @@ MOST_STATES = 400
 """Complexes that are looked at before the part is given up."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
+CLIMB = 4.0
+"""How much dearer than where it began a dive may become before another one is begun."""
+GAP = 0.02
+"""Distance between two features, as a share of the part's size, from which a cut between them is worth it."""
+MOST_DIRECTIONS = 4
+"""Directions of faces in which features are parted."""
 FLAT = 1e-6
 """Radians from pi up to which two faces at an edge are one plane."""
 SHARP = pi / 6
@@ -83,36 +89,44 @@ class Search:
     make_plan: MakePlan
     most_states: int = MOST_STATES
     pool: Pool = field(init=False)
+    best: State = field(init=False)
     n_states: int = 0
     n_plans: int = 0
     seen: dict[Cell, Seen] = field(default_factory=dict)
     known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
 
-    def run(self) -> tuple[State | None, State]:
-        """The first complex that has a plan (None), and the best looked at."""
+    def solutions(self) -> Iterator[State]:
+        """Complexes that have a plan, as they are found; ``best`` is the best complex looked at so far."""
         self.pool, cell = from_solid(self.model)
-        first = self.judge((cell,), ())
-        if first.plan is not None:
-            return first, first
-        best = first
+        self.best = first = self.judge((cell,), ())
         queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
         n = 0
-        while queue and self.n_states < self.most_states:
-            _, _, state = heapq.heappop(queue)
-            for child in self.children(state):
-                n += 1
-                if child.cost < best.cost:
-                    best = child
-                if child.plan is not None:
-                    return child, child
-                heapq.heappush(queue, (child.cost, n, child))
-                if self.n_states >= self.most_states:
+        while queue and not self.is_over():
+            start, _, here = heapq.heappop(queue)
+            while here.cost <= start + CLIMB and not self.is_over():
+                if here.plan is not None:
+                    yield here
+                children = []
+                for child in self.children(here):
+                    children.append(child)
+                    if child.plan is not None or self.is_over():
+                        break
+                if not children:
                     break
-        return None, best
+                children.sort(key=lambda child: (child.plan is None, child.cost))
+                here, *others = children
+                self.best = min(self.best, here, key=lambda state: (state.plan is None, state.cost))
+                for child in others:
+                    n += 1
+                    heapq.heappush(queue, (child.cost, n, child))
+
+    def is_over(self) -> bool:
+        """Whether the budget is used up."""
+        return self.n_states >= self.most_states
 
     def children(self, state: State) -> Iterator[State]:
         """Complexes one cut further."""
-        if len(state.cells) >= MOST_CELLS:
+        if len(state.cells) >= MOST_CELLS or state.plan is not None:
             return
         targets = [state.blocked[0]] if state.blocked else list(dict.fromkeys(c for c, _ in state.conflict))
         for number in targets:
@@ -197,13 +211,58 @@ class Search:
                 facet = self.pool.facets[f]
                 if f in own and edge.dihedral < pi + FLAT:
                     continue
-                found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), "face"))
+                found.append((edge.length, Plane(normal=facet.normal, offset=facet.offset), self.name_of(f)))
             if (not convex and edge.dihedral < pi + FLAT) or in_conflict & set(edge.faces):
                 for f in own:
                     normal = unit(cross(along, self.pool.facets[f].normal))
                     square = Plane(normal=normal, offset=dot(normal, self.pool.points[pair[0]]))
-                    found.append((edge.length, square, "square"))
+                    where = self.model.units.place(edge.midpoint)
+                    found.append((edge.length, square, f"square to {self.name_of(f)} at ({where})"))
         yield from _distinct(found)
+        yield from _distinct(self.between_features(solid))
+
+    def between_features(self, solid: Solid) -> list[tuple[float, Plane, str]]:
+        """Planes half way between two groups of edges that stand in the way, square to a face of the cell."""
+        features = [solid.vertices[sorted(group)] for group in _groups(solid)]
+        found: list[tuple[float, Plane, str]] = []
+        if len(features) < 2:
+            return found
+        for face in _directions(solid):
+            extents = sorted((float((f @ face.normal).min()), float((f @ face.normal).max())) for f in features)
+            reached = extents[0][1]
+            for low, high in extents[1:]:
+                if low - reached > GAP * self.pool.size:
+                    plane = Plane(normal=to_vector(face.normal), offset=(low + reached) / 2.0)
+                    found.append((low - reached, plane, f"a plane between features, parallel to {face.label()}"))
+                reached = max(reached, high)
+        return found
+
+    def name_of(self, f: int) -> str:
+        """How messages call the plane of a facet."""
+        origin = self.pool.facets[f].origin
+        return self.model.faces[origin].label() if origin >= 0 else f"cut {-origin}"
+
+
+def _groups(solid: Solid) -> list[set[int]]:
+    """Vertices of re-entrant and imprinted edges that hang together."""
+    groups: list[set[int]] = []
+    for edge in solid.edges:
+        if edge.dihedral > pi - FLAT:
+            own = {edge.start, edge.end}
+            for group in [group for group in groups if group & own]:
+                groups.remove(group)
+                own |= group
+            groups.append(own)
+    return groups
+
+
+def _directions(solid: Solid) -> list[Face]:
+    """Faces of a cell that look in different directions, the largest first."""
+    found: list[Face] = []
+    for face in sorted(solid.faces, key=lambda face: -face.area):
+        if not any(abs(abs(float(face.normal @ other.normal)) - 1.0) < 1e-9 for other in found):
+            found.append(face)
+    return found[:MOST_DIRECTIONS]
 
 
 def _distinct(found: Sequence[tuple[float, Plane, str]]) -> Iterator[tuple[Plane, str]]:

@@ -26,7 +26,7 @@ Projection = Callable[[FloatArray], FloatArray]
 def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tuple[IntArray, Projection]]:
     """Mesh segments (s, 2) on each CAD edge, with the projection to its curve, model units."""
     found: dict[int, list[IntArray]] = {}
-    for segments, edges in _ring_segments(sweep, surfaces):
+    for segments, edges in ring_segments(sweep, surfaces):
         for edge in np.unique(edges[edges >= 0]).tolist():
             found.setdefault(edge, []).append(segments[edges == edge])
     last = (len(surfaces.rings) - 1) * len(surfaces.source.points)
@@ -106,8 +106,8 @@ def _onto_surfaces(part: Part, surfaces: Sequence[Surface]) -> Projection:
     return project
 
 
-def _ring_segments(sweep: Sweep, surfaces: SurfaceMesh) -> list[tuple[IntArray, IntArray]]:
-    """Segments around the rings and along the sweep, and the CAD edge each lies on (-1: none)."""
+def ring_segments(sweep: Sweep, surfaces: SurfaceMesh) -> list[tuple[IntArray, IntArray]]:
+    """Segments (layers, b, 2) around the rings and along the sweep, and the CAD edge (layers, b) of each (-1: none)."""
     loops, n = surfaces.source.loops, len(surfaces.source.points)
     n_layers = len(surfaces.rings) - 1
     ring = np.concatenate(loops)
@@ -120,8 +120,8 @@ def _ring_segments(sweep: Sweep, surfaces: SurfaceMesh) -> list[tuple[IntArray, 
     around = _common_edges(sweep, (edges, vertices), (edges[:, following], vertices[:, following]), middles_around)
     along = _common_edges(sweep, (edges[:-1], vertices[:-1]), (edges[1:], vertices[1:]), middles_along)
     return [
-        (np.stack([nodes, nodes[:, following]], axis=-1).reshape(-1, 2), around.reshape(-1)),
-        (np.stack([nodes[:-1], nodes[1:]], axis=-1).reshape(-1, 2), along.reshape(-1)),
+        (np.stack([nodes, nodes[:, following]], axis=-1), around),
+        (np.stack([nodes[:-1], nodes[1:]], axis=-1), along),
     ]
 
 

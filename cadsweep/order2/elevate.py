@@ -91,6 +91,31 @@ def elevate(
     InvertedHexError
         The Jacobian of a hex is not positive everywhere; names the hexes.
     """
+    stacked, hexes, edges, faces = place_lattice(mesh, nodes=nodes, curves=curves, surfaces=surfaces)
+    n = mesh.n_nodes
+    positive, _ = positive_inside(stacked, hexes)
+    if not positive.all() and not allow_inverted:
+        worst = np.flatnonzero(~positive)
+        raise InvertedHexError(
+            f"{len(worst)} hexes of order 2 have a Jacobian that is not positive inside, the first is hex {worst[0]}: "
+            "the curved boundary is too coarsely meshed; try a smaller size or order=1",
+            hexes=worst[:10].tolist(),
+        )
+    boundaries, interfaces = (
+        {name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges)) for name, quads in named.items()}
+        for named in (mesh.boundaries, mesh.interfaces)
+    )
+    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, interfaces=interfaces, structure=None)
+
+
+def place_lattice(
+    mesh: HexMesh,
+    *,
+    nodes: int,
+    curves: Iterable[tuple[IntArray, Projection]],
+    surfaces: Iterable[tuple[IntArray, Projection]],
+) -> tuple[FloatArray, IntArray, IntArray, IntArray | None]:
+    """Points, hexes (m, `nodes`), edges (e, 2) and faces (f, 4; of 27 nodes alone) of :func:`elevate`, not checked."""
     if mesh.hexes.shape[1] != 8:
         raise InputError("the mesh is of order 2 already")
     if nodes not in {20, 27}:
@@ -126,19 +151,7 @@ def elevate(
         columns += [first_face + face_of, first_face + len(faces) + np.arange(len(corners))[:, None]]
     hexes = np.hstack(columns)
     stacked = np.concatenate(points)
-    positive, _ = positive_inside(stacked, hexes)
-    if not positive.all() and not allow_inverted:
-        worst = np.flatnonzero(~positive)
-        raise InvertedHexError(
-            f"{len(worst)} hexes of order 2 have a Jacobian that is not positive inside, the first is hex {worst[0]}: "
-            "the curved boundary is too coarsely meshed; try a smaller size or order=1",
-            hexes=worst[:10].tolist(),
-        )
-    boundaries, interfaces = (
-        {name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges)) for name, quads in named.items()}
-        for named in (mesh.boundaries, mesh.interfaces)
-    )
-    return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, interfaces=interfaces, structure=None)
+    return stacked, hexes, edges, faces
 
 
 def _boundary_bow(

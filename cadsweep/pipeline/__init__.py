@@ -12,6 +12,8 @@ hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
 making     smoothing, order 2 and checks: the first candidate that does well
 meshing    what users call
+origin     what a mesh was made from
+refinement every hexahedron into eight
 run        seconds by stage, progress
 ========== =========================================================================
 """
@@ -20,6 +22,7 @@ from .directions import find_sweeps
 from .making import SMOOTH_BELOW, Plan, figures, plan_mesh, refusal, smoothed
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
+from .refinement import refine
 from .run import Progress
 
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
     "load",
     "make_options",
     "plan_mesh",
+    "refine",
     "refusal",
     "smoothed",
     "stream_mesh",

@@ -10,16 +10,19 @@ from typing import Any
 from .. import cad, recognition
 from ..brep import Part
 from ..errors import CadError, NotSweepableError
+from ..stack import Stack
 from ..sweep import Sweep
 from .parts import load, only_solid, open_and_find, search
+from .stacking import other_stacks, stacks_instead
 
 
-def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep]:
+def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep | Stack]:
     """List the ways in which a part can be swept: those of the part as it is meshed, best first, then the others.
 
-    The others belong to the part cut open around its axis, or with its plane annuli divided: each has its own
-    ``solid`` and says so in its ``notes``. :func:`cadsweep.sweep_mesh` takes them where it finds nothing better, or
-    where the user names their source.
+    A part with caps at more than two levels is a :class:`~cadsweep.stack.Stack`; such directions come last, and alone
+    where there is no other. The others belong to the part cut open around its axis, or with its plane annuli divided:
+    each has its own ``solid`` and says so in its ``notes``. :func:`cadsweep.sweep_mesh` takes them where it finds
+    nothing better, or where the user names their source.
 
     Parameters
     ----------
@@ -32,8 +35,18 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
     NotSweepableError
         There is none; ``.reasons`` says why, a line for each candidate.
     """
-    part, sweeps = open_and_find(load(part), source, target)
-    return sweeps if source is not None or target is not None else sweeps + other_directions(part, sweeps)
+    loaded = load(part)
+    hinted = source is not None or target is not None
+    try:
+        swept, sweeps = open_and_find(loaded, source, target)
+    except NotSweepableError as refused:
+        if hinted:
+            raise
+        return [*stacks_instead(loaded, refused)]
+    if hinted:
+        return [*sweeps]
+    plain = sweeps + other_directions(swept, sweeps)
+    return [*plain, *other_stacks(loaded, plain)]
 
 
 def other_directions(part: Part, sweeps: Sequence[Sweep]) -> list[Sweep]:

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..blocks.block import FactoredMesh, factor_mesh
 from ..blocks.naming import find_colors
+from ..blocks.reference import volume_doubt
 from ..brep import Part
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -47,6 +48,7 @@ def factor_sweep(
             "part": part.name,
             "material": sweep.solid.material,
             "cad_volume": sweep.solid.volume * part.scale**3,
+            "cad_volume_doubt": volume_doubt(sweep.solid) * part.scale**3,
             "sweeps": [_describe(sweep, counts)],
             "names": dict(part.names),
             "colors": find_colors(sweep, name),

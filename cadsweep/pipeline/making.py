@@ -14,7 +14,7 @@ from ..blocks.block import FactoredMesh
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import project_to_edges, project_to_faces
@@ -23,7 +23,9 @@ from ..quality import QualityReport, check_mesh
 from ..quality.check import SurfaceFindings
 from ..sweep import Sweep
 from .factoring import factor_sweep
+from .origin import Origin
 from .parts import find_candidates
+from .refusing import explain_crossings, refusal
 from .run import Progress, Run, silent
 
 log = logging.getLogger(__name__)
@@ -36,6 +38,9 @@ SMOOTH_BELOW = 0.3
 
 COARSE = 0.01
 """Part of the volume that a mesh may lose or gain without a note."""
+
+DOUBTFUL_VOLUME = 1e-4
+"""Part of the volume that gaps between faces may leave open without a note; what CAD kernels leave is far below."""
 
 MOST_CANDIDATES = 3
 """Sweeps of one solid that are tried before the first one's error is raised."""
@@ -106,9 +111,10 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             report = check_mesh(mesh, cad=reference)
     mesh.info["quality"] = report
     if not report.valid and not options.allow_inverted:
-        raise refusal(report)
+        raise refusal(report, part, sweep)
     factored.info["notes"] += volume_notes(report, factored)
-    return Made(factored=factored, report=report, mesh=mesh)
+    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
+    return Made(factored=factored, report=report, mesh=replace(mesh, origin=origin))
 
 
 def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
@@ -134,17 +140,10 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     )
 
 
-def refusal(report: QualityReport) -> InvertedHexError:
-    """Say what is wrong with a mesh that is not handed over."""
-    return InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
-        hexes=[hexahedron.id for hexahedron in report.worst],
-        min_scaled_jacobian=report.min_scaled_jacobian,
-    )
-
-
 def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
+    if isinstance(failure, CadError):
+        return failure
     solid = sweep.solid
     caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     crossing = cad.find_crossing(solid, coincident=caps)
@@ -175,22 +174,34 @@ def plan_mesh(source: Any, options: SweepOptions, *, on_progress: Progress | Non
     for sweep in sweeps[:MOST_CANDIDATES]:
         try:
             factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+            surface = check_boundary(factored, make_reference(part, sweep))
+            if surface.crossings and not options.allow_inverted:
+                raise explain_crossings(part, sweep, surface.crossings)
         except (InputError, NotSweepableError):
             raise
         except CadSweepError as error:
             failures.append(error)
             continue
         factored.info["notes"] += [f"a better ranked sweep was given up: {error}" for error in failures]
-        return Plan(factored=factored, surface=check_boundary(factored, make_reference(part, sweep)))
+        return Plan(factored=factored, surface=surface)
     raise explained(sweeps[0], failures[0])
 
 
 def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
     """Say so where a valid mesh is too coarse to be the part: its facets cut off what is round."""
-    off = report.volume / factored.info["cad_volume"] - 1.0
-    if abs(off) <= COARSE:
-        return []
-    return [f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"]
+    known, doubt = factored.info["cad_volume"], factored.info["cad_volume_doubt"]
+    notes = []
+    if doubt > DOUBTFUL_VOLUME * known:
+        notes.append(
+            f"faces of the model miss each other, so that its volume is known to {doubt / known:.1g} of itself only; "
+            "the checks allow for that"
+        )
+    off = report.volume / known - 1.0
+    if abs(off) > COARSE + doubt / known:
+        notes.append(
+            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
+        )
+    return notes
 
 
 def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:

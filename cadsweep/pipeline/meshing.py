@@ -18,8 +18,10 @@ from ..options import SweepOptions
 from ..quality import CadReference, QualityReport, check_mesh
 from ..sweep import Sweep
 from .factoring import factor_sweep
-from .making import Made, figures, first_good, make_mesh, may_gain, refusal, smoothed
+from .making import Made, figures, first_good, make_mesh, may_gain, smoothed
 from .parts import find_candidates
+from .refinement import refined
+from .refusing import refusal
 from .routes import mesh_part
 from .run import Progress, Run, silent
 
@@ -49,7 +51,7 @@ def sweep_mesh(
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
         ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``allow_coarse``, ``max_hexes``, ``max_memory``.
+        ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
@@ -78,7 +80,8 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    return mesh_part(source, chosen, Run(on_progress=on_progress or silent))
+    run = Run(on_progress=on_progress or silent)
+    return refined(mesh_part(source, chosen, run), chosen, run)
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:
@@ -88,6 +91,11 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
         if name not in known:
             raise InputError(f"there is no option '{name}'; there are {', '.join(known)}")
     return SweepOptions(**options)
+
+
+def _not_refined(options: SweepOptions, what: str) -> None:
+    if options.refine:
+        raise InputError(f"{what} from one sweep, without refine: ask for a smaller size and more layers")
 
 
 def write_factors(
@@ -110,6 +118,7 @@ def write_factors(
     chosen = make_options(options)
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
+    _not_refined(chosen, "factors are written")
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
     made = first_good(part, sweeps, chosen, run, make_mesh)
@@ -154,6 +163,7 @@ def stream_mesh(
     chosen = make_options(options)
     if chosen.order != 1:
         raise InputError("a streamed mesh has order 1")
+    _not_refined(chosen, "a mesh is streamed")
     if Path(path).suffix != ".vtkhdf":
         raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
     place = check_place(Path(path))
@@ -175,7 +185,7 @@ def stream_mesh(
                     with run.stage("write"):
                         report = _write_checked(stream, factored, reference, run)
             if not report.valid and not options.allow_inverted:
-                raise refusal(report)
+                raise refusal(report, part, sweep)
         return Made(factored=factored, report=report)
 
     made = first_good(part, sweeps, chosen, run, make)

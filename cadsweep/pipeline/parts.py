@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -33,6 +33,7 @@ def load(
     params: dict[str, Any] | None = None,
     part: str | int | None = None,
     touch: float | None = None,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Part:
     """Read a part and make it clean for meshing.
 
@@ -47,6 +48,8 @@ def load(
         Which solid of an assembly: its name, or its number from 0; None takes them all, imprinted on each other.
     touch : float or None
         Distance, model units, up to which solids are taken to touch; None derives it from the part's size.
+    on_progress : callable or None
+        Called with the share that is done while several solids are healed and read.
 
     Raises
     ------
@@ -61,7 +64,7 @@ def load(
         if part is not None:
             raise InputError("part chooses a solid of what is loaded; this part is loaded already")
         return source
-    return cad.load(source, params=params, part=part, touch=touch)
+    return cad.load(source, params=params, part=part, touch=touch, on_progress=on_progress)
 
 
 def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]]:
@@ -275,7 +278,13 @@ def resolve_cap(part: Part, choice: Any) -> tuple[int, ...] | None:
 def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part, list[Sweep]]:
     with run.stage("cad"):
         params = None if options.params is None else dict(options.params)
-        part = load(source, params=params, part=options.part)
+        part = load(
+            source,
+            params=params,
+            part=options.part,
+            touch=options.touch,
+            on_progress=lambda share: run.on_progress("cad", share),
+        )
     with run.stage("recognition"):
         part, sweeps = open_and_find(part, options.source, options.target)
         return part, fitting_sweeps(part, sweeps, options)

@@ -66,8 +66,8 @@ def mesh_distributed(
         comm = MPI.COMM_WORLD
     path = Path(path)
     chosen = make_options(options)
-    if chosen.order != 1:
-        raise InputError("a distributed mesh has order 1")
+    if chosen.order != 1 or chosen.refine:
+        raise InputError("a distributed mesh has order 1 and is not refined")
     if path.suffix not in SUFFIXES:
         raise InputError(f"{path}: a distributed mesh is written to {' or '.join(SUFFIXES)}")
 

@@ -4,6 +4,8 @@
 way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
+stack           one solid that no sweep gives a mesh of columns between caps along one direction
+decomposition   one solid that is no stack either       cells of cuts on one skeleton
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 """
@@ -14,18 +16,27 @@ from dataclasses import replace
 from typing import Any
 
 from ..brep import Part
+from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
+from .decomposing import mesh_decomposed
 from .making import first_good, make_mesh
 from .parts import find_candidates, load
 from .run import Run
+from .stacking import mesh_stacks_instead
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
     """Load what the user gives."""
     with run.stage("cad"):
-        return load(source, params=None if options.params is None else dict(options.params), part=options.part)
+        return load(
+            source,
+            params=None if options.params is None else dict(options.params),
+            part=options.part,
+            touch=options.touch,
+            on_progress=lambda share: run.on_progress("cad", share),
+        )
 
 
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
@@ -34,7 +45,21 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
-    part, sweeps = find_candidates(part, options, run)
-    mesh = first_good(part, sweeps, options, run, make_mesh).mesh
+    refused: CadSweepError | None = None
+    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed):
+        try:
+            return way(part, options, run, refused)
+        except InputError:
+            raise
+        except CadSweepError as error:
+            refused = error
+    assert refused is not None
+    raise refused
+
+
+def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """By one sweep."""
+    opened, sweeps = find_candidates(part, options, run)
+    mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh

@@ -27,7 +27,8 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
 from .cells import mesh_cells
-from .making import SMOOTH_BELOW, refusal
+from .making import SMOOTH_BELOW
+from .refusing import refusal
 from .run import Run
 
 Recognise = Callable[[int], Sequence[Sweep]]

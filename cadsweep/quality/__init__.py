@@ -12,11 +12,13 @@ from .metrics import (
     quad_scaled_jacobians,
     scaled_jacobians,
 )
+from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
 from .structure import structure_problems
 
 __all__ = [
     "HEX_CORNERS",
+    "BoundaryCrossing",
     "BoundaryLimit",
     "CadReference",
     "HexMetrics",
@@ -30,6 +32,7 @@ __all__ = [
     "check_surface",
     "corner_limits",
     "enclosed_volume",
+    "find_crossings",
     "make_report",
     "measure_hexes",
     "positive_inside",

@@ -5,7 +5,8 @@ Place in the flow: called by :func:`cadsweep.quality.check.check_surface`.
 A mesh of flat-sided cells is not the CAD solid: a circle of n chords has an area smaller by a
 fraction (2 pi / n)**2 / 6. How much a volume or an area may deviate is therefore judged from the
 mesh's own turning angles: a chord of length l across a turn t lies l t / 8 off its arc. Where they cannot explain
-a deviation, the distance of the facets from the CAD faces is measured (:mod:`cadsweep.quality.sag`).
+a deviation, the distance of the facets from the CAD faces is measured (:mod:`cadsweep.quality.sag`). Where the model's
+faces miss each other, its own figures are uncertain by as much as the gaps explain, and that is allowed besides.
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ def _odd_figures(
     """Volume and areas that differ from the CAD model's by more than the slack allows."""
     problems = []
     if cad.volume is not None and volume is not None:
-        allowed = _allowed(cad, cad.volume, volume_slack, known=bool(slack))
+        allowed = _allowed(cad, cad.volume, volume_slack, known=bool(slack)) + cad.volume_doubt
         if not abs(volume - cad.volume) <= allowed:
             problems.append(
                 f"the volume is {volume:.8g}, the CAD solid's {cad.volume:.8g}: "
@@ -171,7 +172,8 @@ def _odd_figures(
         if missing:
             problems.append(f"the mesh has no boundary '{missing[0]}', which the CAD model has")
             continue
-        allowed = _allowed(cad, area, sum(slack[name][1] for name in names), known=True)
+        doubt = cad.area_doubts.get(names[0], 0.0) if len(names) == 1 else cad.joint_doubts.get(names, 0.0)
+        allowed = _allowed(cad, area, sum(slack[name][1] for name in names), known=True) + doubt
         found = areas[names]
         called = " and ".join(f"'{name}'" for name in names)
         if not abs(found - area) <= allowed:

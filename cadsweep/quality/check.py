@@ -10,11 +10,12 @@ What is checked:
   named boundary quads, outward; they form a closed 2-manifold of the right Euler characteristic;
 - no node is unused, no two boundary nodes coincide (two nodes inside can only coincide where
   hexahedra overlap or a face was torn, which makes its nodes boundary nodes);
+- the boundary does not cross itself, and no closed piece of it lies where it cannot: with positive Jacobians, that
+  makes hexahedra that overlap nowhere (:mod:`cadsweep.quality.overlap`);
 - against the CAD model, where a :class:`CadReference` is given: volume, areas, Euler characteristic,
   distance of boundary nodes from their faces.
 
-Not handled here: overlap of far parts of a mesh with positive hexahedra, as of a helix that runs
-into itself; a mesh without any named boundary is not asked for one.
+Not handled here: a mesh without any named boundary is not asked for one.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from .boundary import boundary_problems, place
 from .cadcheck import cad_problems
 from .limits import BoundaryLimit, boundary_limit
 from .metrics import quad_areas
+from .overlap import BoundaryCrossing, crossing_problems, describe_crossings, find_crossings, nesting_problems
 from .report import CadReference, QualityReport
 from .several import interface_problems, part_surfaces
 from .structure import follows_structure, structure_boundary, structure_problems
@@ -101,6 +103,7 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
         areas=surface.areas,
         euler=surface.euler,
         limit=limit,
+        crossings=surface.crossings,
     )
 
 
@@ -123,10 +126,10 @@ def _check_surfaces(
     if not surfaces:
         return found
     # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
-    found.problems = interface_problems(mesh)
+    found.problems = [*found.overlaps, *interface_problems(mesh)]
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
-        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume)
+        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume, overlap=False)
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
         found.areas |= {name: alone.areas[name] for name in own.named if name in mesh.interfaces}
     if isinstance(cad, Mapping):
@@ -143,6 +146,7 @@ def make_report(
     areas: Mapping[str, float] | None = None,
     euler: int | None = None,
     limit: BoundaryLimit | None = None,
+    crossings: tuple[BoundaryCrossing, ...] = (),
 ) -> QualityReport:
     """Turn running metrics and findings into a report; inverted hexahedra come first among the problems."""
     found = list(problems)
@@ -163,6 +167,7 @@ def make_report(
         euler=euler,
         problems=tuple(found),
         limit=limit,
+        crossings=crossings,
     )
 
 
@@ -175,11 +180,16 @@ class SurfaceFindings:
     areas : dict of str to float
     euler : int or None
     problems : list of str
+    crossings : tuple of BoundaryCrossing
+    overlaps : list of str
+        Those of the problems that say where hexahedra overlap.
     """
 
     areas: dict[str, float] = field(default_factory=dict)
     euler: int | None = None
     problems: list[str] = field(default_factory=list)
+    crossings: tuple[BoundaryCrossing, ...] = ()
+    overlaps: list[str] = field(default_factory=list)
 
 
 def check_surface(
@@ -189,6 +199,7 @@ def check_surface(
     *,
     cad: CadReference | None = None,
     volume: float | None = None,
+    overlap: bool = True,
 ) -> SurfaceFindings:
     """Check a boundary surface by itself and against the CAD model.
 
@@ -202,6 +213,8 @@ def check_surface(
     cad : CadReference or None
     volume : float or None
         Volume of the mesh, to be held against ``cad.volume``.
+    overlap : bool
+        Look for crossing and nested pieces; False for a part of a surface that is looked at as a whole.
     """
     found = SurfaceFindings()
     shape = conformity.surface_shape(quads)
@@ -235,11 +248,29 @@ def check_surface(
         if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
     }
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
+    if overlap:
+        full = _with_middles(quads, boundaries)
+        crossing, places = find_crossings(points, full)
+        found.crossings = describe_crossings(points, full, usable, crossing, places)
+        found.overlaps = crossing_problems(found.crossings)
+        if not found.crossings and not len(shape.open_edges) and len(finite) == len(nodes):
+            found.overlaps = nesting_problems(points, quads)
+        found.problems += found.overlaps
     if cad is not None:
         found.problems += cad_problems(
             points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
         )
     return found
+
+
+def _with_middles(quads: IntArray, boundaries: Mapping[str, IntArray]) -> IntArray:
+    """The boundary's quads with their middle nodes, where a mesh of order 2 names them all; else as they are."""
+    widths = {np.asarray(q).shape[1:] for q in boundaries.values() if len(q)}
+    if widths not in ({(8,)}, {(9,)}):
+        return quads
+    stacked = np.concatenate([np.asarray(q) for q in boundaries.values() if len(q)])
+    _, first = np.unique(np.sort(stacked[:, :4], axis=1), axis=0, return_index=True)
+    return stacked[np.sort(first)] if len(first) == len(quads) else quads
 
 
 def _coordinate_problems(points: FloatArray) -> list[str]:
@@ -305,4 +336,5 @@ def _order_2_problems(hexes: IntArray) -> list[str]:
 
 def _cad_of(mesh: HexMesh) -> CadReference | None:
     volume = mesh.info.get("cad_volume")
-    return None if volume is None else CadReference(volume=float(volume))
+    doubt = mesh.info.get("cad_volume_doubt", 0.0)
+    return None if volume is None else CadReference(volume=float(volume), volume_doubt=float(doubt))

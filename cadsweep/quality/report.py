@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from .limits import BoundaryLimit
+from .overlap import BoundaryCrossing
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +42,10 @@ class CadReference:
     relative : float or None
         Largest relative deviation of the volume and of the areas. None: four times what faceting
         can do, judged from the angles between neighbouring quads, and at least 1e-6.
+    volume_doubt : float
+        How uncertain the volume itself is, where the model's faces miss each other.
+    area_doubts, joint_doubts : mapping
+        How uncertain the areas are, by the keys of `areas` and `joint_areas`.
     """
 
     volume: float | None = None
@@ -51,6 +56,9 @@ class CadReference:
     rim_distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray] | None = None
     tolerance: float = 1e-6
     relative: float | None = None
+    volume_doubt: float = 0.0
+    area_doubts: Mapping[str, float] = field(default_factory=dict)
+    joint_doubts: Mapping[tuple[str, ...], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,6 +144,8 @@ class QualityReport:
     limit : BoundaryLimit or None
         The worst corner of boundary nodes alone, which no smoothing can mend and nothing can exceed. None for
         a mesh without structure, and where no hexahedron is poor (0.5).
+    crossings : tuple of BoundaryCrossing
+        Where the boundary crosses itself, the most frequent first; empty for a valid mesh.
     """
 
     n_nodes: int
@@ -151,6 +161,7 @@ class QualityReport:
     euler: int | None = None
     problems: tuple[str, ...] = ()
     limit: BoundaryLimit | None = None
+    crossings: tuple[BoundaryCrossing, ...] = ()
 
     @property
     def valid(self) -> bool:

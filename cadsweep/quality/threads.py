@@ -26,9 +26,9 @@ def n_threads() -> int:
     return min(usable, MOST_THREADS)
 
 
-def map_chunks(work: Callable[[slice], T], n: int) -> Iterator[T]:
+def map_chunks(work: Callable[[slice], T], n: int, *, chunk: int = CHUNK) -> Iterator[T]:
     """Yield ``work(chunk)`` for consecutive slices of ``range(n)``, in order, whatever the number of threads."""
-    chunks = [slice(first, min(first + CHUNK, n)) for first in range(0, n, CHUNK)]
+    chunks = [slice(first, min(first + chunk, n)) for first in range(0, n, chunk)]
     threads = min(n_threads(), len(chunks))
     if threads <= 1:
         yield from map(work, chunks)

@@ -141,14 +141,20 @@ def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     return [each for layout in laid_out for each in with_grown(solid, layout)]
 
 
-def search_sweeps(solid: Solid, *, quick: bool = False) -> Findings:
+def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None = None) -> Findings:
     """Search for sweeps; sharply folded sides are tried only where nothing else is found.
 
-    `quick` leaves out what takes long and is seldom needed: folded sides, and all but the best reading of each face.
+    Parameters
+    ----------
+    solid : Solid
+    folds : bool
+        Try folded sides at all.
+    most_readings : int, optional
+        Keep only so many readings of each face as a rectangle, the best; 1 is fast.
     """
     first: Findings | None = None
-    for folded in (False,) if quick else (False, True):
-        search = find_bands(solid, folded=folded, most_readings=1 if quick else None)
+    for folded in (False, True) if folds else (False,):
+        search = find_bands(solid, folded=folded, most_readings=most_readings)
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
         for bands in choose_bands(search.bands):

@@ -63,7 +63,7 @@ def assert_shares_exactly(part: Part):
     for solid in part.solids:
         for edge in solid.edges:
             ends = edge.curve.evaluate(np.array([0.0, 1.0]))
-            assert np.abs(ends - solid.vertices[[edge.start, edge.end]]).max() < 1e-6
+            assert np.abs(ends - solid.vertices[[edge.start, edge.end]]).max() < max(1e-6, 2 * solid.tolerance)
 
 
 CONTACTS = {
@@ -216,3 +216,94 @@ def test_an_invalid_solid_among_ten_is_named(cq, load):
 def test_touch_is_a_distance(cq, load, touch):
     with pytest.raises(InputError, match="touch is a distance"):
         load(box(cq, (0, 0, 0)), touch=touch)
+
+
+def gapped(cq, gap):
+    return several(cq, box(cq, (0, 0, 0)), box(cq, (1 + gap, 0.25, 0.25)))
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-3])
+def test_a_small_gap_is_noted_with_its_width_and_place(cq, load, gap):
+    part = load(gapped(cq, gap))
+    assert not shared(part, "vertex")
+    (note,) = [note for note in part.notes if "apart" in note]
+    assert note.startswith(f"'solid_1' and 'solid_2' are {gap:.3g} apart at (1, ")
+    assert f"touch={1.1 * gap:.2g}" in note
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-3])
+def test_touch_closes_the_gap_and_changes_volumes_by_no_more_than_it_explains(cq, load, gap):
+    part = load(gapped(cq, gap), touch=1.1 * gap)
+    assert len(shared(part, "face")) == 1
+    assert not any("apart" in note for note in part.notes)
+    for solid, model in zip(part.solids, part.models, strict=True):
+        assert model.volume == pytest.approx(1, rel=1e-9)
+        assert abs(solid.volume - model.volume) < 1.1 * gap * 6
+    assert_shares_exactly(part)
+
+
+def test_a_wide_gap_is_meant(cq, load):
+    assert load(gapped(cq, 0.1)).notes == ()
+
+
+def test_a_gap_between_round_faces_and_at_one_point_is_found(cq, load):
+    plate = cq.Workplane().box(6, 6, 3).faces(">Z").workplane().hole(2)
+    pin = cq.Workplane().circle(0.999).extrude(3).translate((0, 0, -1.5))
+    assert any("are 0.001 apart" in note for note in load(several(cq, plate, pin)).notes)
+    ball = cq.Workplane().sphere(1).translate((0, 0, 2.501))
+    bed = cq.Workplane().box(6, 6, 3)
+    assert any("are 0.001 apart at (0, 0, 1.5)" in note for note in load(several(cq, bed, ball)).notes)
+
+
+def test_a_gap_beside_a_contact_is_found(cq, load):
+    beam = box(cq, (0, 0, 1), (4, 1, 1))
+    part = load(several(cq, box(cq, (0, 0, 0)), box(cq, (3, 0, -0.002)), beam))
+    assert [sorted((len(shared(part, "face", 0, 2)), len(shared(part, "face", 1, 2))))] == [[0, 1]]
+    assert any("'solid_2' and 'solid_3' are 0.002 apart" in note for note in part.notes)
+
+
+def test_a_pin_a_little_too_thick_is_an_overlap_that_touch_closes(cq, load):
+    plate = cq.Workplane().box(6, 6, 3).faces(">Z").workplane().hole(2)
+    pin = cq.Workplane().circle(1.001).extrude(3).translate((0, 0, -1.5))
+    with pytest.raises(CadError, match="overlap by a volume"):
+        load(several(cq, plate, pin))
+    assert len(shared(load(several(cq, plate, pin), touch=0.0012), "face")) == 2
+
+
+def test_a_solid_may_rest_on_a_face_along_a_line_or_at_a_point(cq, load):
+    bed = box(cq, (-2, -2, -1), (4, 4, 1))
+    lying = cq.Workplane("XZ").circle(1).extrude(1).translate((0, 0, 1))
+    tip = cq.Workplane(cq.Solid.makeCone(0, 1, 2))
+    for resting, volume in (
+        (lying, math.pi),
+        (tip, math.pi * 2 / 3),
+        (cq.Workplane().sphere(1).translate((0, 0, 1)), 4 / 3 * math.pi),
+    ):
+        part = load(several(cq, bed, resting))
+        assert [solid.volume for solid in part.solids] == pytest.approx([16, volume], rel=1e-9)
+        assert (len(part.solids[0].faces), len(part.solids[0].edges)) == (6, 12)
+
+
+def test_contacts_say_what_touches_what(cq, load):
+    from cadsweep.cad import find_contacts
+
+    part = load(several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0.5, 0)), box(cq, (0, -1, 1)), box(cq, (5, 5, 5))))
+    found = {contact.models: (contact.kind, contact.area) for contact in find_contacts(part)}
+    assert found == {(0, 1): ("face", pytest.approx(0.5)), (0, 2): ("edge", 0)}
+    (contact,) = [c for c in find_contacts(part) if c.faces]
+    ((i, f), (j, g)) = contact.faces[0]
+    assert part.solids[i].face_keys[f] == part.solids[j].face_keys[g]
+
+
+def test_pieces_of_one_solid_touch_in_cuts_and_not_in_contacts(cq):
+    from cadsweep.cad import find_contacts, imprint
+
+    shapes = [
+        solid.wrapped
+        for w in (box(cq, (0, 0, 0)), box(cq, (1, 0, 0)), box(cq, (2, 0, 0)))
+        for solid in w.solids().vals()
+    ]
+    part = imprint(shapes, owners=[0, 0, 1])
+    assert [contact.models for contact in find_contacts(part)] == [(0, 1)]
+    assert [model.volume for model in part.models] == pytest.approx([2, 1])
+    assert [solid.name for solid in part.solids] == ["solid_1", "solid_1", "solid_2"]

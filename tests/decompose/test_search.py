@@ -17,14 +17,14 @@ pytestmark = pytest.mark.cad
 
 def recognise(solid):
     """Sweeps that the plan can use."""
-    return [sweep for sweep in search_sweeps(solid, quick=True).sweeps if list_ways([sweep])]
+    return [sweep for sweep in search_sweeps(solid, folds=False, most_readings=1).sweeps if list_ways([sweep])]
 
 
 def search(shape):
     """A search through a shape."""
     (solid,) = load(shape).solids
     found = Search(model=solid, recognise=recognise, make_plan=make_plan)
-    return solid, found, found.run()[0]
+    return solid, found, next(found.solutions(), None)
 
 
 def pockets_in_adjacent_sides():
@@ -72,7 +72,7 @@ def test_a_part_that_sweeps_is_not_cut():
 def test_cells_read_from_the_complex_measure_what_the_cad_measures():
     (solid,) = load(pockets_in_adjacent_sides()).solids
     found = Search(model=solid, recognise=recognise, make_plan=make_plan)
-    found.run()
+    next(found.solutions())
     cell = min(found.seen, key=lambda c: found.seen[c].solid.volume < solid.volume - 1e-6)
     own = found.seen[cell].solid
     for key, mine, theirs in (

@@ -77,8 +77,11 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
     Returns
     -------
     Part or None
-        The same solid with fewer faces; None where OpenCASCADE cannot merge them.
+        The same solid with fewer faces; None where OpenCASCADE cannot merge them, and for a part of several cells,
+        whose shared faces would no longer be shared.
     """
+    if len(part.solids) != 1:
+        return None
     solid = part.solids[0]
     dividing = sorted(e for group in groups for e in group)
     cuts = cutting_edges(solid, dividing)

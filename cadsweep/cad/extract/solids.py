@@ -33,6 +33,7 @@ from ..geometry.measure import Measure, measure_face
 from ..geometry.surfaces import Geometry, Plane
 from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, surface_range
 from .flat import is_exact, measure_flat
+from .gaps import border_gaps
 from .sampling import EdgeSamples, sample_face
 from .shared import PartGeometry
 
@@ -123,13 +124,16 @@ def extract_solid(
     ends = local[shared.ends[edge_keys]]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
-    _check_ends(samples, shared.vertices[shared.ends[edge_keys]], size, units)
+    gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], size, units)
     wires = [_wires(face, maps[1]) for face in holder.faces]
     surfaces = [
         _face_surface(face, own, curves, geometry=shared.surface(face))
         for face, own in zip(holder.faces, wires, strict=True)
     ]
     frames = [_face_frames(surface, j, samples, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
+    for surface in surfaces:
+        numbers, found = border_gaps(surface, samples, size)
+        gaps[numbers] = np.maximum(gaps[numbers], found)
     loops = _loops(wires, ends, curves, frames, samples)
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
     for f, of_face in enumerate(loops):
@@ -157,6 +161,7 @@ def extract_solid(
             name=labels.edges[j].names[0] if labels.edges[j].names else None,
             groups=labels.edges[j].names[1:],
             key=labels.edges[j].key,
+            gap=float(gaps[j]),
             units=units,
         )
         for j in range(n_edges)
@@ -183,7 +188,7 @@ def extract_solid(
         vertices=shared.positions[vertex_keys],
         edges=edges,
         faces=faces,
-        volume=_volume(shape, measures),
+        volume=_volume(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
         size=size,
         tolerance=largest_tolerance(shape),
         write_brep=holder,
@@ -289,8 +294,8 @@ def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], 
     return shift
 
 
-def _check_ends(samples: EdgeSamples, vertices: FloatArray, size: float, units: Units) -> None:
-    """Refuse edges that end off their vertices (n_edges, 2, 3)."""
+def _end_gaps(samples: EdgeSamples, vertices: FloatArray, size: float, units: Units) -> FloatArray:
+    """How far edges end off their vertices (n_edges, 2, 3); refuse what is far off."""
     gaps = np.linalg.norm(samples.points[:, ::2] - vertices, axis=2).max(axis=1, initial=0.0)
     if not (gaps <= _LARGEST_GAP * size).all():
         edge = int(np.argmax(~(gaps <= _LARGEST_GAP * size)))
@@ -298,6 +303,7 @@ def _check_ends(samples: EdgeSamples, vertices: FloatArray, size: float, units: 
             f"edge {edge} ends {gaps[edge] * units.scale:.3g} off its vertices, near "
             f"({units.place(vertices[edge, 0])}), so the model is damaged. Export it again from its CAD program."
         )
+    return gaps
 
 
 def _face_frames(
@@ -392,10 +398,14 @@ def _measured_by_opencascade(shape: Any, surface: FaceSurface) -> Measure:
     return Measure(area, center, float(center @ vector) / 3.0, vector)
 
 
-def _volume(shape: Any, measures: Sequence[Measure]) -> float:
-    gap = np.linalg.norm(np.sum([m.vector for m in measures], axis=0))
-    if gap <= _OPEN * sum(m.area for m in measures):
-        return float(sum(m.volume for m in measures))
+def _volume(shape: Any, measures: Sequence[Measure], *, open_area: float) -> float:
+    """Volume inside the faces; `open_area` is what the gaps between them leave open at most."""
+    area = sum(m.area for m in measures)
+    vector = np.sum([m.vector for m in measures], axis=0)
+    if np.linalg.norm(vector) <= max(_OPEN * area, open_area):
+        # About the middle of the faces: what a gap lets out goes with its distance from the origin.
+        middle = np.sum([m.area * m.center for m in measures], axis=0) / area
+        return float(sum(m.volume for m in measures) - middle @ vector / 3.0)
     # Our quadrature does not see a closed surface (or has none of a face): OpenCASCADE's stands in.
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)

@@ -6,7 +6,8 @@ Place in the flow: beside :mod:`.clean`, which does the same for one solid.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
@@ -15,8 +16,8 @@ from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from ...brep import ModelSolid, Part, Units
 from ...errors import CadError
 from ..extract.solids import EdgeLabel, FaceLabel, Labels
-from ..imprint.checking import volume_and_center
-from ..imprint.joining import imprint
+from ..imprinting.checking import integrated_volume, volume_and_center
+from ..imprinting.joining import imprint
 from ..names.naming import declare_names
 from ..names.unique import declare_words, number_repeated
 from ..read.colors import split_colors
@@ -31,7 +32,9 @@ from .validate import check_finite
 logger = logging.getLogger(__name__)
 
 
-def make_assembly(model: Model, *, touch: float | None = None) -> Part:
+def make_assembly(
+    model: Model, *, touch: float | None = None, on_progress: Callable[[float], None] | None = None
+) -> Part:
     """Heal a model of several solids, and make one part of them.
 
     Parameters
@@ -39,6 +42,8 @@ def make_assembly(model: Model, *, touch: float | None = None) -> Part:
     model : Model
     touch : float, optional
         Distance, model units, up to which faces of two solids are taken to touch.
+    on_progress : callable, optional
+        Called with the share that is done.
 
     Raises
     ------
@@ -105,16 +110,27 @@ def make_assembly(model: Model, *, touch: float | None = None) -> Part:
     of_solids = {name: own for name, own in zip(names, given, strict=True) if own is not None and own != name}
     of_materials = {new: old for _, declared in materials for new, old in declared.originals.items()}
     with stage(model, "imprinting the solids on each other"):
-        return imprint(
+        part = imprint(
             healed,
             labels=labels,
             models=models,
             units=units,
             touch=touch or 0.0,
+            on_progress=on_progress,
             name=model.name or "part",
             notes=notes + naming_notes,
             names={**of_materials, **of_solids, **edges.originals, **faces.originals},
         )
+        return replace(part, models=tuple(_measured(part, healed, moved=touch is not None)))
+
+
+def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[ModelSolid]:
+    """The solids of the model with volumes by the integrals that cells have, which are better on splines.
+
+    Those of the cells, where imprinting has moved no face.
+    """
+    for model, cell, before in zip(part.models, part.solids, healed, strict=True):
+        yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
 
 
 def _mended(traced: Traced, name: str) -> list[str]:

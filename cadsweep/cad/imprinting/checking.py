@@ -15,9 +15,12 @@ from OCP.GProp import GProp_GProps
 from ...arrays import FloatArray
 from ...brep import Units
 from ...errors import CadError
+from ..extract.solids import extract_solid
+from ..heal.divide import divide_closed
+from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..shapes import FACE, SOLID, compound, index_map, mapped, subshapes
+from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes, typed
 from .fusing import Fused
 
 SAME_VOLUME = 1e-6
@@ -30,6 +33,14 @@ def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
     BRepGProp.VolumeProperties_s(shape, properties)
     center = properties.CentreOfMass()
     return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
+
+
+def integrated_volume(solid: Any) -> float:
+    """Volume of a solid, by the integrals over its faces that a read solid has: slower, and more exact on splines."""
+    traced = Traced(solid)
+    part_surfaces(traced)
+    divide_closed(traced)
+    return extract_solid(typed(subshapes(traced.shape, SOLID)[0], SOLID)).volume
 
 
 def surface_area(shape: Any) -> float:
@@ -87,8 +98,20 @@ def check_distinct(fused: Fused, labels: Sequence[str], units: Units) -> None:
     )
 
 
+def check_counts(fused: Fused, labels: Sequence[str]) -> None:
+    """Refuse a solid that the fuse has divided or lost; the others are in `check_distinct`.
+
+    Raises
+    ------
+    CadError
+    """
+    for pieces, label in zip(fused.pieces, labels, strict=True):
+        if len(pieces) != 1:
+            raise CadError(f"imprinting made {len(pieces)} pieces of {label}")
+
+
 def check_imprinted(
-    shapes: Sequence[Any], fused: Fused, traced: Traced, labels: Sequence[str], units: Units, *, moved: float
+    shapes: Sequence[Any], traced: Traced, labels: Sequence[str], units: Units, *, moved: float
 ) -> None:
     """Refuse what the general fuse made of the solids where it is not they, with more faces.
 
@@ -96,7 +119,6 @@ def check_imprinted(
     ----------
     shapes : sequence of TopoDS_Solid
         As they were.
-    fused : Fused
     traced : Traced
         Their compound, followed through the fuse.
     labels : sequence of str
@@ -108,12 +130,9 @@ def check_imprinted(
     Raises
     ------
     CadError
-        A solid is in pieces or gone, invalid, of another volume, or has lost a face.
+        A solid is invalid, of another volume, or has lost a face.
     """
-    for shape, pieces, label in zip(shapes, fused.pieces, labels, strict=True):
-        if len(pieces) != 1:
-            raise CadError(f"imprinting made {len(pieces)} pieces of {label}")
-        (piece,) = pieces
+    for shape, piece, label in zip(shapes, children(traced.shape), labels, strict=True):
         if piece.IsSame(shape):
             continue
         try:
@@ -123,8 +142,12 @@ def check_imprinted(
         damage = faults(piece)
         if damage:
             raise CadError(f"imprinting made {label} invalid: {damage[0]}")
+        allowed = moved * surface_area(shape)
         before, after = volume_and_center(shape)[0], volume_and_center(piece)[0]
-        if abs(after - before) > SAME_VOLUME * before + moved * surface_area(shape):
+        if abs(after - before) > SAME_VOLUME * before + allowed:
+            # OpenCASCADE's integrals over a face with splines and over its pieces can differ by per cents.
+            before, after = integrated_volume(shape), integrated_volume(piece)
+        if abs(after - before) > SAME_VOLUME * before + allowed:
             raise CadError(
                 f"imprinting changed the volume of {label} from {before * units.scale**3:.9g} to "
                 f"{after * units.scale**3:.9g}"

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
-from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, listed, subshapes, typed
 
 
 class Fused:
@@ -49,7 +49,7 @@ class Fused:
         if builder.HasErrors():
             raise CadError(f"OpenCASCADE cannot find what {len(shapes)} solids touch in")
         for i, shape in zip(numbers, shapes, strict=True):
-            became = list(builder.Modified(shape)) or ([] if builder.IsDeleted(shape) else [shape])
+            became = listed(builder.Modified(shape)) or ([] if builder.IsDeleted(shape) else [shape])
             self.pieces[i] = [typed(solid, SOLID) for piece in became for solid in subshapes(piece, SOLID)]
         both = compound(shapes)
         self._builders.append(((index_map(both, FACE), index_map(both, EDGE)), builder))
@@ -61,7 +61,7 @@ class Fused:
             if maps[kind].Contains(sub):
                 if builder.IsDeleted(sub):
                     return None
-                became = list(builder.Modified(sub))
+                became = listed(builder.Modified(sub))
                 return compound(became) if became else sub
         return sub
 

@@ -1,0 +1,330 @@
+"""The outlines of faces carried along a direction on one plane, where they divide it into cells.
+
+Place in the flow: called by the pipeline for a part that is to be meshed as columns of material.
+
+Method: edges are projected on the plane exactly (lines, circles, splines; what OpenCASCADE projects by
+approximation is as good as its tolerance), OpenCASCADE's general fuse divides them where they meet, and its face
+builder makes the cells. Which faces lie over a cell follows from its neighbour by the edge between them: who crosses
+it enters some faces and leaves others. The cells are extruded to a prism, so that whatever meshes the source cap of a
+sweep can mesh them.
+
+Not handled: shadows that touch themselves at a point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from OCP.BOPAlgo import BOPAlgo_Builder, BOPAlgo_BuilderFace
+from OCP.BOPTools import BOPTools_AlgoTools3D
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeSolid
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.GC import GC_MakeSegment
+from OCP.Geom import Geom_Circle, Geom_Plane, Geom_TrimmedCurve
+from OCP.GeomAbs import GeomAbs_CurveType
+from OCP.GeomProjLib import GeomProjLib
+from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
+from OCP.GProp import GProp_GProps
+from OCP.IntTools import IntTools_Context
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopoDS import TopoDS_Shell
+from OCP.TopTools import TopTools_ListOfShape
+
+from ...arrays import FloatArray
+from ...brep import Solid
+from ...errors import CadError
+from ...stack import Arrangement
+from ..extract.solids import extract_solid
+from ..shapes import EDGE, FACE, SolidShape, compound, explore, index_map, typed
+
+_FUZZY = 1e-7
+"""Distance, in sizes of the part, up to which projected edges and their ends count as the same."""
+
+
+class _Line(NamedTuple):
+    """A projected edge, and the edges of the part that lie over it, whether run the same way."""
+
+    shape: Any
+    over: list[tuple[int, bool]]
+
+
+def arrange(solid: Solid, direction: FloatArray, sides: Mapping[int, int], lines: Sequence[int]) -> Arrangement:
+    """Carry edges along a direction on one plane and find the cells between them.
+
+    Parameters
+    ----------
+    solid : Solid
+    direction : (3,) float64
+        Unit vector.
+    sides : mapping of int to int
+        Faces that a line along `direction` crosses once, and whether it leaves the solid there (1) or enters it (-1).
+    lines : sequence of int
+        Edges to project, none of them along `direction`: all edges of these faces, at least.
+
+    Raises
+    ------
+    CadError
+        OpenCASCADE fails, or what it makes is no division of the plane by these edges.
+    """
+    holder = solid.write_brep
+    if not isinstance(holder, SolidShape):
+        raise CadError("the solid has no shape of OpenCASCADE's")
+    heights = solid.vertices @ direction
+    low, high = float(heights.min()), float(heights.max())
+    fuzzy = max(_FUZZY * solid.size, 2.0 * solid.tolerance)
+    plane = Geom_Plane(gp_Pln(gp_Pnt(*(low * direction)), gp_Dir(*direction)))
+    projected = _projected(solid, holder, direction, plane, lines, fuzzy)
+    pieces = _fused(projected, fuzzy)
+    edges = [piece.shape for piece in pieces]
+    faces = _cells(edges, plane)
+    beside = _beside(faces, edges)
+    caps = _caps_over(solid, direction, sides, pieces, beside, len(faces))
+    kept = [j for j, own in enumerate(caps) if own]
+    return _prism(faces, kept, pieces, caps, (high - low) * direction)
+
+
+def _projected(  # noqa: PLR0917
+    solid: Solid, holder: SolidShape, direction: FloatArray, plane: Any, lines: Sequence[int], fuzzy: float
+) -> list[_Line]:
+    """The edges on the plane, those that fall on each other once."""
+    found: list[_Line] = []
+    known: dict[tuple[int, ...], list[tuple[int, FloatArray]]] = {}
+    step = 16.0 * fuzzy
+    for e in lines:
+        shape = _project(holder.edges[e], direction, plane)
+        adaptor = BRepAdaptor_Curve(shape)
+        first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+        at = np.array([_row(adaptor.Value(t)) for t in (first, (first + last) / 2.0, last)])
+        places = [at, at[::-1]]
+        cell = np.floor(at[1] / step).astype(np.int64)
+        match = None
+        for shift in np.ndindex(3, 3, 3):
+            for j, other in known.get(tuple((cell + shift - 1).tolist()), ()):
+                gaps = [float(np.abs(other - place).max()) for place in places]
+                if min(gaps) <= fuzzy:
+                    match = j, gaps[0] <= gaps[1]
+        if match is None:
+            known.setdefault(tuple(cell.tolist()), []).append((len(found), at))
+            found.append(_Line(shape, [(e, True)]))
+        else:
+            found[match[0]].over.append((e, match[1]))
+    return found
+
+
+def _row(point: Any) -> FloatArray:
+    return np.array([point.X(), point.Y(), point.Z()])
+
+
+def _project(edge: Any, direction: FloatArray, plane: Any) -> Any:
+    """One edge on the plane, run the same way."""
+    adaptor = BRepAdaptor_Curve(edge)
+    first, last = adaptor.FirstParameter(), adaptor.LastParameter()
+    origin = _row(plane.Location())
+
+    def drop(point: Any) -> Any:
+        x = _row(point)
+        return gp_Pnt(*(x - ((x - origin) @ direction) * direction))
+
+    kind = adaptor.GetType()
+    if kind == GeomAbs_CurveType.GeomAbs_Line:
+        segment = GC_MakeSegment(drop(adaptor.Value(first)), drop(adaptor.Value(last))).Value()
+        return BRepBuilderAPI_MakeEdge(segment).Edge()
+    if kind == GeomAbs_CurveType.GeomAbs_Circle:
+        circle = adaptor.Circle()
+        if abs(abs(_row(circle.Axis().Direction()) @ direction) - 1.0) < 1e-14:
+            center = circle.Location()
+            move = gp_Trsf()
+            move.SetTranslation(center, drop(center))
+            return BRepBuilderAPI_MakeEdge(Geom_Circle(circle.Transformed(move)), first, last).Edge()
+    if kind == GeomAbs_CurveType.GeomAbs_BSplineCurve:
+        spline = adaptor.BSpline().Copy()
+        for j in range(1, spline.NbPoles() + 1):
+            spline.SetPole(j, drop(spline.Pole(j)))
+        return BRepBuilderAPI_MakeEdge(spline, first, last).Edge()
+    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
+    image = GeomProjLib.ProjectOnPlane_s(Geom_TrimmedCurve(curve, first, last), plane, gp_Dir(*direction), True)
+    return BRepBuilderAPI_MakeEdge(image).Edge()
+
+
+def _fused(projected: Sequence[_Line], fuzzy: float) -> list[_Line]:
+    """The pieces into which the projected edges divide each other."""
+    builder = BOPAlgo_Builder()
+    for line in projected:
+        builder.AddArgument(line.shape)
+    builder.SetNonDestructive(True)
+    builder.SetFuzzyValue(fuzzy)
+    builder.Perform()
+    if builder.HasErrors():
+        raise CadError("OpenCASCADE could not divide the outlines of the caps by each other")
+    pieces: list[_Line] = []
+    number = index_map(builder.Shape(), EDGE)
+    at: dict[int, int] = {}
+    for line in projected:
+        images = list(builder.Modified(line.shape)) or ([] if builder.IsDeleted(line.shape) else [line.shape])
+        for image in images:
+            key = number.FindIndex(image)
+            if key not in at:
+                at[key] = len(pieces)
+                pieces.append(_Line(typed(number.FindKey(key), EDGE), []))
+            same = _runs_along(pieces[at[key]].shape, line.shape)
+            pieces[at[key]].over.extend((e, own == same) for e, own in line.over)
+    return pieces
+
+
+def _runs_along(piece: Any, whole: Any) -> bool:
+    """Whether the curve of a piece runs the same way as that of the edge it is a piece of."""
+    short, long = BRepAdaptor_Curve(piece), BRepAdaptor_Curve(whole)
+    middle, tangent = gp_Pnt(), gp_Vec()
+    short.D1((short.FirstParameter() + short.LastParameter()) / 2.0, middle, tangent)
+    at, along = gp_Pnt(), gp_Vec()
+    # The place on the whole edge: curves are shared or lie on each other, so the nearest of many samples will do.
+    places = np.linspace(long.FirstParameter(), long.LastParameter(), 65)
+    nearest = min(places.tolist(), key=lambda t: long.Value(t).SquareDistance(middle))
+    long.D1(nearest, at, along)
+    return bool(tangent.Dot(along) > 0.0)
+
+
+def _cells(edges: Sequence[Any], plane: Any) -> list[Any]:
+    """Plane faces between edges, their normals along the direction."""
+    builder = BOPAlgo_BuilderFace()
+    builder.SetFace(typed(BRepBuilderAPI_MakeFace(plane.Pln()).Face(), FACE))
+    shapes = TopTools_ListOfShape()
+    for edge in edges:
+        shapes.Append(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+        shapes.Append(edge.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
+    builder.SetShapes(shapes)
+    builder.Perform()
+    if builder.HasErrors() or not builder.Areas().Size():
+        raise CadError("OpenCASCADE could not make cells of the outlines of the caps")
+    # What lies outside of all outlines comes as a face of negative area.
+    return [typed(face, FACE) for face in builder.Areas() if _area(face) > 0.0]
+
+
+def _area(face: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties)
+    return float(properties.Mass())
+
+
+def _beside(faces: Sequence[Any], edges: Sequence[Any]) -> list[list[int]]:
+    """For every edge the cells on its left and on its right, -1 outside."""
+    number = index_map(compound(edges), EDGE)
+    beside = [[-1, -1] for _ in edges]
+    for j, face in enumerate(faces):
+        if face.Orientation() != TopAbs_Orientation.TopAbs_FORWARD:
+            raise CadError("a cell of the arrangement is turned over")
+        for edge in explore(face, EDGE):
+            turn = edge.Orientation()
+            if turn not in (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED):
+                raise CadError("an outline of the caps ends inside a cell of the arrangement")
+            beside[number.FindIndex(edge) - 1][turn != TopAbs_Orientation.TopAbs_FORWARD] = j
+    return beside
+
+
+def _caps_over(  # noqa: PLR0917
+    solid: Solid,
+    direction: FloatArray,
+    sides: Mapping[int, int],
+    pieces: Sequence[_Line],
+    beside: Sequence[Sequence[int]],
+    n_cells: int,
+) -> list[frozenset[int]]:
+    """The faces over every cell: who crosses an edge to its left enters the faces on its left and leaves the others."""
+    left_of: dict[tuple[int, bool], set[int]] = {}
+    for f, side in sides.items():
+        for loop in solid.faces[f].loops:
+            for e, forward in loop.directed:
+                # The face lies on the left of its own loop seen from outside, from below where its normal points down.
+                left_of.setdefault((e, forward == (side > 0)), set()).add(f)
+    changes: list[tuple[set[int], set[int]]] = []
+    for piece in pieces:
+        entered, left = set(), set()
+        for e, same in piece.over:
+            entered |= left_of.get((e, same), set())
+            left |= left_of.get((e, not same), set())
+        changes.append((entered, left))
+    around: list[list[tuple[int, int, bool]]] = [[] for _ in range(n_cells + 1)]
+    for j, (a, b) in enumerate(beside):
+        around[b].append((j, a, True))
+        around[a].append((j, b, False))
+    over: list[set[int] | None] = [None] * n_cells + [set()]
+    waiting = [n_cells]
+    while waiting:
+        cell = waiting.pop()
+        own = over[cell]
+        assert own is not None
+        for j, other, to_left in around[cell]:
+            entered, left = changes[j] if to_left else changes[j][::-1]
+            there = (own - (left - entered)) | (entered - left)
+            known = over[other]
+            if known is None:
+                over[other] = there
+                waiting.append(other)
+            elif known != there or not left - entered <= own or (entered - left) & own:
+                raise CadError("the cells of the caps' outlines do not fit together: edges nearly lie on each other")
+    if any(caps is None for caps in over):
+        raise CadError("a cell of the caps' outlines has no neighbour")
+    return [frozenset(caps or ()) for caps in over[:-1]]
+
+
+def _prism(
+    faces: Sequence[Any],
+    kept: Sequence[int],
+    pieces: Sequence[_Line],
+    caps: Sequence[frozenset[int]],
+    along: FloatArray,
+) -> Arrangement:
+    """Extrude the cells to one solid and read it."""
+    maker = BRepPrimAPI_MakePrism(compound([faces[j] for j in kept]), gp_Vec(*along))
+    inside: set[int] = set()
+    solids = [maker.Generated(faces[j]).First() for j in kept]
+    everything = index_map(compound(solids), FACE)
+    uses = [0] * (everything.Extent() + 1)
+    for one in solids:
+        for face in explore(one, FACE):
+            uses[everything.FindIndex(face)] += 1
+    inside = {j for j, n in enumerate(uses) if n > 1}
+    builder, shell = BRep_Builder(), TopoDS_Shell()
+    builder.MakeShell(shell)
+    for one in solids:
+        for face in explore(one, FACE):
+            if everything.FindIndex(face) not in inside:
+                builder.Add(shell, face)
+    shell.Closed(True)
+    shape = BRepBuilderAPI_MakeSolid(shell).Solid()
+    prism = extract_solid(shape)
+    face_number, edge_number = index_map(shape, FACE), index_map(shape, EDGE)
+    context = IntTools_Context()
+    bottoms, tops, places = [], [], []
+    for j in kept:
+        bottoms.append(face_number.FindIndex(maker.FirstShape(faces[j])) - 1)
+        tops.append(face_number.FindIndex(maker.LastShape(faces[j])) - 1)
+        place = gp_Pnt()
+        if BOPTools_AlgoTools3D.PointInFace_s(faces[j], place, gp_Pnt2d(), context) != 0:
+            raise CadError("a cell of the arrangement has no inside")
+        places.append(_row(place))
+    top_edges, over = {}, {}
+    for piece in pieces:
+        e = edge_number.FindIndex(maker.FirstShape(piece.shape)) - 1
+        if e >= 0:
+            top_edges[e] = edge_number.FindIndex(maker.LastShape(piece.shape)) - 1
+            over[e] = tuple(one for one, _ in piece.over)
+    if min([*bottoms, *tops, *top_edges.values()]) < 0:
+        raise CadError("OpenCASCADE lost a cell of the arrangement when it was extruded")
+    return Arrangement(
+        prism=prism,
+        bottoms=tuple(bottoms),
+        tops=tuple(tops),
+        top_edges=top_edges,
+        caps=tuple(caps[j] for j in kept),
+        places=np.array(places),
+        over=over,
+    )
+
+
+__all__ = ["arrange"]

@@ -1,0 +1,212 @@
+"""Nested refinement: every hexahedron into eight, the nodes there are kept, the new ones on the CAD model.
+
+Place in the flow: after a mesh is made; :func:`refine` is public, and ``refine=K`` of ``sweep_mesh`` calls it.
+
+Method: on the boundary the new nodes are those of hexahedra of 27 nodes: middles of segments on the CAD's edges,
+middles and centres of quads on its faces (:mod:`cadsweep.order2`). They make a source cap, rings and a target cap with
+half the steps, and the inner nodes of those come from one factored sweep. What it places a coarse node away from where
+it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
+the nodes that stay. Where the checks find an invalid hex, the new nodes, and they alone, are smoothed.
+
+Not handled: meshes of several sweeps. A quad with two segments on one smooth curve has an angle there that tends to
+two right ones, whatever is done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from .. import smoothing
+from ..blocks.block import FactoredMesh
+from ..blocks.halves import Halved, halve, halved_surfaces
+from ..blocks.reference import make_reference
+from ..errors import InputError
+from ..mesh import HexMesh, SurfaceMesh
+from ..options import SweepOptions
+from ..order2.curving import project_to_edges, project_to_faces, ring_segments
+from ..order2.elevate import elevate, place_lattice
+from ..projection import project_layers
+from ..quality import check_mesh
+from .making import refusal
+from .origin import Origin, origin_of
+from .run import Run
+
+MOST_LEVELS = 8
+"""Each makes eight times as many hexes."""
+
+
+def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
+    """Halve a mesh in every direction.
+
+    Parameters
+    ----------
+    mesh : HexMesh
+        From :func:`cadsweep.sweep_mesh` in this process, or from here.
+    levels : int
+        How often; each level has eight times as many hexes.
+
+    Returns
+    -------
+    HexMesh
+        Valid, of the order of `mesh`, with its names. ``parents`` (m,) is the hex of `mesh` that each hex is a piece
+        of, and ``info["coarse_nodes"]`` (n,) the node that each corner node of `mesh` is, at the same place bit for
+        bit. New nodes on the boundary lie on the CAD model's edges and faces.
+
+    Raises
+    ------
+    InputError
+        The mesh does not know its CAD model, or `levels` is not a whole number from 1 to 8.
+    InvertedHexError
+        The refined mesh is not valid: the coarse one follows the model's curves too coarsely.
+    """
+    if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= MOST_LEVELS:
+        raise InputError(f"levels must be a whole number from 1 to {MOST_LEVELS}, not {levels!r}")
+    origin = origin_of(mesh, "refining")
+    parents, kept = (
+        np.arange(mesh.n_hexes),
+        np.arange(origin.factored.structure.n_nodes * origin.factored.n_node_layers),
+    )
+    fine = _first_order(mesh, origin)
+    for _ in range(levels):
+        fine, halved = _halved_mesh(fine)
+        parents = parents[halved.parents]
+        kept = halved.nodes[kept]
+    if mesh.order == 2:
+        fine = _second_order(fine, mesh.hexes.shape[1])
+    fine.info["coarse_nodes"] = kept
+    return replace(fine, parents=parents)
+
+
+def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:
+    """The mesh as often refined as the options ask."""
+    if not options.refine:
+        return mesh
+    with run.stage("refine"):
+        return refine(mesh, options.refine)
+
+
+def _first_order(mesh: HexMesh, origin: Origin) -> HexMesh:
+    """The mesh as one of order 1."""
+    if mesh.order == 1:
+        return mesh
+    plain = origin.factored.to_mesh()
+    return replace(plain, points=mesh.points[: plain.n_nodes], origin=origin)
+
+
+def _second_order(mesh: HexMesh, nodes: int) -> HexMesh:
+    origin: Origin = mesh.origin
+    part, sweep = origin.part, origin.sweep
+    curved = elevate(
+        mesh,
+        nodes=nodes,
+        curves=project_to_edges(part, sweep, origin.surfaces),
+        surfaces=project_to_faces(part, sweep, origin.factored),
+        allow_inverted=origin.options.allow_inverted,
+    )
+    return _checked(curved, origin)
+
+
+def _halved_mesh(mesh: HexMesh) -> tuple[HexMesh, Halved]:
+    origin: Origin = mesh.origin
+    part, sweep, factored = origin.part, origin.sweep, origin.factored
+    lattice, hexes, _, _ = place_lattice(
+        mesh,
+        nodes=27,
+        curves=project_to_edges(part, sweep, origin.surfaces),
+        surfaces=project_to_faces(part, sweep, factored),
+    )
+    halved = halve(factored.structure, hexes)
+    model = lattice[halved.lattice]
+    points = (model - factored.offset) / factored.scale
+    around, along = (edges for _, edges in ring_segments(sweep, origin.surfaces))
+    surfaces = halved_surfaces(
+        halved, origin.surfaces, points, around=around, along=along, target_edges=sweep.target_edges
+    )
+    fine = _factored(origin, halved, surfaces, points)
+    made = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=fine, options=origin.options)
+    result = _exact(fine.to_mesh(), mesh, halved, model, made)
+    report = check_mesh(result, cad=make_reference(part, sweep))
+    if not report.valid and origin.options.smoothing:
+        made = replace(made, factored=_smoothed(fine, halved))
+        result = _exact(made.factored.to_mesh(), mesh, halved, model, made)
+    return _checked(result, made), halved
+
+
+def _exact(fine: HexMesh, coarse: HexMesh, halved: Halved, model: np.ndarray, origin: Origin) -> HexMesh:
+    """The mesh with the coarse nodes, and those on its boundary, where they are to the last bit."""
+    structure = halved.structure
+    boundary = np.zeros((origin.factored.n_node_layers, structure.n_nodes), dtype=bool)
+    boundary[:, np.concatenate(structure.loops)] = True
+    if not structure.periodic:
+        boundary[[0, -1]] = True
+    points = fine.points
+    points[boundary.reshape(-1)] = model[: len(boundary)][boundary]
+    points[halved.nodes] = coarse.points
+    return replace(fine, origin=origin)
+
+
+def _checked(mesh: HexMesh, origin: Origin) -> HexMesh:
+    report = check_mesh(mesh, cad=make_reference(origin.part, origin.sweep))
+    mesh.info["quality"] = report
+    if not report.valid and not origin.options.allow_inverted:
+        raise refusal(report)
+    return mesh
+
+
+def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.ndarray) -> FactoredMesh:
+    """The factors of the fine sweep, and what the coarse nodes ask of it besides."""
+    coarse, options = origin.factored, origin.options
+    placed = project_layers(
+        surfaces.source.points,
+        surfaces.source.quads,
+        surfaces.rings,
+        loops=surfaces.source.loops,
+        functional=options.functional,
+        strategy=options.strategy,
+        target_points=points[-1],
+        residual=options.residual,
+    )
+    n, n_layers = halved.n_coarse, coarse.structure.n_layers
+    wanted = points[::2, :n]
+    swept = np.asarray(placed.points(slice(0, 2 * n_layers + 1)))
+    shifts = halved.prolonged(wanted - swept[::2, :n])
+    shifts[:, np.concatenate(surfaces.source.loops)] = 0.0
+    shifts[[0, -1]] = 0.0
+    last = 2 * n_layers + (not halved.structure.periodic)
+    moved = np.flatnonzero((shifts[:last] != 0.0).any(axis=2))
+    info: dict[str, Any] = {**coarse.info, "notes": [*coarse.info["notes"]]}
+    info["sweeps"] = [
+        {**sweep, "layers": 2 * sweep["layers"], "span_layers": [2 * one for one in sweep["span_layers"]]}
+        for sweep in coarse.info["sweeps"]
+    ]
+    info.pop("quality", None)
+    return replace(
+        coarse,
+        sweep=placed,
+        structure=halved.structure,
+        source_owners=np.repeat(coarse.source_owners, 4),
+        target_owners=np.repeat(coarse.target_owners, 4),
+        side_owners=np.repeat(np.repeat(coarse.side_owners, 2, axis=0), 2, axis=1),
+        moved_nodes=moved,
+        moved_points=(swept[:last] + shifts[:last]).reshape(-1, 3)[moved],
+        info=info,
+    )
+
+
+def _smoothed(fine: FactoredMesh, halved: Halved) -> FactoredMesh:
+    """Mend the worst places by moving new nodes alone."""
+    structure = halved.structure
+    fixed = np.zeros((fine.n_node_layers, structure.n_nodes), dtype=bool)
+    fixed[:, np.concatenate(structure.loops)] = True
+    fixed[::2, : halved.n_coarse] = True
+    if not structure.periodic:
+        fixed[[0, -1]] = True
+    points = fine.points().reshape(-1, 3)
+    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
+    fine.info["notes"] += better.steps
+    moved = np.union1d(fine.moved_nodes, better.nodes)
+    points[better.nodes] = better.positions
+    return replace(fine, moved_nodes=moved, moved_points=(points[moved] - fine.offset) / fine.scale)

@@ -1,0 +1,118 @@
+"""Where a mesh runs into itself: is it the model that does, or only the facets that stand for it?
+
+Place in the flow: called where the checks of a mesh found boundary quads that cross. The two quads of a pair are
+replaced by ever finer facets with their nodes on the CAD faces. Facets lie off a curved face by their length squared:
+what still crosses between facets a sixteenth as long crosses between the faces themselves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..blocks.naming import pieces_by_name
+from ..brep import Face, Part
+from ..errors import CadError, CadSweepError, InvertedHexError
+from ..quality import BoundaryCrossing, QualityReport, find_crossings
+from ..sweep import Sweep
+
+FINENESS = 16
+"""Facets a direction that a quad is divided into."""
+
+MARGIN = FINENESS // 4
+"""Facets along the rim of a quad that prove nothing."""
+
+MOST_PAIRS = 32
+"""Pairs of quads of two boundaries that are looked at."""
+
+
+def explain_crossings(
+    part: Part, sweep: Sweep, crossings: tuple[BoundaryCrossing, ...], worst: float = float("nan")
+) -> CadSweepError:
+    """Say whether the model or the mesh runs into itself, which boundaries and where."""
+    for crossing in crossings:
+        found = _crossing_faces(part, sweep, crossing)
+        if found is not None:
+            one, other = found
+            crossing_each = "crosses itself" if one is other else f"and {other.label()} cross each other"
+            who = f"{one.label()} {crossing_each}"
+            named = " and ".join(f"'{name}'" for name in dict.fromkeys(crossing.names))
+            where = ", ".join(f"{c:.5g}" for c in crossing.place)
+            return CadError(
+                f"the model runs into itself: {who} near ({where}), where the mesh has {named}. "
+                "No mesh of it is valid: repair it in its CAD program."
+            )
+    said = "; ".join(str(crossing) for crossing in crossings[:3])
+    return InvertedHexError(
+        f"no valid mesh: it runs into itself: {said}. The model's own faces keep apart there, by less than the facets "
+        "of the mesh lie off them: try a smaller size or more layers, or leave a wider gap in the model",
+        hexes=[],
+        min_scaled_jacobian=worst,
+    )
+
+
+def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None = None) -> CadSweepError:
+    """Say what is wrong with a mesh that is not handed over."""
+    if report.crossings and not report.n_inverted and part is not None and sweep is not None:
+        return explain_crossings(part, sweep, report.crossings, report.min_scaled_jacobian)
+    return InvertedHexError(
+        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
+        hexes=[hexahedron.id for hexahedron in report.worst],
+        min_scaled_jacobian=report.min_scaled_jacobian,
+    )
+
+
+def _crossing_faces(part: Part, sweep: Sweep, crossing: BoundaryCrossing) -> tuple[Face, Face] | None:
+    """The CAD faces that cross where two boundaries do; None where only their facets do."""
+    by_name = pieces_by_name(sweep)
+    faces = {
+        name: [sweep.solid.faces[i] for i in dict.fromkeys(face for face, _ in by_name.get(name, ()))]
+        for name in crossing.names
+    }
+    if not all(faces.values()):
+        return None
+    step = max(1, len(crossing.corners) // MOST_PAIRS)
+    for pair in crossing.corners[::step]:
+        places = (pair - part.offset) / part.scale
+        if not _are_apart(places):
+            continue
+        for first, second in {crossing.names, crossing.names[::-1]}:
+            one, other = _nearest(faces[first], places[0]), _nearest(faces[second], places[1])
+            facets = [_facets(face, corners) for face, corners in ((one, places[0]), (other, places[1]))]
+            quads: IntArray = np.arange(8 * FINENESS**2).reshape(-1, 4)
+            pairs, _ = find_crossings(np.concatenate(facets).reshape(-1, 3), quads)
+            inner = [_is_inner(pairs[:, 0]), _is_inner(pairs[:, 1] - FINENESS**2)]
+            if np.any((pairs[:, 0] < FINENESS**2) & (pairs[:, 1] >= FINENESS**2) & inner[0] & inner[1]):
+                return one, other
+    return None
+
+
+def _is_inner(facets: IntArray) -> np.ndarray:
+    """Whether facets lie off the rim of their quad: beside a curved edge of its face, facets reach beyond the face."""
+    row, column = np.divmod(facets, FINENESS)
+    low, high = MARGIN, FINENESS - MARGIN
+    return (row >= low) & (row < high) & (column >= low) & (column < high)
+
+
+def _are_apart(pair: FloatArray) -> bool:
+    """Whether two quads (2, 4, 3) have no corner in common: facets of neighbours meet in their common edge."""
+    return not np.any(np.all(pair[0][:, None] == pair[1][None], axis=-1))
+
+
+def _nearest(faces: list[Face], corners: FloatArray) -> Face:
+    """The face that the corners (4, 3) of a quad lie on."""
+    return min(faces, key=lambda face: float(np.max(face.surface.distance(corners))))
+
+
+def _facets(face: Face, corners: FloatArray) -> FloatArray:
+    """Facets (FINENESS**2, 4, 3) of the part of a face's surface between four points (4, 3) on it."""
+    uv = np.array(face.surface.project(corners))
+    for axis, period in enumerate(face.surface.periods):
+        if period is not None:  # all in the branch of the first
+            uv[:, axis] -= period * np.round((uv[:, axis] - uv[0, axis]) / period)
+    t = np.linspace(0.0, 1.0, FINENESS + 1)
+    s, r = t[:, None, None], t[None, :, None]
+    between = (1 - s) * (1 - r) * uv[0] + (1 - s) * r * uv[1] + s * r * uv[2] + s * (1 - r) * uv[3]
+    nodes = face.surface.evaluate(between.reshape(-1, 2)).reshape(FINENESS + 1, FINENESS + 1, 3)
+    cells = [nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]]
+    return np.stack(cells, axis=2).reshape(-1, 4, 3)

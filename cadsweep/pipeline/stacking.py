@@ -1,0 +1,203 @@
+"""Parts that are no plain sweep as stacks: columns of material along one direction, meshed on one arrangement.
+
+For a part without a sweep, every direction along which all faces are walls or caps is a candidate. ``cad`` carries the
+outlines of the caps on a plane, ``intervals`` and ``surface`` mesh what they divide it into as if it were the source
+cap of a sweep, and ``stacks`` gives every node its heights.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import cad, intervals, stacks, surface
+from ..blocks.joined import JoinedMesh
+from ..brep import Part, Solid
+from ..errors import CadSweepError, InputError, NotSweepableError
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..stack import Stack
+from ..sweep import Sweep
+from .making import COARSE, GOOD_ENOUGH
+from .parts import only_solid
+from .run import Run
+from .several import finish
+
+log = logging.getLogger(__name__)
+
+MOST_DIRECTIONS = 6
+"""Directions whose outlines are divided by each other, those with the flattest and fewest caps first."""
+
+MOST_STACKS = 3
+"""Stacks of one solid that are tried before the first one's error is raised."""
+
+
+def find_stacks(part: Part) -> list[Stack]:
+    """List the directions along which a part is a stack, best first.
+
+    Raises
+    ------
+    NotSweepableError
+        There is none; ``.reasons`` has a line for every direction that was looked at, the most promising first.
+    """
+    solid = only_solid(part)
+    found, reasons = _search(solid)
+    if not found:
+        raise NotSweepableError(f"'{solid.name or part.name}' is no stack of columns: {reasons[0]}", reasons=reasons)
+    return found
+
+
+def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
+    normals = stacks.sample_normals(solid)
+    candidates, refused = [], []
+    for direction in stacks.find_directions(solid, normals):
+        sides = stacks.read_sides(solid, direction, normals)
+        if isinstance(sides, str):
+            refused.append((direction, sides))
+        else:
+            candidates.append(sides)
+    candidates.sort(key=lambda sides: (-round(sides.steepest, 6), len(sides.caps)))
+    found: list[Stack] = []
+    reasons: list[str] = []
+    for sides in candidates[:MOST_DIRECTIONS]:
+        try:
+            stations = stacks.find_stations(solid, sides)
+            caps = sides.caps.keys()
+            lines = [e.id for e in solid.edges if caps & set(e.faces)] + list(stations)
+            stack = stacks.make_stack(solid, sides, stations, cad.arrange(solid, sides.direction, sides.caps, lines))
+        except CadSweepError as error:
+            reasons.append(_reason(sides.direction, str(error)))
+            continue
+        sheets = stacks.find_sheets(stack)
+        if isinstance(sheets, str):
+            reasons.append(_reason(sides.direction, sheets))
+        else:
+            found.append(stack)
+    found.sort(key=lambda stack: (-stack.score, stack.n_columns))
+    reasons += [_reason(direction, why) for direction, why in refused]
+    return found, reasons or ["no face of it is plane, and no edge straight"]
+
+
+def _reason(direction: np.ndarray, why: str) -> str:
+    axis = ", ".join(f"{c:.3g}" for c in direction + 0.0)
+    return f"along ({axis}), {why}"
+
+
+def other_stacks(part: Part, sweeps: Sequence[Sweep]) -> list[Stack]:
+    """Directions along which a part that has sweeps is a stack with other caps than theirs."""
+    known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
+    found, _ = _search(only_solid(part))
+    return [s for s in found if frozenset((frozenset(s.source), frozenset(s.target))) not in known]
+
+
+def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
+    """The stacks of a part that has no sweep.
+
+    Raises
+    ------
+    NotSweepableError
+        It is no stack either; says why it has no sweep first.
+    """
+    try:
+        return find_stacks(part)
+    except NotSweepableError as error:
+        message = f"{refused}; and as columns between caps: {error.reasons[0]}"
+        raise NotSweepableError(message, reasons=[*refused.reasons, *error.reasons]) from refused
+
+
+def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """Mesh a part that no sweep gives a mesh of: by the first stack that does well, or by the best of those tried.
+
+    Raises
+    ------
+    CadSweepError
+        What is wrong with the part as a sweep, where it is no stack or its caps were chosen by the user; what is wrong
+        with its first stack, where it has no sweep.
+    """
+    assert refused is not None
+    if options.source is not None or options.target is not None or len(part.solids) != 1:
+        raise refused
+    with run.stage("recognition"):
+        if isinstance(refused, NotSweepableError):
+            found = stacks_instead(part, refused)
+        else:
+            found, _ = _search(only_solid(part))
+            if not found:
+                raise refused
+    _check_options(options)
+    tried: list[HexMesh] = []
+    failures: list[CadSweepError] = []
+    for stack in found[:MOST_STACKS]:
+        try:
+            mesh = _mesh_stack(part, stack, options, run)
+        except InputError:
+            raise
+        except CadSweepError as error:
+            log.info("stack along %s given up: %s", stack.direction, error)
+            failures.append(error)
+            continue
+        tried.append(mesh)
+        if mesh.info["quality"].min_scaled_jacobian >= GOOD_ENOUGH:
+            break
+    if not tried:
+        raise failures[0] if isinstance(refused, NotSweepableError) else refused
+    best = max(tried, key=lambda mesh: (mesh.info["quality"].valid, mesh.info["quality"].min_scaled_jacobian))
+    best.info["notes"] += [f"a better ranked stack was given up: {error}" for error in failures]
+    if not isinstance(refused, NotSweepableError):
+        best.info["notes"].append(f"meshed as columns between caps, as its sweeps were given up: {refused}")
+    return best
+
+
+def _check_options(options: SweepOptions) -> None:
+    """Refuse what means nothing to a stack."""
+    for name in ("bias", "fractions", "rail_layers", "sizes", "counts"):
+        if getattr(options, name):
+            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns")
+    if options.order != 1:
+        raise InputError("a stack of columns has order 1")
+
+
+def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
+    sheets = stacks.find_sheets(stack)
+    assert not isinstance(sheets, str)
+    with run.stage("intervals"):
+        size = None if options.size is None else options.size / part.scale
+        counts = intervals.assign_intervals(stack.plan, size=size, layers=1)
+        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers)
+    with run.stage("surface"):
+        quads = surface.mesh_surfaces(stack.plan, counts).source
+    with run.stage("assembly"):
+        built = stacks.build_mesh(stack, levels, quads)
+    faces = stack.solid.faces
+    joined = JoinedMesh(
+        points=built.points,
+        hexes=built.hexes,
+        hex_cells=np.zeros(len(built.hexes), dtype=np.int64),
+        quads=built.quads,
+        quad_cells=np.zeros(len(built.quads), dtype=np.int64),
+        quad_faces=built.faces,
+        roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
+    )
+    mesh = finish(
+        part,
+        joined,
+        options,
+        run,
+        notes=stack.notes,
+        sweeps=[
+            {
+                "source": [faces[i].name or i for i in stack.source],
+                "target": [faces[i].name or i for i in stack.target],
+                "layers": levels.n_layers,
+                "columns": stack.n_columns,
+            }
+        ],
+    )
+    off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
+    if abs(off) > COARSE:
+        mesh.info["notes"].append(
+            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
+        )
+    return mesh

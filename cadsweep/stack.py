@@ -1,0 +1,142 @@
+"""A part as columns of material along one direction: ids, the plane arrangement of its caps, and levels.
+
+Place in the flow: ``cad`` makes an :class:`Arrangement`; ``stacks`` makes a :class:`Stack` of it, then its
+:class:`Levels` and nodes.
+
+::
+
+       +-------+               caps    faces that a line along the direction crosses once
+       | boss  |               walls   faces along the direction
+    +--+-------+----+  level 2 cells   regions of the plane that the caps' outlines bound; over each of them
+    |       .  |    |                  the caps alternate: in, out, in, out ...
+    |  A   B.  +-+  |  level 1 column  what lies between a pair (in, out) over one cell
+    |       .  . |  |
+    +-------+--+-+--+  level 0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .arrays import FloatArray, IntArray
+from .brep import Solid
+from .sweep import LinkingSide, Sweep
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arrangement:
+    """The outlines of all caps on one plane across the direction, as one cap of a prism along it.
+
+    Attributes
+    ----------
+    prism : Solid
+        The shadow of the part extruded along the direction. Its bottom is divided into the cells.
+    bottoms, tops : tuple of int
+        Faces of the prism under and over each cell.
+    top_edges : dict of int to int
+        Edge of the bottom to the edge over it.
+    caps : tuple of frozenset of int
+        For each cell, the faces of the part that lie over it.
+    places : (n_cells, 3) float64
+        A point inside each cell.
+    over : dict of int to tuple of int
+        For each edge of the bottom, the edges of the part that lie over it.
+    """
+
+    prism: Solid
+    bottoms: tuple[int, ...]
+    tops: tuple[int, ...]
+    top_edges: dict[int, int]
+    caps: tuple[frozenset[int], ...]
+    places: FloatArray
+    over: dict[int, tuple[int, ...]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stack:
+    """One way to mesh a solid as columns between caps at any number of levels.
+
+    Attributes
+    ----------
+    solid : Solid
+    direction : (3,) float64
+        Unit vector along which every column runs.
+    source, target : tuple of int
+        Caps at which columns begin and end, by the height of their centres.
+    walls : tuple of int
+        Faces along the direction.
+    stations : tuple of int
+        Edges between two walls that do not run along the direction: layers end at them.
+    arrangement : Arrangement
+    plan : Sweep
+        The sweep of the arrangement's prism; its source cap is what is meshed.
+    columns : tuple of tuple of (int, int)
+        For each cell, the caps (in, out) of its columns, lowest first.
+    score : float
+        Expected quality, best 1; candidates are listed best first.
+    notes : tuple of str
+    """
+
+    solid: Solid
+    direction: FloatArray
+    source: tuple[int, ...]
+    target: tuple[int, ...]
+    walls: tuple[int, ...]
+    stations: tuple[int, ...]
+    arrangement: Arrangement
+    plan: Sweep
+    columns: tuple[tuple[tuple[int, int], ...], ...]
+    score: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def linking_sides(self) -> tuple[LinkingSide, ...]:
+        """The walls, as a sweep names its sides; they are no rectangles."""
+        return tuple(LinkingSide(face=f, bottom=(), right=(), top=(), left=()) for f in self.walls)
+
+    @property
+    def n_columns(self) -> int:
+        """Columns of all cells."""
+        return sum(len(columns) for columns in self.columns)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Levels:
+    """The integers of a stack: on which layer of nodes every cap and station lies.
+
+    Attributes
+    ----------
+    caps : dict of int to int
+    stations : dict of int to int
+    heights : (n_layers + 1,) float64
+        Height along the direction that each level has in the mean, rising.
+    """
+
+    caps: dict[int, int]
+    stations: dict[int, int] = field(default_factory=dict)
+    heights: FloatArray
+
+    @property
+    def n_layers(self) -> int:
+        """Layers from the lowest cap to the highest."""
+        return len(self.heights) - 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StackMesh:
+    """Nodes and hexahedra of a stack, in working units.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8) int64
+    quads : (q, 4) int64
+        The boundary, outward.
+    faces : (q,) int64
+        Face of the solid that each of them lies on.
+    """
+
+    points: FloatArray
+    hexes: IntArray
+    quads: IntArray
+    faces: IntArray

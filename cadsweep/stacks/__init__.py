@@ -1,0 +1,36 @@
+"""The stage of parts that are columns of material along one direction, with caps at any number of levels.
+
+Place in the flow: beside ``recognition`` to ``projection``, for a solid that is no plain sweep. ``pipeline`` has
+``cad`` make the arrangement of the caps' outlines, and ``intervals`` and ``surface`` mesh it as one source cap.
+
+========== =====================================================================
+module     what it does
+========== =====================================================================
+sides      faces along a direction, faces across it, and those that are neither
+along      heights of faces and edges over places on a plane
+columns    cells and caps put in order: the stack, and the sweep of its prism
+sheets     caps that share a level, and which level must lie over which
+levels     one integer programme for all levels
+nodes      heights of all nodes
+blocks     hexahedra, and the face of every boundary quad
+========== =====================================================================
+"""
+
+from .blocks import build_mesh
+from .columns import make_stack
+from .levels import assign_levels
+from .sheets import Sheets, find_sheets
+from .sides import Sides, find_directions, find_stations, read_sides, sample_normals
+
+__all__ = [
+    "Sheets",
+    "Sides",
+    "assign_levels",
+    "build_mesh",
+    "find_directions",
+    "find_sheets",
+    "find_stations",
+    "make_stack",
+    "read_sides",
+    "sample_normals",
+]

@@ -1,0 +1,98 @@
+"""Heights of faces and edges over places on a plane: where a line along the direction meets them.
+
+Place in the flow: foundation of :mod:`cadsweep.stacks`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Edge, Face
+from ..errors import SurfaceMeshError
+
+_STEPS = 30
+_CLOSE = 1e-12
+"""Distance from the line, in sizes of the face, at which a point of the face is on it."""
+_ENOUGH = 1e-9
+"""The same, beyond which the search has failed."""
+_SAMPLES = 129
+
+
+def across(direction: FloatArray) -> FloatArray:
+    """Two unit vectors (2, 3) across a direction, right-handed with it."""
+    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(direction, first)])
+
+
+def heights_on_face(face: Face, direction: FloatArray, places: FloatArray) -> FloatArray:
+    """Heights ``x @ direction`` of the points x of a face over places.
+
+    Parameters
+    ----------
+    face : Face
+        A line along `direction` crosses it once.
+    direction : (3,) float64
+        Unit vector.
+    places : (m, 3) float64
+        Anywhere on the lines.
+
+    Returns
+    -------
+    (m,) float64
+
+    Raises
+    ------
+    SurfaceMeshError
+        A line misses the face's surface.
+    """
+    base = places @ direction
+    slope = face.normal @ direction
+    if face.kind == "plane":
+        return base + ((face.center - places) @ face.normal) / slope
+    surface, frame = face.surface, across(direction)
+    size = max(np.sqrt(face.area), 1e-300)
+    # The plane through the middle is a start; the nearest point to it is on the face's own side of the surface.
+    guess = places + ((face.center - places) @ direction)[:, None] * direction
+    for _ in range(3):
+        uv = surface.project(guess)
+        guess = places + ((surface.evaluate(uv) - places) @ direction)[:, None] * direction
+    for _ in range(_STEPS):
+        gap = (surface.evaluate(uv) - places) @ frame.T
+        if float(np.abs(gap).max()) <= _CLOSE * size:
+            break
+        by_u, by_v = surface.derivatives(uv)
+        jacobian = np.stack([by_u @ frame.T, by_v @ frame.T], axis=-1)
+        determinant = np.linalg.det(jacobian)
+        safe = np.abs(determinant) > 1e-14 * (np.abs(jacobian).max(axis=(1, 2)) ** 2)
+        step = np.zeros_like(uv)
+        step[safe] = np.linalg.solve(jacobian[safe], gap[safe][..., None])[..., 0]
+        uv = uv - step
+    found = surface.evaluate(uv)
+    gap = np.abs((found - places) @ frame.T).max(axis=1)
+    if not float(gap.max()) <= _ENOUGH * size:
+        j = int(np.argmax(gap))
+        raise SurfaceMeshError(
+            f"{face.label()} has no point over ({face.units.place(places[j])}) along the stack's direction"
+        )
+    return np.asarray(found @ direction)
+
+
+def heights_on_edge(edge: Edge, direction: FloatArray, places: FloatArray) -> FloatArray:
+    """Heights of the points of an edge over places (m, 3) that lie under it."""
+    frame = across(direction)
+    at = np.linspace(0.0, 1.0, _SAMPLES)
+    seen = edge.curve.evaluate(at) @ frame.T
+    target = places @ frame.T
+    fractions = at[np.argmin(np.linalg.norm(seen[None] - target[:, None], axis=2), axis=1)]
+    step = 1e-6
+    for _ in range(_STEPS):
+        low, high = np.clip(fractions - step, 0.0, 1.0), np.clip(fractions + step, 0.0, 1.0)
+        tangent = (edge.curve.evaluate(high) - edge.curve.evaluate(low)) @ frame.T / (high - low)[:, None]
+        gap = target - edge.curve.evaluate(fractions) @ frame.T
+        move = (gap * tangent).sum(axis=1) / (tangent**2).sum(axis=1)
+        fractions = np.clip(fractions + move, 0.0, 1.0)
+        if float(np.abs(move).max()) < 1e-13:
+            break
+    return np.asarray(edge.curve.evaluate(fractions) @ direction)

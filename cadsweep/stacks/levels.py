@@ -1,0 +1,155 @@
+"""On which layer of nodes every cap lies: one integer programme.
+
+Place in the flow: after :mod:`.sheets`. The sheets are given whole numbers so that those over each other differ by one
+at least, those with material between them by their distance in wanted layers, as nearly as may be; what does not
+touch is free to share a level or not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from ..arrays import FloatArray
+from ..errors import InputError, SurfaceMeshError
+from ..stack import Levels, Stack
+from .sheets import Sheets
+
+_PATIENCE = 20.0
+"""Seconds after which the best levels found so far are taken."""
+_ORDER = 1e-4
+"""Price of a layer too much, beside that of layers of the wrong height."""
+
+
+def assign_levels(
+    stack: Stack,
+    sheets: Sheets,
+    *,
+    size: float,
+    layers: int | None = None,
+    demands: Mapping[tuple[int, int], int] | None = None,
+) -> Levels:
+    """Choose the level of every cap and station.
+
+    Parameters
+    ----------
+    stack : Stack
+    sheets : Sheets
+    size : float
+        Wanted height of a layer, working units.
+    layers : int, optional
+        Layers demanded from the lowest cap to the highest.
+    demands : mapping of (int, int) to int, optional
+        Layers demanded between two sheets.
+
+    Raises
+    ------
+    InputError
+        What is demanded cannot be had.
+    SurfaceMeshError
+        Caps lie over each other in one place and under each other in another.
+    """
+    _check_order(stack, sheets)
+    n = len(sheets.heights)
+    pairs = [(a, b, h / size, w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)]
+    # Columns: levels 0 .. n - 1, then one deviation a pair.
+    n_pairs = len(pairs)
+    price = np.concatenate([np.full(n, _ORDER), [w / max(wish, 1.0) for _, _, wish, w in pairs]])
+    price[n:] /= max(float(price[n:].sum()), 1e-300)
+    rows: list[tuple[dict[int, float], float, float]] = []
+    for a, b in sheets.over:
+        rows.append(({b: 1.0, a: -1.0}, 1.0, np.inf))
+    for j, (a, b, wish, _) in enumerate(pairs):
+        rows.append(({b: 1.0, a: -1.0, n + j: 1.0}, wish, np.inf))
+        rows.append(({b: 1.0, a: -1.0, n + j: -1.0}, -np.inf, wish))
+    for (a, b), count in (demands or {}).items():
+        rows.append(({b: 1.0, a: -1.0}, float(count), float(count)))
+    lowest, highest = int(np.argmin(sheets.heights)), int(np.argmax(sheets.heights))
+    if layers is not None:
+        rows.append(({highest: 1.0, lowest: -1.0}, float(layers), float(layers)))
+    most = float(layers) if layers is not None else np.inf
+    found = milp(
+        price,
+        integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
+        bounds=Bounds(np.zeros(n + n_pairs), np.concatenate([np.full(n, most), np.full(n_pairs, np.inf)])),
+        constraints=LinearConstraint(_matrix([row for row, _, _ in rows], n + n_pairs), *_limits(rows)),
+        options={"time_limit": _PATIENCE, "mip_rel_gap": 1e-3},
+    )
+    if found.x is None:
+        wishes = [f"layers = {layers}"] if layers is not None else []
+        wishes += [f"{count} layers between two caps" for count in (demands or {}).values()]
+        least = _least_layers(sheets)
+        raise InputError(
+            f"{', '.join(wishes)}: the caps of the stack need other numbers, {least} layers at least in all"
+        )
+    levels = np.round(found.x[:n]).astype(np.int64)
+    levels -= levels.min()
+    return Levels(
+        caps={f: int(levels[s]) for f, s in sheets.caps.items()},
+        stations={e: int(levels[s]) for e, s in sheets.stations.items()},
+        heights=_mean_heights(sheets, levels),
+    )
+
+
+def _merged(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Distances of two sheets that are the same, with their lengths together."""
+    total: dict[float, float] = {}
+    for height, weight in found:
+        key = float(f"{height:.6g}")
+        total[key] = total.get(key, 0.0) + weight
+    return list(total.items())
+
+
+def _matrix(rows: list[dict[int, float]], width: int) -> csr_array:
+    entries = [(i, j, value) for i, row in enumerate(rows) for j, value in row.items()]
+    i, j, value = (np.array(column) for column in zip(*entries, strict=True))
+    return csr_array(coo_array((value, (i, j)), shape=(len(rows), width)))
+
+
+def _limits(rows: list[tuple[dict[int, float], float, float]]) -> tuple[FloatArray, FloatArray]:
+    return np.array([low for _, low, _ in rows]), np.array([high for _, _, high in rows])
+
+
+def _check_order(stack: Stack, sheets: Sheets) -> None:
+    """Refuse sheets that lie over each other in a circle."""
+    n = len(sheets.heights)
+    pairs = np.array(list(sheets.over), dtype=np.int64).reshape(-1, 2)
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, group = connected_components(csr_array(graph), directed=True, connection="strong")
+    if count == n:
+        return
+    a, b = next((a, b) for a, b in sheets.over if group[a] == group[b])
+    names = [next(stack.solid.faces[f].label() for f, s in sheets.caps.items() if s == sheet) for sheet in (a, b)]
+    raise SurfaceMeshError(
+        f"{names[0]} lies under {names[1]} at ({sheets.over[a, b]}), and over it in another place: no layers go between"
+    )
+
+
+def _least_layers(sheets: Sheets) -> int:
+    """Layers of the longest chain of sheets."""
+    depth = np.zeros(len(sheets.heights), dtype=np.int64)
+    for _ in range(len(depth)):
+        before = depth.copy()
+        for a, b in sheets.over:
+            depth[b] = max(depth[b], depth[a] + 1)
+        if (before == depth).all():
+            break
+    return int(depth.max())
+
+
+def _mean_heights(sheets: Sheets, levels: np.ndarray) -> FloatArray:
+    """Height of every level: the mean of its sheets, between them in equal steps; rising."""
+    n = int(levels.max())
+    known = np.unique(levels)
+    means = np.array([sheets.heights[levels == k].mean() for k in known])
+    heights = np.interp(np.arange(n + 1), known, means)
+    least = 0.1 * (sheets.heights.max() - sheets.heights.min()) / max(n, 1)
+    if (np.diff(heights) < least).any():
+        # Sheets of one level at unlike heights: what rises in all is kept, what does not is evened out.
+        rising = np.maximum.accumulate(heights)
+        heights = 0.5 * rising + 0.5 * np.linspace(rising[0], rising[-1], n + 1)
+    return np.asarray(heights)

@@ -1,0 +1,144 @@
+"""Heights of all nodes of a stack: on every cap exactly, between caps by their neighbours.
+
+Place in the flow: after :mod:`.levels`, with the quads of the arrangement.
+
+Method: a node is a place of the plane and a level. Over a place the caps of all cells around it fix some levels; those
+between follow the mean heights of the levels. On the lines between cells this may differ from what lies inside of a
+cell: the difference is carried inwards by one harmonic function a level, which keeps layers in order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.linalg import splu
+
+from ..arrays import FloatArray, IntArray
+from ..errors import SurfaceMeshError
+from ..mesh import QuadMesh
+from ..stack import Levels, Stack
+from .along import heights_on_edge, heights_on_face
+from .sheets import TOLERANCE
+
+_SAME = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Heights:
+    """Heights of every node of the arrangement on every level.
+
+    A level has two heights over a node where it is the floor and the roof of a passage at once: the layers below it end
+    at the one, the layers above it begin at the other.
+
+    Attributes
+    ----------
+    below, above : (n_layers + 1, n_nodes) float64
+        Where the layer below a level ends, and where the layer above it begins; NaN below the lowest cap over a node
+        and above the highest.
+    """
+
+    below: FloatArray
+    above: FloatArray
+
+    @property
+    def open(self) -> npt.NDArray[np.bool_]:
+        """Where the two differ."""
+        return np.isfinite(self.below) & (self.below != self.above)
+
+
+def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
+    """Find the heights of all nodes.
+
+    Raises
+    ------
+    SurfaceMeshError
+        Two caps of one level have different heights over one node.
+    """
+    arrangement = stack.arrangement
+    nodes_of = {f: np.unique(mesh.quads[mesh.faces == f]) for f in arrangement.bottoms}
+    ends, begins = np.full((2, levels.n_layers + 1, len(mesh.points)), np.nan)
+    tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
+    sources = set(stack.source)
+    for cap, level in levels.caps.items():
+        cells = [f for f, caps in zip(arrangement.bottoms, arrangement.caps, strict=True) if cap in caps]
+        nodes = np.unique(np.concatenate([nodes_of[f] for f in cells]))
+        face = stack.solid.faces[cap]
+        found = heights_on_face(face, stack.direction, mesh.points[nodes])
+        _fix((begins if cap in sources else ends)[level], nodes, found, tolerance, face.label())
+    for e, over in arrangement.over.items():
+        for station in set(over) & levels.stations.keys():
+            edge = stack.solid.edges[station]
+            nodes = mesh.edge_nodes[e]
+            found = heights_on_edge(edge, stack.direction, mesh.points[nodes])
+            _fix(ends[levels.stations[station]], nodes, found, tolerance, edge.label())
+    below, above = np.where(np.isnan(ends), begins, ends), np.where(np.isnan(begins), ends, begins)
+    closed = np.abs(above - below) <= 10.0 * tolerance
+    above[closed] = below[closed]
+    crossed = above < below
+    if crossed.any():
+        node = int(np.nonzero(crossed)[1][0])
+        place = stack.solid.units.place(mesh.points[node])
+        raise SurfaceMeshError(f"two caps of one level cross each other over ({place})")
+    heights = Heights(below=below, above=above)
+    _fill(heights, levels.heights)
+    on_lines = np.zeros(len(mesh.points), dtype=bool)
+    for e in arrangement.over:
+        on_lines[mesh.edge_nodes[e]] = True
+    for f, columns in zip(arrangement.bottoms, stack.columns, strict=True):
+        for a, b in columns:
+            _relax(heights, levels, (levels.caps[a], levels.caps[b]), mesh.quads[mesh.faces == f], on_lines)
+    return heights
+
+
+def _fix(row: FloatArray, nodes: IntArray, found: FloatArray, tolerance: float, label: str) -> None:
+    clash = np.abs(row[nodes] - found) > 10.0 * tolerance
+    if clash.any():
+        raise SurfaceMeshError(f"{label} does not meet the other caps of its level: nodes would have two heights")
+    row[nodes] = np.where(np.isnan(row[nodes]), found, row[nodes])
+
+
+def _fill(heights: Heights, means: FloatArray) -> None:
+    """Levels between those that are known, by the mean heights of the levels; places with the same ones at once."""
+    known = np.isfinite(heights.below)
+    patterns, which = np.unique(np.packbits(known, axis=0), axis=1, return_inverse=True)
+    order = np.argsort(which.ravel(), kind="stable")
+    bounds = np.searchsorted(which.ravel()[order], np.arange(patterns.shape[1] + 1))
+    for j in range(patterns.shape[1]):
+        nodes = order[bounds[j] : bounds[j + 1]]
+        rows = np.flatnonzero(known[:, nodes[0]])
+        for low, high in pairwise(rows):
+            share = (means[low + 1 : high] - means[low]) / (means[high] - means[low])
+            first, last = heights.above[low, nodes], heights.below[high, nodes]
+            between = first + share[:, None] * (last - first)
+            heights.below[low + 1 : high, nodes] = heights.above[low + 1 : high, nodes] = between
+
+
+def _relax(heights: Heights, levels: Levels, between: tuple[int, int], quads: IntArray, on_lines: np.ndarray) -> None:
+    """Carry what the lines around a column differ by into it."""
+    low, high = between
+    if high - low < 2:
+        return
+    nodes, local = np.unique(quads, return_inverse=True)
+    local = local.reshape(-1, 4)
+    border = on_lines[nodes]
+    below, above = heights.above[low, nodes], heights.below[high, nodes]
+    means = levels.heights
+    share = (means[low + 1 : high] - means[low]) / (means[high] - means[low])
+    off = (heights.below[low + 1 : high][:, nodes] - below) / (above - below) - share[:, None]
+    if float(np.abs(off[:, border]).max()) <= _SAME or border.all():
+        return
+    ends = np.concatenate([local, np.roll(local, -1, axis=1)]).reshape(2, -1)
+    n = len(nodes)
+    weights = coo_array((np.ones(2 * ends.shape[1]), (ends.ravel(), ends[::-1].ravel())), shape=(n, n)).tocsr()
+    weights.data[:] = 1.0
+    inner = np.flatnonzero(~border)
+    degree = np.asarray(weights.sum(axis=1)).ravel()
+    matrix = csc_array(coo_array((degree[inner], (np.arange(len(inner)),) * 2)) - weights[inner][:, inner])
+    right = weights[inner][:, np.flatnonzero(border)] @ off[:, border].T
+    moved = splu(matrix).solve(np.ascontiguousarray(right)).T
+    values = (share[:, None] + moved) * (above - below)[inner] + below[inner]
+    heights.below[low + 1 : high, nodes[inner]] = heights.above[low + 1 : high, nodes[inner]] = values

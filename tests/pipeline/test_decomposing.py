@@ -1,0 +1,77 @@
+"""Solids that no sweep fits are cut unasked, and their mesh is as good as any."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+import cadquery as cq
+
+from cadsweep import load, sweep_mesh
+from cadsweep.errors import NotSweepableError
+from cadsweep.options import SweepOptions
+from cadsweep.pipeline.decomposing import mesh_decomposed
+from cadsweep.pipeline.run import Run, silent
+
+pytestmark = pytest.mark.cad
+
+
+def cut_and_mesh(shape, **options):
+    """Mesh by cells, also what could be meshed otherwise."""
+    refused = NotSweepableError("asked for")
+    return mesh_decomposed(load(shape), SweepOptions(**options), Run(on_progress=silent), refused)
+
+
+def boxes_cross():
+    """Three bars that cross in one place; every cell can be a box."""
+    return cq.Workplane().box(30, 8, 8).union(cq.Workplane().box(8, 30, 8)).union(cq.Workplane().box(8, 8, 30))
+
+
+def pockets_in_adjacent_sides():
+    """A block with one pocket from above and one from a side."""
+    block = cq.Workplane().box(20, 20, 20).faces(">Z").workplane().rect(10, 10).cutBlind(-6)
+    return block.faces(">X").workplane(centerOption="CenterOfMass").rect(8, 6).cutBlind(-4)
+
+
+def test_crossing_bars_are_cubes_all_through():
+    mesh = cut_and_mesh(boxes_cross(), size=4.0)
+    report = mesh.info["quality"]
+    assert report.min_scaled_jacobian == pytest.approx(1.0)
+    assert report.volume == pytest.approx(mesh.info["cad_volume"], rel=1e-12)
+    # Seven cubes of 8 x 8 x 8 and six ends of 3 x 8 x 8 more: 2 layers of 4 in 8, 3 in the arms of 11.
+    assert mesh.n_hexes == 2**3 + 6 * 3 * 2 * 2
+    assert list(mesh.parts) == ["solid"]
+
+
+def test_pockets_in_two_sides_keep_their_faces():
+    mesh = cut_and_mesh(pockets_in_adjacent_sides(), size=2.0)
+    report = mesh.info["quality"]
+    assert report.valid
+    assert report.min_scaled_jacobian > 0.3
+    assert any(note.startswith("cut into ") for note in mesh.info["notes"])
+    quads = np.concatenate(list(mesh.boundaries.values()))
+    p = mesh.points[quads]
+    area = 0.5 * np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1).sum()
+    # a cube's six faces, and the walls of a pocket of 10 x 10 x 6 and of one of 8 x 6 x 4
+    assert area == pytest.approx(6 * 400 + 4 * 60 + 2 * (8 + 6) * 4, rel=1e-9)
+
+
+def rotated_pockets():
+    """A block with a pocket in each of two sides, neither square to its edges: no stack in any direction."""
+    block = cq.Workplane().box(20, 20, 20)
+    for face, angle, place in ((">X", 20, (0, 5)), (">Y", 30, (0, -5))):
+        work = block.faces(face).workplane(centerOption="CenterOfMass").center(*place)
+        block = work.transformed(rotate=(0, 0, angle)).rect(7, 5).cutBlind(-4)
+    return block
+
+
+def test_a_block_with_rotated_pockets_is_cut_unasked():
+    mesh = sweep_mesh(rotated_pockets(), size=2.0)
+    assert mesh.info["quality"].valid
+    assert any(note.startswith("cut into ") for note in mesh.info["notes"])
+
+
+def test_what_is_asked_of_one_sweep_is_refused_as_before():
+    with pytest.raises(NotSweepableError, match="no pair of faces"):
+        sweep_mesh(boxes_cross(), source=0)

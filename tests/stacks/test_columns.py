@@ -1,0 +1,75 @@
+"""Parts with caps at many levels: every mesh is valid, and is the part to the digit where the part has flat faces."""
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+
+
+def block(x: float = 10.0, y: float = 8.0, z: float = 4.0) -> cq.Workplane:
+    return cq.Workplane().box(x, y, z, centered=(True, True, False))
+
+
+def pocketed() -> cq.Workplane:
+    """Pockets from above and from below that overlap in plan, and a post in one of them."""
+    part = block().faces(">Z").workplane().center(-1, 0).rect(6, 5).cutBlind(-1.5)
+    part = part.faces("<Z").workplane(invert=True).center(2.5, 0).rect(4, 4).cutBlind(1)
+    return part.union(cq.Workplane().box(2, 2, 3.5, centered=(True, True, False)).translate((-2.5, 0, 0)))
+
+
+def stairs_with_holes() -> cq.Workplane:
+    part = block(9, 6, 1).union(cq.Workplane().box(3, 6, 3, centered=(True, True, False)).translate((3, 0, 0)))
+    return part.cut(cq.Workplane().circle(0.8).extrude(0.6).translate((3, 1, 2.4)))
+
+
+def passage() -> cq.Workplane:
+    """A triangular passage across a block with a pocket: its floor and roof meet at its edges."""
+    bar = cq.Workplane("XZ").polyline([(-2, 1), (2, 1), (0, 2.4)]).close().extrude(20, both=True)
+    return block(10, 8, 5).cut(bar).faces(">Z").workplane().center(3, 2).rect(2, 2).cutBlind(-1)
+
+
+@pytest.mark.parametrize("make", [pocketed, stairs_with_holes, passage])
+def test_volume_and_every_flat_area_are_the_parts(make):
+    part = make()
+    mesh = cs.sweep_mesh(part, size=0.8)
+    report = mesh.quality()
+    assert report.valid, report.problems
+    assert report.min_scaled_jacobian > 0.25
+    flat = make is not stairs_with_holes
+    assert report.volume == pytest.approx(part.val().Volume(), rel=1e-9 if flat else 5e-3)
+    assert sum(report.areas.values()) == pytest.approx(part.val().Area(), rel=1e-9 if flat else 5e-3)
+
+
+def test_every_pocket_floor_and_every_wall_keeps_its_name():
+    part = pocketed()
+    part.faces(cq.selectors.BoxSelector((-5, -4, 2.4), (5, 4, 2.6))).tag("floor")
+    mesh = cs.sweep_mesh(part, size=1.0)
+    floor = mesh.points[mesh.boundaries["floor"]]
+    assert np.ptp(floor[:, :, 2]) == 0.0
+    assert floor[0, 0, 2] == 2.5
+    assert len(mesh.boundaries) == part.faces().size()
+
+
+def test_a_stack_is_listed_and_a_plain_sweep_is_preferred():
+    stack, *others = cs.find_sweeps(pocketed())  # all its faces are across or along x, y and z
+    assert abs(stack.direction[2]) == pytest.approx(1.0)
+    assert stack.n_columns <= min(other.n_columns for other in others)
+    assert set(stack.source) | set(stack.target) | set(stack.walls) == set(range(len(stack.solid.faces)))
+    assert cs.sweep_mesh(block()).structure is not None
+
+
+def test_a_column_that_runs_out_is_refused_at_its_edge():
+    wedge = cq.Workplane("XZ").polyline([(0, 0), (9, 0), (0, 2)]).close().extrude(5)
+    part = wedge.union(cq.Workplane().box(2, 2, 6).translate((1.5, -2.5, 0)))
+    part = part.cut(cq.Workplane("YZ").circle(0.4).extrude(1).translate((0, -2.5, 0.8)))
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(part)
+    assert any("run out on each other at edge" in reason for reason in refused.value.reasons)
+
+
+def test_layers_demanded_are_those_of_the_whole_height():
+    mesh = cs.sweep_mesh(pocketed(), size=1.0, layers=9)
+    assert mesh.info["sweeps"][0]["layers"] == 9
+    with pytest.raises(cs.InputError, match="layers"):
+        cs.sweep_mesh(pocketed(), size=1.0, layers=1)
