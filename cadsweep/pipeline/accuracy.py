@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from .. import estimate
 from ..arrays import FloatArray
 from ..brep import Part
-from ..errors import SurfaceMeshError
+from ..errors import InputError, SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection.caps import PlacedCap, place_target
@@ -103,11 +103,12 @@ def check_coarse(deviation: Deviation, options: SweepOptions) -> None:
 
     Raises
     ------
-    SurfaceMeshError
+    InputError
+        Another sweep or other quads would be as coarse: it is the sizes.
     """
     worst = max(abs(deviation.volume), abs(deviation.area))
     if worst > COARSE and not (options.allow_coarse or options.allow_inverted):
-        raise SurfaceMeshError(
+        raise InputError(
             f"the mesh is too coarse to be the part: its volume is {deviation.volume:+.1%} off the CAD's and its area "
             f"{deviation.area:+.1%}; take a smaller size or more layers, say a tolerance, or allow it with "
             "allow_coarse=True (--allow-coarse)"

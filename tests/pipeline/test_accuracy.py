@@ -58,11 +58,12 @@ def test_a_mesh_that_is_another_part_has_to_be_allowed(bar):
 
 @pytest.fixture(scope="module")
 def dome():
-    """A hexagonal plate with a freeform dome as high as it is wide."""
+    """A hexagonal plate with a freeform dome as high as it is wide (20)."""
     corners = [(10 * np.cos(a), 10 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
     plate = cq.Workplane().polyline(corners).close().extrude(3)
     rim = cq.Workplane().workplane(offset=3).polyline(corners).close().wire().vals()[0]
-    top = cq.Face.makeNSidedSurface(rim.Edges(), [cq.Vector(6 * np.cos(a), 6 * np.sin(a), 13) for a in np.arange(6)])
+    ridge = [cq.Vector(r * x, r * y, 3 + 20 * (1 - r * r)) for r in (0.35, 0.65) for x, y in corners]
+    top = cq.Face.makeNSidedSurface(rim.Edges(), [cq.Vector(0, 0, 23), *ridge])
     others = [face for face in plate.faces().vals() if face.Center().z < 3 - 1e-6]
     return cs.load(cq.Workplane(cq.Solid.makeSolid(cq.Shell.makeShell([*others, top]))))
 
