@@ -15,7 +15,7 @@ from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
 from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
-from .worker import QUIET, limits, run
+from .worker import QUIET, VERBOSE, limits, run
 
 BIAS_HELP = (
     "Grading along the sweep: thickness of the last layer over the first's, or 'SOURCE,TARGET', "
@@ -165,19 +165,27 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
 @sweep_options
+@click.option(
+    "--like",
+    metavar="BASE.sweep.npz",
+    help="Make the same mesh as that of a part whose faces and edges correspond, from the file of its factors.",
+)
 @click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
+@VERBOSE
 def mesh(
     *,
     input_file: str,
     output: str,
+    like: str | None,
     stream: bool,
     timeout: float,
     max_memory: float | None,
     as_json: bool,
     quiet: bool,
+    verbose: bool,
     **given: Any,
 ) -> None:
     """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
@@ -186,11 +194,15 @@ def mesh(
     check_suffix(output)
     if stream and (Path(output).suffix.lower() != ".vtkhdf" or options["order"] != 1):
         raise click.UsageError("--stream writes meshes of order 1 to .vtkhdf files")
+    if like is not None:
+        if stream or output.endswith(".sweep.npz") or is_rank():
+            raise click.UsageError("--like goes with a mesh in memory, of one process")
+        options["like"] = like
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
             return
-        _announce(summary, output, as_json=as_json, quiet=quiet)
+        _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
         return
     summary = run(
         "mesh_file",
@@ -203,14 +215,14 @@ def mesh(
         max_memory=max_memory,
         quiet=quiet,
     )
-    _announce(summary, output, as_json=as_json, quiet=quiet)
+    _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
 
 
-def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool) -> None:
+def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json.dumps({**summary, "file": output}))
     elif not quiet:
-        click.echo("\n".join(mesh_lines(summary, output)))
+        click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
 
 
 @click.command(short_help="Make a mesh from its factors.")

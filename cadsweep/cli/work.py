@@ -73,6 +73,10 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
             "min_scaled_jacobian": report.min_scaled_jacobian,
             "mean_scaled_jacobian": report.mean_scaled_jacobian,
             "n_inverted": report.n_inverted,
+            "valid": report.valid,
+            "boundaries": {name: len(quads) for name, quads in mesh.boundaries.items()},
+            "interfaces": {name: len(quads) for name, quads in mesh.interfaces.items()},
+            "parts": {name: len(hexes) for name, hexes in mesh.parts.items()},
             "volume": report.volume,
             "cad_volume": mesh.info.get("cad_volume"),
             "seconds": mesh.info.get("seconds", {}),
@@ -93,9 +97,11 @@ def describe_part(
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
+    from ..cad import find_contacts
     from ..pipeline import load
+    from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
-    from ..pipeline.parts import open_and_find, resolve_cap
+    from ..pipeline.parts import resolve_cap
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
@@ -132,6 +138,15 @@ def describe_part(
         volume = solid.volume * loaded.scale**3
         known = {"name": solid.name or loaded.name, "material": solid.material, "color": solid.color}
         data["solids"].append({**known, "volume": volume, "error": error})
+    data["contacts"] = [
+        {
+            "solids": [loaded.models[j].name for j in contact.models],
+            "kind": contact.kind,
+            "area": contact.area * loaded.scale**2,
+            "faces": [[face for _, face in sides] for sides in contact.faces],
+        }
+        for contact in find_contacts(loaded)
+    ]
     return plain(data)
 
 

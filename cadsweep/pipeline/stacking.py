@@ -20,7 +20,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Sweep
-from .making import COARSE, GOOD_ENOUGH
+from .candidates import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish

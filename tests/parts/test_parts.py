@@ -1,4 +1,4 @@
-"""Every part of this folder, without a hint: recognised, counted and meshed, or refused with a reason."""
+"""Every part of this folder, without a hint: recognised, counted and meshed, or refused as a sweep with a reason."""
 
 from functools import cache
 from pathlib import Path
@@ -9,9 +9,10 @@ import pytest
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
-from cadsweep import find_sweeps, load, sweep_mesh
+from cadsweep import load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.intervals import assign_intervals
+from cadsweep.pipeline.attempts import open_and_find
 
 pytestmark = pytest.mark.cad
 
@@ -38,7 +39,7 @@ def test_there_are_enough_parts():
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
 def test_sweepable_part_is_recognised(path):
-    for sweep in find_sweeps(part_of(path)):
+    for sweep in open_and_find(part_of(path), None, None)[1]:
         roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
         assert sorted(roles) == list(range(len(sweep.solid.faces)))
         found = assign_intervals(sweep)
@@ -60,8 +61,9 @@ def test_sweepable_part_is_meshed(path):
 def test_unsweepable_part_is_refused_with_reasons(path):
     (solid,) = part_of(path).solids
     with pytest.raises(NotSweepableError) as caught:
-        find_sweeps(part_of(path))
+        open_and_find(part_of(path), None, None)
     assert "\n" not in str(caught.value)
-    assert len(caught.value.reasons) == len(solid.faces)
-    for face, reason in zip(solid.faces, caught.value.reasons, strict=True):
+    own, besides = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
+    for face, reason in zip(solid.faces, own, strict=True):
         assert reason.startswith(face.label())
+    assert all(reason.startswith("with ") for reason in besides)
