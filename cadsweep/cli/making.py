@@ -11,10 +11,10 @@ from typing import Any
 import click
 
 from ..errors import CadSweepError, InputError
-from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
+from ..options import FUNCTIONALS, INTERFACES, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
+from .types import Assignment, Bias, Names, Numbers, Positive, Size, is_script, parse_cap, parse_parameter
 from .worker import QUIET, VERBOSE, limits, run
 
 BIAS_HELP = (
@@ -29,15 +29,33 @@ TOUCH = click.option(
 )
 
 
+CUT = click.option(
+    "--cut",
+    "cuts",
+    multiple=True,
+    metavar="PLANE|FACE|FILE",
+    help="Cut the part first: 'plane z=3', 'plane 1,1,0,2.5', 'face 12' extended, or the faces of a file; repeatable.",
+)
+
+
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
+<<<<<<< HEAD
         click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
         click.option(
             "--tolerance",
             type=Positive(),
             metavar="T",
             help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
+=======
+        click.option(
+            "--size",
+            type=Size(),
+            multiple=True,
+            metavar="S|SOLID=S",
+            help="Edge length of the quads, model units; of one solid of an assembly: gasket=0.5; may be repeated.",
+>>>>>>> main
         ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
@@ -67,6 +85,15 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         PART,
         TOUCH,
+        click.option(
+            "--interfaces",
+            type=click.Choice(INTERFACES),
+            default="shared",
+            show_default=True,
+            help="Whether solids that touch share nodes, or get contacts named in pairs.",
+        ),
+        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
+        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -125,6 +152,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="K",
             help="Make every hexahedron of the finished mesh into eight, K times; new nodes lie on the CAD model.",
         ),
+        CUT,
+        click.option(
+            "--decompose/--no-decompose",
+            default=True,
+            show_default=True,
+            help="Cut a solid that no sweep fits into cells.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option(
             "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."
@@ -147,12 +181,19 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     if pairs and not is_script(source):
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {source} is none")
     given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
-    given["sizes"] = dict(given["sizes"] + given.pop("edge_sizes")) or None
+    plain = [size for name, size in given["size"] if name is None]
+    by_solid = tuple((name, size) for name, size in given["size"] if name is not None)
+    given["size"] = plain[-1] if plain else None
+    given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+<<<<<<< HEAD
     if given.pop("yes"):
         if given["max_hexes"] is not None:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
         given["max_hexes"] = math.inf
+=======
+    given["cuts"] = list(given["cuts"]) or None
+>>>>>>> main
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)

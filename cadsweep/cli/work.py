@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,18 @@ Progress = Callable[[str, float | None], None]
 
 
 def mesh_file(
-    source: str, output: str | None, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
+    source: str,
+    output: str | None,
+    *,
+    options: dict[str, Any],
+    stream: bool = False,
+    nodes: str | None = None,
+    on_progress: Progress,
 ) -> dict[str, Any]:
-    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
+    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``.
+
+    `nodes` is a numpy file for the points alone: the corners of the hexes as they were before they were refined.
+    """
     from ..io import check_destination, write
     from ..pipeline import sweep_mesh
 
@@ -46,7 +56,13 @@ def mesh_file(
         on_progress("write", None)
         start = time.perf_counter()
         write(mesh, output)
-        mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+        seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
+        mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
+    if nodes is not None:
+        from ..io.atomic import replaced_file
+
+        with replaced_file(Path(nodes)) as file:
+            np.save(file, mesh.points[mesh.info.get("coarse_nodes", np.unique(mesh.hexes[:, :8]))])
     return summarise(mesh)
 
 
@@ -148,6 +164,46 @@ def describe_part(
         for contact in find_contacts(loaded)
     ]
     return plain(data)
+
+
+def cut_file(
+    source: str,
+    output: str,
+    *,
+    cuts: list[str],
+    params: dict[str, Any] | None,
+    part: str | None,
+    touch: float | None,
+    on_progress: Progress,
+) -> dict[str, Any]:
+    """Cut a part into cells that sweep, and write them as solids; returns the cells and the cuts."""
+    from ..cad import write_cells
+    from ..io.atomic import check_place
+    from ..pipeline import decompose, load
+
+    output = os.path.abspath(output)  # a script may change the working folder
+    check_place(Path(output))
+    on_progress("cad", None)
+    loaded = load(source, params=params, part=part, touch=touch)
+    on_progress("decomposition", None)
+    cells = decompose(loaded, cuts=cuts)
+    on_progress("write", None)
+    names = write_cells(cells, Path(output))
+    return plain(
+        {
+            "cells": [
+                {
+                    "name": name,
+                    "part": cells.models[owner].name,
+                    "volume": solid.volume * cells.scale**3,
+                    "n_faces": len(solid.faces),
+                }
+                for name, owner, solid in zip(names, cells.owners, cells.solids, strict=True)
+            ],
+            "cuts": cells.cuts,
+            "notes": cells.notes,
+        }
+    )
 
 
 def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
