@@ -41,21 +41,18 @@ CUT = click.option(
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
-<<<<<<< HEAD
-        click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
-        click.option(
-            "--tolerance",
-            type=Positive(),
-            metavar="T",
-            help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
-=======
         click.option(
             "--size",
             type=Size(),
             multiple=True,
             metavar="S|SOLID=S",
             help="Edge length of the quads, model units; of one solid of an assembly: gasket=0.5; may be repeated.",
->>>>>>> main
+        ),
+        click.option(
+            "--tolerance",
+            type=Positive(),
+            metavar="T",
+            help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
         ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
@@ -186,14 +183,11 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["size"] = plain[-1] if plain else None
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
-<<<<<<< HEAD
     if given.pop("yes"):
         if given["max_hexes"] is not None:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
         given["max_hexes"] = math.inf
-=======
     given["cuts"] = list(given["cuts"]) or None
->>>>>>> main
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)
