@@ -16,6 +16,7 @@ from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
 from .types import Assignment, Bias, Names, Numbers, Positive, Size, is_script, parse_cap, parse_parameter
 from .worker import QUIET, VERBOSE, limits, run
+from .writing import take_writing_options, writing_options
 
 BIAS_HELP = (
     "Grading along the sweep: thickness of the last layer over the first's, or 'SOURCE,TARGET', "
@@ -200,6 +201,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
 @sweep_options
+@writing_options
 @click.option(
     "--like",
     metavar="BASE.sweep.npz",
@@ -224,9 +226,12 @@ def mesh(
     **given: Any,
 ) -> None:
     """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
+    check_suffix(output)
+    writing = take_writing_options(output, given)
     options = checked_options(input_file, given)
     options["max_memory"] = max_memory
-    check_suffix(output)
+    if writing and (stream or is_rank() or output.endswith(".sweep.npz")):
+        raise click.UsageError("--scale and --units go with files that are written whole")
     if stream and (Path(output).suffix.lower() != ".vtkhdf" or options["order"] != 1):
         raise click.UsageError("--stream writes meshes of order 1 to .vtkhdf files")
     if like is not None:
@@ -245,6 +250,7 @@ def mesh(
         output,
         stream=stream,
         options=options,
+        writing=writing,
         output=output,
         timeout=timeout,
         max_memory=max_memory,
@@ -263,13 +269,33 @@ def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: boo
 @click.command(short_help="Make a mesh from its factors.")
 @click.argument("factors", metavar="PART.sweep.npz")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
+@writing_options
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
-def expand(*, factors: str, output: str, timeout: float, max_memory: float | None, as_json: bool, quiet: bool) -> None:
+def expand(
+    *,
+    factors: str,
+    output: str,
+    timeout: float,
+    max_memory: float | None,
+    as_json: bool,
+    quiet: bool,
+    **given: Any,
+) -> None:
     """Multiply the factors of a sweep out to a mesh file: the same mesh, bit for bit."""
     check_suffix(output)
-    summary = run("expand_file", factors, output, output=output, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    writing = take_writing_options(output, given)
+    summary = run(
+        "expand_file",
+        factors,
+        output,
+        writing=writing,
+        output=output,
+        timeout=timeout,
+        max_memory=max_memory,
+        quiet=quiet,
+    )
     _announce(summary, output, as_json=as_json, quiet=quiet)
 
 
