@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,12 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             multiple=True,
             metavar="S|SOLID=S",
             help="Edge length of the quads, model units; of one solid of an assembly: gasket=0.5; may be repeated.",
+        ),
+        click.option(
+            "--tolerance",
+            type=Positive(),
+            metavar="T",
+            help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
         ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
@@ -151,7 +158,15 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Cut a solid that no sweep fits into cells.",
         ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
-        click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
+        click.option(
+            "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."
+        ),
+        click.option(
+            "--max-hexes",
+            type=click.IntRange(min=1),
+            help="Refuse a larger mesh before work starts; without it, one of more than 5 million in memory.",
+        ),
+        click.option("--yes", is_flag=True, help="Make the mesh, however large it is."),
     ]
     for option in reversed(options):
         command = option(command)
@@ -169,6 +184,10 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["size"] = plain[-1] if plain else None
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    if given.pop("yes"):
+        if given["max_hexes"] is not None:
+            raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
+        given["max_hexes"] = math.inf
     given["cuts"] = list(given["cuts"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
