@@ -6,6 +6,8 @@ as short there, and there alone, mend that at the price of a few more hexes; the
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 from .. import estimate, intervals, surface
 from ..brep import Part
 from ..errors import SurfaceMeshError
@@ -37,26 +39,51 @@ def mesh_boundary(
         As by the stages; a cap that cannot be meshed with shorter segments either.
     """
     hints = resolve_hints(part, sweep, options)
-    wished = dict(hints.sizes)
-    demanded = {e for edges in hints.counts for e in edges}
+
+    def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+        counts = _count(part, sweep, options, run, Hints(sizes=sizes, counts=hints.counts), streamed=streamed)
+        return counts, lambda: surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+
+    return divide_until_meshed(sweep, hints.sizes, hints.counts, attempt, run)
+
+
+def divide_until_meshed(
+    sweep: Sweep,
+    sizes: dict[int, float],
+    demanded: Iterable[tuple[int, ...]],
+    attempt: Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]],
+    run: Run,
+) -> tuple[Intervals, SurfaceMesh, list[str]]:
+    """Mesh a boundary, with segments twice as short wherever that could not be meshed.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    sizes : dict of int to float
+        Sizes of edges that the user asks for; they stay.
+    demanded : edges whose counts are demanded; these stay, too
+    attempt : callable
+        Sizes of edges to their counts, and what meshes the boundary with these.
+    run : Run
+    """
+    wished = dict(sizes)
+    fixed = {e for edges in demanded for e in edges} | set(sizes)
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
-        counts = _count(part, sweep, options, run, Hints(sizes=wished, counts=hints.counts), streamed=streamed)
+        counts, mesh = attempt(wished)
         try:
             with run.stage("surface"):
-                surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+                surfaces = mesh()
         except SurfaceMeshError as error:
             first = first or error
             shorter = {
-                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e]))
-                for e in error.edges
-                if e not in hints.sizes and e not in demanded
+                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
             }
             if not shorter:
                 raise first from None
             wished |= shorter
             continue
-        finer = len(wished) - len(hints.sizes)
+        finer = len(wished) - len(sizes)
         return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
     assert first is not None
     raise first

@@ -121,6 +121,11 @@ def _across_walls(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     return None
 
 
+def was_divided_across(part: Part, opened: Part) -> bool:
+    """Whether a part has no sweep as it is, and :func:`open_and_find` divided plane faces around its holes."""
+    return opened is not part and any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :])
+
+
 def _open_ring(part: Part, source: Any, target: Any) -> tuple[Part, list[Sweep]] | None:
     """Cut a closed ring open and find its sweep, whose caps coincide; None where the part is no ring.
 

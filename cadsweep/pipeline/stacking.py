@@ -8,27 +8,36 @@ cap of a sweep, and ``stacks`` gives every node its heights.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from .. import cad, intervals, stacks, surface
+from .. import cad, estimate, intervals, stacks, surface
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
-from ..errors import CadSweepError, InputError, NotSweepableError
-from ..mesh import HexMesh
+from ..errors import CadSweepError, InputError, NotSweepableError, SurfaceMeshError
+from ..mesh import HexMesh, QuadMesh, SurfaceMesh
 from ..options import SweepOptions
 from ..stack import Stack
-from ..sweep import Sweep
+from ..sweep import Intervals, Sweep
+from .dividing import divide_until_meshed
 from .making import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish
+from .stack_hints import StackHints, resolve_stack_hints, weigh_layers
 
 log = logging.getLogger(__name__)
 
 MOST_DIRECTIONS = 6
 """Directions whose outlines are divided by each other, those with the flattest and fewest caps first."""
+
+MOST_REFINED = 2
+"""How often the segments around poor quads are halved."""
+
+MOST_GROWTH = 3.0
+"""Quads, as a multiple of those before, beyond which better ones are too dear."""
 
 MOST_STACKS = 3
 """Stacks of one solid that are tried before the first one's error is raised."""
@@ -126,7 +135,6 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
             found, _ = _search(only_solid(part))
             if not found:
                 raise refused
-    _check_options(options)
     tried: list[HexMesh] = []
     failures: list[CadSweepError] = []
     for stack in found[:MOST_STACKS]:
@@ -150,24 +158,59 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     return best
 
 
-def _check_options(options: SweepOptions) -> None:
-    """Refuse what means nothing to a stack."""
-    for name in ("bias", "fractions", "rail_layers", "sizes", "counts"):
-        if getattr(options, name):
-            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns")
-    if options.order != 1:
-        raise InputError("a stack of columns has order 1")
+Attempt = Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
+
+
+def _mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> tuple[QuadMesh, list[str]]:
+    """Mesh the arrangement, again with segments twice as short around cells whose quads are poor, while that helps."""
+    counts, surfaces, notes = divide_until_meshed(stack.plan, hints.sizes, hints.counts, attempt, run)
+    best, sizes = surfaces.source, dict(hints.sizes)
+    poor, worst = stacks.find_poor_edges(stack, best)
+    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
+    for _ in range(MOST_REFINED):
+        shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
+        if not shorter:
+            break
+        sizes |= shorter
+        try:
+            counts, surfaces, more = divide_until_meshed(stack.plan, sizes, hints.counts, attempt, run)
+        except SurfaceMeshError:
+            break  # what there is has been meshed already
+        poor, found = stacks.find_poor_edges(stack, surfaces.source)
+        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) or found <= worst:
+            break
+        best, worst = surfaces.source, found
+        notes = [
+            f"{len(sizes) - len(hints.sizes)} outlines divided finer than their size asks, for better quads",
+            *more,
+        ]
+    return best, notes
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
+    for name in ("fractions", "bias"):
+        if getattr(options, name) is not None:
+            raise InputError(f"{name} goes with a plain sweep: the layers of a stack of columns end at its caps")
     sheets = stacks.find_sheets(stack)
     assert not isinstance(sheets, str)
+    hints = resolve_stack_hints(part, stack, sheets, options)
+    size = None if options.size is None else options.size / part.scale
+
+    def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+        with run.stage("intervals"):
+            counts = intervals.assign_intervals(
+                stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
+            )
+        return counts, lambda: surface.mesh_surfaces(stack.plan, counts)
+
+    counts, _ = attempt(hints.sizes)
     with run.stage("intervals"):
-        size = None if options.size is None else options.size / part.scale
-        counts = intervals.assign_intervals(stack.plan, size=size, layers=1)
-        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers)
-    with run.stage("surface"):
-        quads = surface.mesh_surfaces(stack.plan, counts).source
+        weigh_layers(sheets, hints, counts.size)
+        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
+        full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
+        expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
+        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+    quads, finer = _mesh_plane(stack, hints, attempt, run)
     with run.stage("assembly"):
         built = stacks.build_mesh(stack, levels, quads)
     faces = stack.solid.faces
@@ -178,6 +221,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         quads=built.quads,
         quad_cells=np.zeros(len(built.quads), dtype=np.int64),
         quad_faces=built.faces,
+        edge_nodes={int(stack.solid.edge_keys[e]): nodes for e, nodes in built.edge_nodes.items()},
         roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
     )
     mesh = finish(
@@ -185,7 +229,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         joined,
         options,
         run,
-        notes=stack.notes,
+        notes=[*stack.notes, *finer],
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],
