@@ -75,4 +75,6 @@ fi
 # A folder that an interrupted run has left without pip is made anew.
 .venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf .venv; "$python" -m venv .venv; }
 .venv/bin/python -m pip install --quiet --disable-pip-version-check ".${extra:+[$extra]}"
+say "compiling kernels, so that the first mesh need not"
+.venv/bin/python scripts/compile_kernels.py || say "they are compiled when they are first used"
 say "done: .venv/bin/cadsweep"

@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from .errors import InputError
+from .machine import GIGABYTE, free_memory
 from .sweep import Intervals, Sweep
 
 BYTES_PER_HEX = 400
@@ -31,7 +32,6 @@ BASE_BYTES = 600e6
 SECONDS_PER_HEX = 1.5e-6
 SECONDS_PER_QUAD = 1e-4
 
-GIGABYTE = 1e9
 
 LARGEST_COUNT = 10**60
 """Counts beyond are all the same: too many."""
@@ -217,29 +217,6 @@ def _bytes(n_quads: float, n_hexes: float, streamed: bool) -> float:
     """Memory at the peak of the work."""
     resident = min(n_hexes, 1e6) if streamed else n_hexes
     return BASE_BYTES + BYTES_PER_QUAD * n_quads + BYTES_PER_HEX * resident
-
-
-def free_memory() -> float:
-    """Memory that a run may take, GB: nine tenths of what the machine and the container have free."""
-    import psutil
-
-    free = float(psutil.virtual_memory().available)
-    for limit_file, used_file in (
-        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
-        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
-    ):
-        limit, used = _read_number(limit_file), _read_number(used_file)
-        if limit is not None and used is not None:
-            free = min(free, max(limit - used, 0.0))
-    return 0.9 * free / GIGABYTE
-
-
-def _read_number(path: str) -> float | None:
-    try:
-        with open(path, encoding="ascii") as file:
-            return float(file.read())
-    except (OSError, ValueError):  # no such control group, or no limit ("max")
-        return None
 
 
 def _cap_area(sweep: Sweep) -> float:

@@ -10,7 +10,19 @@ import pytest
 import cadsweep
 
 PACKAGE = Path(cadsweep.__file__).parent
-FOUNDATION = {"arrays", "brep", "sweep", "stack", "cells", "mesh", "quality", "errors", "libraries", "_version"}
+FOUNDATION = {
+    "arrays",
+    "brep",
+    "sweep",
+    "stack",
+    "cells",
+    "mesh",
+    "quality",
+    "errors",
+    "libraries",
+    "machine",
+    "_version",
+}
 COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch"}
 MODULES = sorted(p.relative_to(PACKAGE) for p in PACKAGE.rglob("*.py"))
 

@@ -178,8 +178,8 @@ def _alone(folder: Path) -> Iterator[None]:
 
 def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Run cases, a few at a time, and give each record as soon as it is there."""
-    from ..estimate import free_memory
     from ..isolation import Worker
+    from ..machine import free_memory
 
     if not cases:
         return

@@ -11,8 +11,8 @@ overlap, and a boundary is all quads of the owners with its name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -77,6 +77,10 @@ class FactoredMesh:
     def is_changed(self) -> bool:
         """Whether nodes were moved away from where the factors put them."""
         return len(self.moved_nodes) > 0
+
+    def noted(self, notes: Sequence[str]) -> FactoredMesh:
+        """The same with more notes."""
+        return replace(self, info={**self.info, "notes": [*self.info.get("notes", []), *notes]})
 
     def points(self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None) -> FloatArray:
         """Nodes of the layers ``start`` to ``stop`` (exclusive), (layers, n_nodes, 3), model units."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -27,8 +28,8 @@ SUFFIX = ".sweep.npz"
 _PREFIX = "mesh_"
 
 
-def save_factors(factored: FactoredMesh, stream: BinaryIO) -> None:
-    """Write `factored` as a numpy archive."""
+def save_factors(factored: FactoredMesh, stream: BinaryIO, more: Mapping[str, Any] | None = None) -> None:
+    """Write `factored` as a numpy archive, with `more` arrays beside it."""
     structure = factored.structure
     text = {
         "owner_names": factored.owner_names,
@@ -47,11 +48,16 @@ def save_factors(factored: FactoredMesh, stream: BinaryIO) -> None:
         "text": np.array(json.dumps(text)),
     }
     named = {_PREFIX + name: array for name, array in arrays.items()}
-    np.savez_compressed(stream, **sweep_arrays(factored.sweep), **named)  # type: ignore[arg-type]
+    np.savez_compressed(stream, **sweep_arrays(factored.sweep), **named, **(more or {}))  # type: ignore[arg-type]
 
 
 def load_factors(path: str | PathLike[str]) -> FactoredMesh:
-    """Read what :func:`save_factors` wrote.
+    """Read what :func:`save_factors` wrote; raises as :func:`load_archive`."""
+    return load_archive(path)[0]
+
+
+def load_archive(path: str | PathLike[str]) -> tuple[FactoredMesh, dict[str, Any]]:
+    """Read what :func:`save_factors` wrote, and all arrays of the file.
 
     Raises
     ------
@@ -65,7 +71,7 @@ def load_factors(path: str | PathLike[str]) -> FactoredMesh:
             arrays = {name: archive[name] for name in archive.files}
         text = json.loads(str(arrays[_PREFIX + "text"]))
         sweep = sweep_of_arrays(arrays)
-        return FactoredMesh(
+        factored = FactoredMesh(
             sweep=sweep,
             structure=SweptStructure(
                 quads=sweep.quads,
@@ -85,6 +91,7 @@ def load_factors(path: str | PathLike[str]) -> FactoredMesh:
             offset=arrays[_PREFIX + "offset"],
             info=text["info"],
         )
+        return factored, arrays
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, KeyError, ValueError, EOFError, TypeError, IndexError, zipfile.BadZipFile) as error:

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..cells import sweep_hexes
-from ..io.slabs import PieceSizes, SlabWriter
 from ..io.vtk_cells import color_fields
 from ..quality import (
     CadReference,
@@ -23,12 +22,14 @@ from ..quality import (
     QualityReport,
     boundary_limit,
     check_surface,
-    enclosed_volume,
     make_report,
     structure_problems,
 )
 from ..quality.check import POOR, SurfaceFindings
 from .block import FactoredMesh, unite_quads
+
+if TYPE_CHECKING:
+    from ..io.slabs import SlabWriter
 
 SLAB_NODES = 200_000
 """Nodes of a slab: large enough for the arithmetic, small enough for the cache and for flat memory."""
@@ -85,8 +86,14 @@ def measure(factored: FactoredMesh, *, start: int = 0, stop: int | None = None) 
     return seen
 
 
-def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> SurfaceFindings:
-    """Check the whole boundary, which is known from the rings and the caps alone."""
+def check_boundary(factored: FactoredMesh, reference: CadReference | None, *, volume: float) -> SurfaceFindings:
+    """Check the whole boundary, which is known from the rings and the caps alone.
+
+    Parameters
+    ----------
+    volume : float
+        Sum of the volumes of the hexahedra, to be held against that of the CAD model.
+    """
     structure = factored.structure
     n, ring = structure.n_nodes, np.concatenate(structure.loops)
     b, n_rings = len(ring), factored.n_node_layers
@@ -107,7 +114,7 @@ def check_boundary(factored: FactoredMesh, reference: CadReference | None) -> Su
 
     owned = [(names, renumbered(quads)) for names, quads in factored.owned_quads()]
     quads = np.concatenate([quads for _, quads in owned])
-    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=enclosed_volume(points, quads))
+    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=volume)
 
 
 def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:
@@ -167,6 +174,8 @@ def _quads_of_segments(quads: IntArray, loops: tuple[IntArray, ...], n_nodes: in
 
 def open_writer(stream: BinaryIO, factored: FactoredMesh) -> tuple[SlabWriter, BoundaryMarks]:
     """Make the file of a serial mesh, all sizes known."""
+    from ..io.slabs import PieceSizes, SlabWriter  # and HDF5, which hardly any run writes
+
     boundaries = factored.boundaries()
     names = tuple(boundaries)
     structure = factored.structure

@@ -20,16 +20,19 @@ if TYPE_CHECKING:
     from ..arrays import FloatArray
     from ..brep import Part, Solid
     from ..stack import Arrangement
+    from .edit.cutters import Cutter
 
 __all__ = [
     "ANNULI_NOTE",
     "arrange",
+    "cut_cell",
     "cut_closed",
     "cut_ring",
     "divide_annuli",
     "divide_roundings",
     "find_contacts",
     "find_crossing",
+    "find_cutters",
     "find_mergeable",
     "imprint",
     "load",
@@ -105,6 +108,20 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
     from .geometry.crossing import find_crossing as find
 
     return find(solid, coincident=coincident)
+
+
+def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Sequence[Cutter]":
+    """List surfaces that may part a cell (:func:`cadsweep.cad.edit.cutters.find_cutters`)."""
+    from .edit.cutters import find_cutters as find
+
+    return find(part, cell, faces)
+
+
+def cut_cell(part: "Part", cell: int, cutter: "Cutter") -> "Part | None":
+    """Part one cell (:func:`cadsweep.cad.edit.cutting.cut_cell`)."""
+    from .edit.cutting import cut_cell as cut
+
+    return cut(part, cell, cutter.tools)
 
 
 def write_step(part: "Part", path: "Path") -> list[str]:

@@ -146,6 +146,11 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
 @sweep_options
+@click.option(
+    "--like",
+    metavar="BASE.sweep.npz",
+    help="Make the same mesh as that of a part whose faces and edges correspond, from the file of its factors.",
+)
 @click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -154,6 +159,7 @@ def mesh(
     *,
     input_file: str,
     output: str,
+    like: str | None,
     stream: bool,
     timeout: float,
     max_memory: float | None,
@@ -167,6 +173,10 @@ def mesh(
     check_suffix(output)
     if stream and (Path(output).suffix.lower() != ".vtkhdf" or options["order"] != 1):
         raise click.UsageError("--stream writes meshes of order 1 to .vtkhdf files")
+    if like is not None:
+        if stream or output.endswith(".sweep.npz") or is_rank():
+            raise click.UsageError("--like goes with a mesh in memory, of one process")
+        options["like"] = like
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:

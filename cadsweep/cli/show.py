@@ -66,6 +66,17 @@ def print_info(data: dict[str, Any], *, edges: bool = False) -> None:
         if rejected:
             reasons = ((row["face"], row["reason"]) for row in rejected)
             console.print(_table("Why the others are no caps", ("face", "reason"), reasons))
+    if several:
+        touching = (_contact_row(contact) for contact in data["contacts"])
+        console.print(
+            _table("What touches what", ("solids", "in", "area", "face of the first = of the second"), touching)
+        )
+
+
+def _contact_row(contact: dict[str, Any]) -> tuple[Any, ...]:
+    what = {"face": "faces", "edge": "an edge alone", "vertex": "a point alone"}[contact["kind"]]
+    faces = ", ".join(f"{first} = {second}" for first, second in contact["faces"])
+    return " and ".join(contact["solids"]), what, f"{contact['area']:.6g}" if contact["faces"] else "", faces
 
 
 def _face_row(face: dict[str, Any]) -> tuple[Any, ...]:

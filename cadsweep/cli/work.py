@@ -93,6 +93,7 @@ def describe_part(
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
+    from ..cad import find_contacts
     from ..pipeline import load
     from ..pipeline.directions import other_directions
     from ..pipeline.parts import open_and_find, resolve_cap
@@ -132,6 +133,15 @@ def describe_part(
         volume = solid.volume * loaded.scale**3
         known = {"name": solid.name or loaded.name, "material": solid.material, "color": solid.color}
         data["solids"].append({**known, "volume": volume, "error": error})
+    data["contacts"] = [
+        {
+            "solids": [loaded.models[j].name for j in contact.models],
+            "kind": contact.kind,
+            "area": contact.area * loaded.scale**2,
+            "faces": [[face for _, face in sides] for sides in contact.faces],
+        }
+        for contact in find_contacts(loaded)
+    ]
     return plain(data)
 
 

@@ -61,8 +61,8 @@ def run(
     max_memory : float or None
         GB; None: what the machine has.
     """
-    from ..estimate import free_memory
     from ..isolation import leftovers, run_isolated
+    from ..machine import free_memory
 
     logging.getLogger("cadsweep").addHandler(logging.NullHandler())
     with ProgressBar(quiet=quiet) as bar:

@@ -270,4 +270,22 @@ def _shortest(pool: Pool, pieces: Sequence[Cell], cell: Cell) -> float:
     return min((distance(pool.points[a], pool.points[b]) for a, b in new), default=pool.size)
 
 
-__all__ = ["Plane", "divide"]
+def narrowest(pool: Pool, cells: Sequence[Cell], cut: int) -> float:
+    """Least distance of a facet of a cut from a vertex that stands over it without touching it."""
+    least = pool.size
+    for cell in cells:
+        vertices = {v for f, _ in cell for v in pool.facets[f].vertices}
+        for f, _ in cell:
+            facet = pool.facets[f]
+            if facet.origin != cut:
+                continue
+            for v in vertices - facet.vertices:
+                away = dot(facet.normal, pool.points[v]) - facet.offset
+                if ON_PLANE * pool.size < abs(away) < least:
+                    foot = minus(pool.points[v], times(away, facet.normal))
+                    if _in_facet(pool, facet, foot):
+                        least = abs(away)
+    return least
+
+
+__all__ = ["Plane", "divide", "narrowest"]

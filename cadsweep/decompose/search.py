@@ -21,7 +21,7 @@ from math import pi
 from ..brep import Face, Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
-from .dividing import Plane, divide
+from .dividing import Plane, divide, narrowest
 from .planar import Cell, Pair, Pool, from_solid
 from .solids import to_solid
 from .vectors import cross, dot, minus, to_vector, unit
@@ -37,6 +37,9 @@ MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
 CLIMB = 4.0
 """How much dearer than where it began a dive may become before another one is begun."""
+CLOSED, NARROW = 1e-3, 0.015
+"""Distance of a cut from what it passes by, as a share of the part's size: refused, and made dearer, below these."""
+NARROW_COST = 1.5
 GAP = 0.02
 """Distance between two features, as a share of the part's size, from which a cut between them is worth it."""
 MOST_DIRECTIONS = 4
@@ -75,6 +78,7 @@ class State:
     cells: tuple[Cell, ...]
     cuts: tuple[PlaneCut, ...] = ()
     cost: float = 0.0
+    narrow: float = 0.0
     blocked: tuple[int, ...] = ()
     conflict: tuple[tuple[int, int], ...] = ()
     plan: object = None
@@ -139,7 +143,11 @@ class Search:
                 if key in self.known:
                     continue
                 self.known.add(key)
-                yield self.judge(cells, (*state.cuts, PlaneCut(plane=plane, reason=reason)))
+                gap = narrowest(self.pool, cells, cut) / self.pool.size
+                if gap < CLOSED:
+                    continue
+                narrow = state.narrow + max(0.0, 1.0 - gap / NARROW)
+                yield self.judge(cells, (*state.cuts, PlaneCut(plane=plane, reason=reason)), narrow)
 
     def look(self, cell: Cell) -> Seen:
         """Recognise a cell once."""
@@ -168,13 +176,13 @@ class Search:
                 total += IMPRINT
         return total
 
-    def judge(self, cells: tuple[Cell, ...], cuts: tuple[PlaneCut, ...]) -> State:
+    def judge(self, cells: tuple[Cell, ...], cuts: tuple[PlaneCut, ...], narrow: float = 0.0) -> State:
         """Cost of a complex; where all cells sweep, its plan."""
         self.n_states += 1
         seen = [self.look(cell) for cell in cells]
-        cost = sum(one.cost for one in seen)
+        cost = sum(one.cost for one in seen) + NARROW_COST * narrow
         blocked = sorted((j for j, one in enumerate(seen) if not one.sweeps), key=lambda j: -seen[j].cost)
-        state = State(cells=cells, cuts=cuts, cost=cost, blocked=tuple(blocked))
+        state = State(cells=cells, cuts=cuts, cost=cost, blocked=tuple(blocked), narrow=narrow)
         if not blocked:
             self.n_plans += 1
             part = Part(solids=tuple(one.solid for one in seen))

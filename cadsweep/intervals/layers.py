@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array
+import scipy
 
 from ..arrays import FloatArray
 from ..errors import InputError
@@ -133,21 +132,23 @@ def _place_levels(problem: _Problem, demands: Sequence[Demand], n_fixed: int | N
     apart = np.hstack([differences, np.zeros((n_pairs, n_pairs))])
     slack = np.hstack([np.zeros((n_pairs, n)), np.eye(n_pairs)])
     constraints = [
-        LinearConstraint(csr_array(apart - slack), -np.inf, want),
-        LinearConstraint(csr_array(-apart - slack), -np.inf, -want),
-        LinearConstraint(csr_array(apart), [levels.least.get(pair, 1) for pair in problem.pairs], np.inf),
+        scipy.optimize.LinearConstraint(scipy.sparse.csr_array(apart - slack), -np.inf, want),
+        scipy.optimize.LinearConstraint(scipy.sparse.csr_array(-apart - slack), -np.inf, -want),
+        scipy.optimize.LinearConstraint(
+            scipy.sparse.csr_array(apart), [levels.least.get(pair, 1) for pair in problem.pairs], np.inf
+        ),
     ]
     if demands:
         both = np.hstack([demanded, np.zeros((len(demands), n_pairs))])
-        constraints.append(LinearConstraint(csr_array(both), counts, counts))
+        constraints.append(scipy.optimize.LinearConstraint(scipy.sparse.csr_array(both), counts, counts))
     upper, lower = np.full(n + n_pairs, np.inf), np.zeros(n + n_pairs)
     upper[0] = 0.0
     if n_fixed is not None:
         lower[last] = upper[last] = n_fixed
-    result = milp(
+    result = scipy.optimize.milp(
         np.concatenate([np.zeros(n), np.where(firm, FIRM, 1.0) / np.maximum(want, 1.0)]),
         integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
-        bounds=Bounds(lower, upper),
+        bounds=scipy.optimize.Bounds(lower, upper),
         constraints=constraints,
         options={"time_limit": 10.0},
     )

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from heapq import heappop, heappush
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array
+import scipy
 
 from ..arrays import FloatArray
 from .balance import balance
@@ -185,11 +184,13 @@ class Programme:
                 lower[column[j]] = upper[column[j]] = self.demanded[j]
         entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
         r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-        result = milp(
+        result = scipy.optimize.milp(
             np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
             integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
-            bounds=Bounds(lower, upper),
-            constraints=LinearConstraint(csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high),
+            bounds=scipy.optimize.Bounds(lower, upper),
+            constraints=scipy.optimize.LinearConstraint(
+                scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high
+            ),
             options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
         )
         return None if result.x is None else {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}

@@ -17,7 +17,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.cluster.hierarchy import DisjointSet
+import scipy
 
 from ..brep import Solid
 from ..errors import SurfaceMeshError
@@ -201,7 +201,7 @@ class _Equations:
     """Which keys are one unknown, which sums vanish, and which are even."""
 
     def __init__(self, cells: Sequence[CellSweep], wanted: Mapping[int, float], *, align: bool) -> None:
-        self.classes = DisjointSet(wanted)
+        self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
         self.opposite: list[tuple[list[int], list[int]]] = []
         for cell in cells:
             self._tie_cell(cell, wanted, align=align)

@@ -19,13 +19,11 @@ from struct import error as struct_error
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
-import numpy as np
-
 from ..errors import CadSweepError, InputError
-from ..mesh import HexMesh
 from .atomic import check_place, replaced_file, replaced_folder
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # the command asks for formats before anything is loaded that takes time
+    from ..mesh import HexMesh
     from .labels import LabelledMesh
 
 logger = logging.getLogger(__name__)
@@ -181,10 +179,10 @@ def read(path: str | PathLike[str]) -> HexMesh:
 
 def _check_groups(mesh: HexMesh) -> None:
     for name, quads in mesh.boundaries.items():
-        if quads.size and not 0 <= int(np.min(quads)) <= int(np.max(quads)) < len(mesh.points):
+        if quads.size and not 0 <= int(quads.min()) <= int(quads.max()) < len(mesh.points):
             raise InputError(f"boundary {name!r} names a node that is not there: was the mesh changed outside?")
     for name, ids in mesh.parts.items():
-        if ids.size and not 0 <= int(np.min(ids)) <= int(np.max(ids)) < len(mesh.hexes):
+        if ids.size and not 0 <= int(ids.min()) <= int(ids.max()) < len(mesh.hexes):
             raise InputError(f"part {name!r} names a hex that is not there")
 
 

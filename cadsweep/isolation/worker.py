@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import gc
 import importlib
 import os
 import pickle
@@ -31,6 +32,10 @@ from ..errors import CadSweepError
 from .transfer import Packed, pack
 
 REPORTS_PER_SECOND = 20
+
+_COLLECT = (20_000, 20, 20)
+"""New objects after which the collector looks among the young, and how often among the older ones: by default it goes
+through the hundred thousands of OpenCASCADE again and again while libraries are imported."""
 
 SLACK = 512 * 2**20
 """Bytes of writable memory beyond the limit at which the kernel itself refuses more.
@@ -114,6 +119,7 @@ class Reporter:
 def serve(pipe: Connection, chatter: Connection, station: Station) -> None:
     """Do what comes through the pipe until it is closed; every end of a task but a crash is an `Answer`."""
     _settle(chatter, station)
+    gc.set_threshold(*_COLLECT)
     home = _Home(Path(station.folders[-1]), Path(station.pid_file))
     data_limits = resource.getrlimit(resource.RLIMIT_DATA)
     while True:

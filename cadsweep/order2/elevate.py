@@ -27,8 +27,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import cg
+import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..cells import HEX_FACES
@@ -188,15 +187,15 @@ def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
         return bow
     pairs, _ = _unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
-    links = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
-    laplacian = (diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()
+    links = scipy.sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
+    laplacian = (scipy.sparse.diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()
     right = -(laplacian[free][:, np.flatnonzero(fixed)] @ bow[fixed])
     matrix = laplacian[free][:, free]
-    scale = diags_array(1.0 / matrix.diagonal())
+    scale = scipy.sparse.diags_array(1.0 / matrix.diagonal())
     result = bow.copy()
     for axis in range(3):
         # A bow that is a little less smooth than harmonic is as good: the iteration may stop early.
-        result[free, axis] = cg(matrix, right[:, axis], rtol=1e-4, maxiter=2000, M=scale)[0]
+        result[free, axis] = scipy.sparse.linalg.cg(matrix, right[:, axis], rtol=1e-4, maxiter=2000, M=scale)[0]
     return result
 
 

@@ -10,7 +10,8 @@ module     what it joins
 parts      cad and recognition: a part and its candidate sweeps
 hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
-making     smoothing, order 2 and checks: the first candidate that does well
+candidates the loop over candidate sweeps: which are tried, smoothed, refused, noted
+making     order 2 and checks: one candidate in memory
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight
@@ -18,8 +19,8 @@ run        seconds by stage, progress
 ========== =========================================================================
 """
 
+from .candidates import SMOOTH_BELOW, figures, smoothed
 from .directions import find_sweeps
-from .making import SMOOTH_BELOW, Plan, figures, plan_mesh, refusal, smoothed
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
 from .refinement import refine
@@ -27,16 +28,13 @@ from .run import Progress
 
 __all__ = [
     "SMOOTH_BELOW",
-    "Plan",
     "Progress",
     "expand",
     "figures",
     "find_sweeps",
     "load",
     "make_options",
-    "plan_mesh",
     "refine",
-    "refusal",
     "smoothed",
     "stream_mesh",
     "sweep_mesh",

@@ -11,11 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..brep import Part
-from ..errors import InputError
+from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
-from .making import first_good, make_mesh
+from .candidates import first_good
+from .making import make_mesh
 from .parts import open_and_find
 from .run import Run
 from .several import mesh_complex, plan_cells, side_by_side
@@ -56,10 +57,36 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     return mesh
 
 
+def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """Mesh one solid that no sweep fits, cut into cells.
+
+    Raises
+    ------
+    NotSweepableError
+        No cuts were found that help: `refused`, with what was tried.
+    CadSweepError
+        `refused`, where the user asks for what one sweep alone can have.
+    """
+    assert refused is not None
+    if any(getattr(options, name) is not None for name in _ONE_SWEEP):
+        raise refused
+    with run.stage("recognition"):
+        try:
+            found = plan_cells(part, run)
+        except NotSweepableError as error:
+            own = refused.reasons if isinstance(refused, NotSweepableError) else ()
+            reasons = (*own, *error.reasons)
+            raise NotSweepableError(
+                f"{refused}; no cuts were found that part it into sweeps", reasons=reasons
+            ) from error
+        wishes = resolve_wishes(found.part, options)
+    return mesh_complex(found, options, run, wishes)
+
+
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     with run.stage("recognition"):
-        found = plan_cells(part)
-        wishes = resolve_wishes(part, options)
+        found = plan_cells(part, run)
+        wishes = resolve_wishes(found.part, options)
     return mesh_complex(found, options, run, wishes)
 
 

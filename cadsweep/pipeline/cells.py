@@ -6,6 +6,9 @@ order the caps and the inside.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from ..arrays import IntArray
@@ -21,6 +24,7 @@ from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
 from ..surface import CellBoundary, Skeleton, match_quads
 from ..sweep import Intervals, Sweep
+from .dividing import MOST_HALVINGS
 from .run import Run
 
 
@@ -41,19 +45,40 @@ def mesh_cells(
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
-    with run.stage("intervals"):
-        counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
-    with run.stage("surface"):
-        skeleton = Skeleton(part.solids, counts)
-        for cell, way in enumerate(plan.ways):
-            for side in way.grids.values():
-                skeleton.lay_grid(cell, side)
-    builder = _Builder(part, skeleton, options, run)
-    for done, cell in enumerate(plan.order):
-        way = plan.ways[cell]
-        builder.add(cell, way.sweep)
-        run.on_progress("cells", (done + 1) / len(plan.order))
-    return builder.joined(), counts, skeleton.notes
+    asked = wishes
+    for halving in range(1 + MOST_HALVINGS):
+        with run.stage("intervals"):
+            counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
+        with run.stage("surface"):
+            skeleton = Skeleton(part.solids, counts)
+            for cell, way in enumerate(plan.ways):
+                for side in way.grids.values():
+                    skeleton.lay_grid(cell, side)
+        builder = _Builder(part, skeleton, options, run)
+        shorter: dict[int, float] = {}
+        for done, cell in enumerate(plan.order):
+            try:
+                builder.add(cell, plan.ways[cell].sweep)
+            except SurfaceMeshError as error:
+                shorter = _halved(part, cell, counts[cell], error.edges, asked)
+                if not shorter or halving == MOST_HALVINGS:
+                    raise
+                break
+            run.on_progress("cells", (done + 1) / len(plan.order))
+        if not shorter:
+            break
+        wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
+    n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
+    finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
+    return builder.joined(), counts, [*finer, *skeleton.notes]
+
+
+def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], asked: Wishes) -> dict[int, float]:
+    """Sizes that make the segments of a cell's edges half as long, by key; not of those the user spoke of."""
+    solid = part.solids[cell]
+    spoken = {key for demand in asked.demands for key in demand.keys} | set(asked.edge_sizes)
+    sizes = {int(solid.edge_keys[e]): solid.edges[e].length / (2 * int(counts.counts[e])) for e in edges}
+    return {key: size for key, size in sizes.items() if key not in spoken}
 
 
 def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:

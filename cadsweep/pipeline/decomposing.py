@@ -17,7 +17,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..plan import Plan, list_ways, make_plan
 from ..sweep import Sweep
-from .making import GOOD_ENOUGH
+from .candidates import GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import Complex, mesh_complex

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from ..blocks.block import FactoredMesh
 from ..blocks.files import load_factors, save_factors
@@ -15,21 +15,24 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import CadReference, QualityReport, check_mesh
+from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
-from .making import Made, figures, first_good, make_mesh, may_gain, smoothed
+from .like import as_template, mesh_like
+from .making import make_mesh
 from .parts import find_candidates
 from .refinement import refined
-from .refusing import refusal
 from .routes import mesh_part
 from .run import Progress, Run, silent
+from .template import make_template, template_arrays
 
 
 def sweep_mesh(
     source: Any,
     /,
     *,
+    like: Any = None,
     isolated: bool = False,
     timeout: float | None = None,
     on_progress: Progress | None = None,
@@ -41,6 +44,10 @@ def sweep_mesh(
     ----------
     source : Part, or whatever :func:`load` takes
         One solid, or several: those that touch are meshed conformally, unless the option ``part`` chooses one.
+    like : HexMesh or path, optional
+        A mesh from here, or a ``.sweep.npz`` file, of a part whose faces and edges correspond (the same script with
+        other parameters): the mesh gets the same hexes, names and numbering, and nodes that move smoothly with the
+        part. Sizes and counts are that mesh's.
     isolated : bool
         Work in a child process: a crash, a hang or too much memory there is a ``WorkerError`` here.
     timeout : float or None
@@ -72,7 +79,7 @@ def sweep_mesh(
         result: HexMesh = run_isolated(
             "cadsweep.pipeline:sweep_mesh",
             (make_portable(source),),
-            options,
+            {**options, "like": None if like is None else as_template(like)},
             timeout=timeout,
             max_memory=chosen.max_memory,
             on_progress=on_progress,
@@ -81,6 +88,8 @@ def sweep_mesh(
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
     run = Run(on_progress=on_progress or silent)
+    if like is not None:
+        return mesh_like(source, as_template(like), chosen, run)
     return refined(mesh_part(source, chosen, run), chosen, run)
 
 
@@ -122,9 +131,9 @@ def write_factors(
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
     made = first_good(part, sweeps, chosen, run, make_mesh)
-    with replaced_file(check_place(Path(path))) as stream:
-        save_factors(made.factored, stream)
     assert made.mesh is not None
+    with replaced_file(check_place(Path(path))) as stream:
+        save_factors(made.factored, stream, template_arrays(make_template(made.mesh.origin)))
     return made.mesh
 
 
@@ -169,29 +178,32 @@ def stream_mesh(
     place = check_place(Path(path))
     run = Run(on_progress=on_progress or silent)
     part, sweeps = find_candidates(source, chosen, run)
+    with replaced_file(place) as stream:
+        written: FactoredMesh | None = None
 
-    def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
-        factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
-        reference = make_reference(part, sweep)
-        with replaced_file(place) as stream:
+        def write(factored: FactoredMesh) -> QualityAccumulator:
+            nonlocal written
+            stream.seek(0)
+            stream.truncate()
+            written = factored
             with run.stage("write"):
-                report = _write_checked(stream, factored, reference, run)
-            if options.smoothing and may_gain(report, options, reached):
-                with run.stage("smoothing"):
-                    factored = smoothed(factored)
-                if factored.is_changed:
-                    stream.seek(0)
-                    stream.truncate()
-                    with run.stage("write"):
-                        report = _write_checked(stream, factored, reference, run)
-            if not report.valid and not options.allow_inverted:
-                raise refusal(report, part, sweep)
-        return Made(factored=factored, report=report)
+                return write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
 
-    made = first_good(part, sweeps, chosen, run, make)
+        def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
+            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+            reference = make_reference(part, sweep)
+
+            def check(present: FactoredMesh) -> QualityReport:
+                seen = write(present)
+                with run.stage("quality"):
+                    surface = check_boundary(present, reference, volume=seen.volume)
+                    return make_slab_report(present, seen, surface)
+
+            factored, report = checked(factored, check, options, run, reached)
+            refuse(report, options, part, sweep)
+            return Made(factored=factored, report=report)
+
+        made = first_good(part, sweeps, chosen, run, make)
+        if written is None or written.sweep is not made.factored.sweep:
+            write(made.factored)  # the best candidate is not the one that was written last
     return figures(made.factored, made.report)
-
-
-def _write_checked(stream: BinaryIO, factored: FactoredMesh, reference: CadReference, run: Run) -> QualityReport:
-    seen = write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
-    return make_slab_report(factored, seen, check_boundary(factored, reference))

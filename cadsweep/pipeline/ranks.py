@@ -21,17 +21,21 @@ import numpy as np
 
 from ..arrays import IntArray
 from ..blocks.block import FactoredMesh
-from ..blocks.stream import BoundaryMarks, make_slab_report, measure
+from ..blocks.reference import make_reference
+from ..blocks.stream import BoundaryMarks, check_boundary, make_slab_report, measure
 from ..cells import sweep_hexes
 from ..errors import CadSweepError, InputError
 from ..io import pvtu
 from ..io.atomic import check_place, replaced_file
 from ..io.slabs import PieceSizes, SlabWriter
 from ..io.vtk_cells import color_fields
-from ..quality import QualityAccumulator
-from . import SMOOTH_BELOW, Plan, figures, make_options, plan_mesh, refusal, smoothed
-
-Progress = Callable[[str, float | None], None]
+from ..options import SweepOptions
+from ..quality import QualityAccumulator, QualityReport
+from . import make_options
+from .candidates import Made, checked, explained, figures, first_good, refuse, smoothed
+from .factoring import factor_sweep
+from .parts import find_candidates
+from .run import Progress, Run, silent
 
 SUFFIXES = (".pvtu", ".vtkhdf")
 
@@ -71,24 +75,60 @@ def mesh_distributed(
     if path.suffix not in SUFFIXES:
         raise InputError(f"{path}: a distributed mesh is written to {' or '.join(SUFFIXES)}")
 
-    def plan() -> Plan | None:
-        check_place(path)
-        return plan_mesh(source, chosen, on_progress=on_progress) if comm.rank == 0 else None
-
-    made = comm.bcast(_agreed(comm, plan), root=0)
-    factored: FactoredMesh = made.factored
-    own = layers_of(comm.rank, comm.size, factored.structure.n_layers)
-    seen = _measure_all(comm, factored, own)
-    if chosen.smoothing and not seen.min_scaled_jacobian >= SMOOTH_BELOW:
-        factored = comm.bcast(_agreed(comm, lambda: smoothed(factored) if comm.rank == 0 else None), root=0)
-        if factored.is_changed:
-            seen = _measure_all(comm, factored, own)
-    report = make_slab_report(factored, seen, made.surface)
-    if not report.valid and not chosen.allow_inverted:
-        raise refusal(report)
+    made = _first_good(comm, source, path, chosen, Run(on_progress=on_progress or silent))
+    own = layers_of(comm.rank, comm.size, made.factored.structure.n_layers)
     write = _write_pieces if path.suffix == ".pvtu" else _write_partitions
-    write(comm, path, factored, own)
-    return figures(factored, report)
+    write(comm, path, made.factored, own)
+    return figures(made.factored, made.report)
+
+
+def _first_good(comm: Any, source: Any, path: Path, options: SweepOptions, run: Run) -> Made:
+    """The loop over candidates, gone through by all ranks alike; only rank 0 has the part and its sweeps."""
+
+    def shared(work: Callable[[], Any]) -> Any:
+        """What rank 0 does, on all ranks."""
+        return comm.bcast(_agreed(comm, lambda: work() if comm.rank == 0 else None), root=0)
+
+    part: Any = None
+    sweeps: list[Any] = []
+
+    def find() -> int:
+        nonlocal part, sweeps
+        check_place(path)
+        part, sweeps = find_candidates(source, options, run)
+        return len(sweeps)
+
+    n_sweeps = shared(find)
+    sweeps = sweeps if comm.rank == 0 else [None] * n_sweeps
+
+    def make(part: Any, sweep: Any, options: SweepOptions, run: Run, reached: float) -> Made:
+        reference = None
+
+        def factor() -> FactoredMesh:
+            nonlocal reference
+            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+            reference = make_reference(part, sweep)
+            return factored
+
+        def check(present: FactoredMesh) -> QualityReport:
+            seen = _measure_all(comm, present, layers_of(comm.rank, comm.size, present.structure.n_layers))
+            return make_slab_report(
+                present, seen, shared(lambda: check_boundary(present, reference, volume=seen.volume))
+            )
+
+        def smooth(present: FactoredMesh) -> FactoredMesh:
+            better: FactoredMesh = shared(lambda: smoothed(present))
+            return better
+
+        factored, report = checked(shared(factor), check, options, run, reached, smooth=smooth)
+        shared(lambda: refuse(report, options, part, sweep))
+        return Made(factored=factored, report=report)
+
+    def explain(sweep: Any, failure: CadSweepError) -> CadSweepError:
+        error: CadSweepError = shared(lambda: explained(sweep, failure))
+        return error
+
+    return first_good(part, sweeps, options, run, make, explain=explain)
 
 
 def layers_of(rank: int, size: int, n_layers: int) -> tuple[int, int]:

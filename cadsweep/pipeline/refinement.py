@@ -30,8 +30,8 @@ from ..order2.curving import project_to_edges, project_to_faces, ring_segments
 from ..order2.elevate import elevate, place_lattice
 from ..projection import project_layers
 from ..quality import check_mesh
-from .making import refusal
 from .origin import Origin, origin_of
+from .refusing import refusal
 from .run import Run
 
 MOST_LEVELS = 8
@@ -76,8 +76,7 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
         kept = halved.nodes[kept]
     if mesh.order == 2:
         fine = _second_order(fine, mesh.hexes.shape[1])
-    fine.info["coarse_nodes"] = kept
-    return replace(fine, parents=parents)
+    return replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept})
 
 
 def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:
@@ -150,10 +149,9 @@ def _exact(fine: HexMesh, coarse: HexMesh, halved: Halved, model: np.ndarray, or
 
 def _checked(mesh: HexMesh, origin: Origin) -> HexMesh:
     report = check_mesh(mesh, cad=make_reference(origin.part, origin.sweep))
-    mesh.info["quality"] = report
     if not report.valid and not origin.options.allow_inverted:
-        raise refusal(report)
-    return mesh
+        raise refusal(report, origin.part, origin.sweep)
+    return replace(mesh, info={**mesh.info, "quality": report})
 
 
 def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.ndarray) -> FactoredMesh:
@@ -206,7 +204,7 @@ def _smoothed(fine: FactoredMesh, halved: Halved) -> FactoredMesh:
         fixed[[0, -1]] = True
     points = fine.points().reshape(-1, 3)
     better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
-    fine.info["notes"] += better.steps
+    fine = fine.noted(better.steps)
     moved = np.union1d(fine.moved_nodes, better.nodes)
     points[better.nodes] = better.positions
     return replace(fine, moved_nodes=moved, moved_points=(points[moved] - fine.offset) / fine.scale)

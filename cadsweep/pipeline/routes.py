@@ -5,7 +5,8 @@ way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
-decomposition   one solid that is no stack either       cells of cuts on one skeleton
+decomposition   one planar solid, no stack either       cells of cuts on one skeleton
+cut             one solid of any faces                  the same, cut by OpenCASCADE
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 """
@@ -20,9 +21,10 @@ from ..brep import Part
 from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .assemblies import mesh_assembly
+from .assemblies import mesh_assembly, mesh_cut
+from .candidates import first_good
 from .decomposing import mesh_decomposed
-from .making import first_good, make_mesh
+from .making import make_mesh
 from .parts import find_candidates, load, was_divided_across
 from .run import Run
 from .stacking import mesh_stacks_instead
@@ -47,7 +49,7 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run)
     refused: CadSweepError | None = None
-    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed):
+    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut):
         try:
             return way(part, options, run, refused)
         except InputError:

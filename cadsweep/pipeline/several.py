@@ -6,16 +6,18 @@ open, faces merged); those that touch are planned and meshed together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from .. import recognition, smoothing
+from .. import cad, recognition, smoothing
 from ..blocks.finish import by_face, find_colors, make_references, name_faces, to_hex_mesh
 from ..blocks.joined import JoinedMesh
-from ..brep import Part
+from ..brep import Part, Solid
+from ..decompose.curved import Found, Tools, find_cells
 from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
 from ..mesh import HexMesh
@@ -26,12 +28,12 @@ from ..plan import Plan, make_plan
 from ..quality import CadReference, QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
+from .candidates import SMOOTH_BELOW
 from .cells import mesh_cells
-from .making import SMOOTH_BELOW
 from .refusing import refusal
 from .run import Run
 
-Recognise = Callable[[int], Sequence[Sweep]]
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,32 +44,65 @@ class Complex:
     plan: Plan
 
 
-def plan_cells(part: Part) -> Complex:
-    """Find the sweeps of all cells, and one choice of them that agrees.
+def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
+    """Find the sweeps of all cells, and one choice of them that agrees; cells that are in the way are cut.
 
     Raises
     ------
     NotSweepableError
-        A cell has no sweep, or no choice agrees; names the cells and faces.
+        A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
     """
-    candidates = [_candidates(part, cell) for cell in range(len(part.solids))]
-    return Complex(part=part, plan=make_plan(part, candidates))
-
-
-def _candidates(part: Part, cell: int) -> list[Sweep]:
-    """The sweeps of one cell as it is."""
-    solid = part.solids[cell]
-    sweeps = recognition.search_sweeps(solid).sweeps
-    if sweeps:
-        return sweeps
-    name = solid.name or f"cell {cell}"
+    candidates = [_sweeps(solid) for solid in part.solids]
     try:
-        return recognition.find_sweeps(solid)
-    except NotSweepableError as error:
+        return Complex(part=part, plan=make_plan(part, candidates))
+    except PlanError as error:
+        if not decompose:
+            raise _refused(part, candidates, error) from error
+    found = cut_until_planned(part, run)
+    if found.plan is None:
+        raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
+    notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
+    return Complex(part=replace(found.part, notes=notes), plan=found.plan)
+
+
+def cut_until_planned(part: Part, run: Run) -> Found:
+    """Search for cuts; what came nearest where none help."""
+    tools = Tools(
+        recognise=_sweeps,
+        make_plan=make_plan,
+        find_cutters=cad.find_cutters,
+        cut=cad.cut_cell,
+        on_progress=lambda n: run.on_progress("decomposition", None),
+    )
+    found, n_parts = find_cells(part, tools)
+    log.info("%d parts looked at, %d cuts", n_parts, len(found.reasons))
+    return found
+
+
+def _sweeps(solid: Solid) -> list[Sweep]:
+    """The sweeps of one cell as it is; none where there are none."""
+    return recognition.search_sweeps(solid).sweeps
+
+
+def _refused(
+    part: Part, candidates: Sequence[Sequence[Sweep]], error: PlanError | None, found: Found | None = None
+) -> NotSweepableError:
+    """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
+    tried = f" (after {len(found.reasons)} cuts: {'; '.join(found.reasons[:4])})" if found and found.reasons else ""
+    for cell, own in enumerate(candidates):
+        if own:
+            continue
+        name = part.models[part.owners[cell]].name
         others = _contacts(part, cell)
         beside = f"; it touches {', '.join(others)}" if others else ""
-        message = f"'{name}' cannot be swept{beside}: {error}"
-        raise NotSweepableError(message, reasons=[f"{name}: {reason}" for reason in error.reasons]) from error
+        try:
+            recognition.find_sweeps(part.solids[cell])
+        except NotSweepableError as reason:
+            return NotSweepableError(
+                f"'{name}' cannot be swept{beside}{tried}: {reason}", reasons=[f"{name}: {r}" for r in reason.reasons]
+            )
+    message = str(error) if error is not None else (found.message if found else "")
+    return NotSweepableError(f"{message}{tried}; try interfaces='separate'", reasons=[message])
 
 
 def _contacts(part: Part, cell: int) -> list[str]:

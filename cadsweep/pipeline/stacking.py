@@ -21,8 +21,8 @@ from ..mesh import HexMesh, QuadMesh, SurfaceMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Intervals, Sweep
+from .candidates import COARSE, GOOD_ENOUGH
 from .dividing import divide_until_meshed
-from .making import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish

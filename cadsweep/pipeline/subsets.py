@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scipy.cluster.hierarchy import DisjointSet
+import scipy
 
 from ..brep import Part
 
 
 def touching_groups(part: Part) -> list[list[int]]:
     """Cells that hang together by faces, edges or vertices."""
-    groups = DisjointSet(range(len(part.solids)))
+    groups = scipy.cluster.hierarchy.DisjointSet(range(len(part.solids)))
     for kind in ("vertex_keys", "edge_keys", "face_keys"):
         seen: dict[int, int] = {}
         for cell, solid in enumerate(part.solids):

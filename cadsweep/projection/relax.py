@@ -19,9 +19,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 from numba import njit
-from scipy import sparse
-from scipy.sparse import linalg as sparse_linalg
 
 from ..arrays import FloatArray, IntArray
 from .descent import Energy, minimise
@@ -184,11 +183,11 @@ def is_stuck(history: Sequence[float]) -> bool:
 
 def _laplacian_solver(quads: IntArray, free: IntArray, n_nodes: int):  # type: ignore[no-untyped-def]
     starts, ends = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-    pairs = sparse.coo_matrix((np.ones(len(starts)), (starts, ends)), shape=(n_nodes, n_nodes)).tocsr()
+    pairs = scipy.sparse.coo_matrix((np.ones(len(starts)), (starts, ends)), shape=(n_nodes, n_nodes)).tocsr()
     pairs = pairs + pairs.T
-    laplacian = (sparse.diags(np.asarray(pairs.sum(axis=1)).ravel()) - pairs).tocsr()
+    laplacian = (scipy.sparse.diags(np.asarray(pairs.sum(axis=1)).ravel()) - pairs).tocsr()
     system = laplacian[free][:, free].tocsc()
-    factor = sparse_linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    factor = scipy.sparse.linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     return lambda rhs: factor.solve(np.ascontiguousarray(rhs))
 
 

@@ -19,8 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import linalg as sparse_linalg
+import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
@@ -123,7 +122,7 @@ def _leading_modes(M: FloatArray, tolerance: float, max_modes: int) -> tuple[Flo
     return U[:, :max_modes], s[:max_modes], Vt[:max_modes]
 
 
-def cotangent_weights(points: FloatArray, quads: IntArray) -> sparse.csr_matrix:
+def cotangent_weights(points: FloatArray, quads: IntArray) -> scipy.sparse.csr_matrix:
     """Symmetric weights (n, n) of the mesh's node pairs: cotangents averaged over both diagonals of every quad.
 
     The area of a triangle flatter than 1e-6 is raised to that, which keeps the weights finite and the system definite:
@@ -143,11 +142,11 @@ def cotangent_weights(points: FloatArray, quads: IntArray) -> sparse.csr_matrix:
         rows.append(np.roll(nodes, -1, axis=1))
         cols.append(np.roll(nodes, 1, axis=1))
     row, col = np.concatenate(rows).ravel(), np.concatenate(cols).ravel()
-    half = sparse.coo_matrix((np.concatenate(values).ravel(), (row, col)), shape=(n_nodes, n_nodes)).tocsr()
+    half = scipy.sparse.coo_matrix((np.concatenate(values).ravel(), (row, col)), shape=(n_nodes, n_nodes)).tocsr()
     return (half + half.T).tocsr()
 
 
-def extend(weights: sparse.csr_matrix, boundary: IntArray, values: FloatArray) -> FloatArray:
+def extend(weights: scipy.sparse.csr_matrix, boundary: IntArray, values: FloatArray) -> FloatArray:
     """Extend boundary values (b, q) to all nodes (n, q) as discrete harmonic functions.
 
     Raises
@@ -162,17 +161,17 @@ def extend(weights: sparse.csr_matrix, boundary: IntArray, values: FloatArray) -
     if not len(inside):
         return result
     _refuse_loose(weights, boundary, inside)
-    off = weights - sparse.diags(weights.diagonal())
-    laplacian = (sparse.diags(np.asarray(off.sum(axis=1)).ravel()) - off).tocsr()
+    off = weights - scipy.sparse.diags(weights.diagonal())
+    laplacian = (scipy.sparse.diags(np.asarray(off.sum(axis=1)).ravel()) - off).tocsr()
     system = laplacian[inside][:, inside].tocsc()
     rhs = -laplacian[inside][:, boundary] @ values
-    solver = sparse_linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    solver = scipy.sparse.linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     result[inside] = solver.solve(np.asfortranarray(rhs))
     return result
 
 
-def _refuse_loose(weights: sparse.csr_matrix, boundary: IntArray, inside: IntArray) -> None:
-    _, labels = sparse.csgraph.connected_components(weights, directed=False)
+def _refuse_loose(weights: scipy.sparse.csr_matrix, boundary: IntArray, inside: IntArray) -> None:
+    _, labels = scipy.sparse.csgraph.connected_components(weights, directed=False)
     loose = inside[~np.isin(labels[inside], labels[boundary])]
     if len(loose):
         raise InputError(

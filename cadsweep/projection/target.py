@@ -126,7 +126,7 @@ def project_target(
         if not np.isfinite(points).all():
             log.info("target cap by the %s way: not finite", name)
             continue
-        quality = worst_corner(points, cap_quads, _sweep_normals(points, cap_quads, surface, uv))
+        quality = worst_corner(points, cap_quads, sweep_normals(points, cap_quads, surface, uv))
         found[name] = quality, points
         if quality >= wanted:
             break
@@ -137,10 +137,10 @@ def project_target(
     movable = ~np.isin(cap_quads, nodes)
     movable |= np.roll(movable, 1, axis=1) | np.roll(movable, -1, axis=1)
     # Corners between three boundary nodes are what they are; only the others ask to be moved.
-    if worst_corner(points, cap_quads, _sweep_normals(points, cap_quads, surface), movable) < min(POOR, wanted):
-        relaxed = _relaxed(points, source, cap_quads, cap_loops, surface)
+    if worst_corner(points, cap_quads, sweep_normals(points, cap_quads, surface), movable) < min(POOR, wanted):
+        relaxed = relaxed_cap(points, source, cap_quads, cap_loops, surface)
         if relaxed is not None:
-            better = worst_corner(relaxed, cap_quads, _sweep_normals(relaxed, cap_quads, surface))
+            better = worst_corner(relaxed, cap_quads, sweep_normals(relaxed, cap_quads, surface))
             found[method + "+relaxed"] = better, relaxed
             if better > quality:
                 method, quality, points = method + "+relaxed", better, relaxed
@@ -198,7 +198,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.where(lengths > 0.0, lengths, 1.0))
 
 
-def _sweep_normals(points: FloatArray, quads: IntArray, surface: Surface, uv: FloatArray | None = None) -> FloatArray:
+def sweep_normals(points: FloatArray, quads: IntArray, surface: Surface, uv: FloatArray | None = None) -> FloatArray:
     """Normals of the surface at its `points`, on the side that most of the quads' area turns to."""
     across_u, across_v = surface.derivatives(surface.project(points) if uv is None else uv)
     normals = _unit(np.cross(across_u, across_v))
@@ -222,7 +222,7 @@ def _plane_frame(ring: FloatArray, loops: Sequence[IntArray]) -> FloatArray:
     return np.stack([axis, np.cross(normal, axis), normal])
 
 
-def _relaxed(
+def relaxed_cap(
     points: FloatArray, source: FloatArray, quads: IntArray, loops: Sequence[IntArray], surface: Surface
 ) -> FloatArray | None:
     """The cap with its inner nodes moved along the surface; None where the cap is no graph over its ring's plane."""
@@ -231,7 +231,7 @@ def _relaxed(
     center = points[nodes].mean(axis=0)
     lengths = rectangles(source, quads)
     for _ in range(_RELAXATIONS):
-        normals = _sweep_normals(points, quads, surface) @ frame.T
+        normals = sweep_normals(points, quads, surface) @ frame.T
         if float(np.min(normals[:, 2])) < _STEEP:
             return None
         slopes = -normals[:, :2] / normals[:, 2:]
@@ -260,7 +260,7 @@ def _parametric_uv(
     plane: FloatArray, quads: IntArray, loops: Sequence[IntArray], uv_ring: FloatArray, surface: Surface
 ) -> FloatArray:
     """The paper's way: least-squares affine map between the plane images of the loops, and its residual."""
-    scale = _mean_stretch(uv_ring, surface)
+    scale = mean_stretch(uv_ring, surface)
     nodes = np.concatenate(loops)
     sweep = project_layers(
         plane, quads, np.stack([plane[nodes], uv_ring * scale]), loops=loops, functional="H", strategy="source"
@@ -268,7 +268,7 @@ def _parametric_uv(
     return sweep.layer(1) / scale
 
 
-def _mean_stretch(uv: FloatArray, surface: Surface) -> FloatArray:
+def mean_stretch(uv: FloatArray, surface: Surface) -> FloatArray:
     """Length per unit of u and of v, in the mean over the ring: so scaled, shapes are nearly those on the surface."""
     lengths = np.array([np.linalg.norm(d, axis=1).mean() for d in surface.derivatives(uv)])
     return np.where(np.isfinite(lengths) & (lengths > 0.0), lengths, 1.0)

@@ -18,8 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import csr_array
+import scipy
 
 from ..arrays import FloatArray
 from ..brep import Solid
@@ -263,12 +262,12 @@ def _solve(
     """Least cost of binary unknowns: the first `n_equal` rows equal their bound, others stay below."""
     entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
     r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-    result = milp(
+    result = scipy.optimize.milp(
         cost,
         integrality=np.ones(len(cost)),
-        bounds=Bounds(low, np.ones(len(cost))),
-        constraints=LinearConstraint(
-            csr_array((v, (r, c)), shape=(len(rows), len(cost))),
+        bounds=scipy.optimize.Bounds(low, np.ones(len(cost))),
+        constraints=scipy.optimize.LinearConstraint(
+            scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), len(cost))),
             np.where(np.arange(len(rows)) < n_equal, bound, -np.inf),
             bound,
         ),

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from ..arrays import IntArray
 from ..cells import SweptStructure
@@ -27,11 +26,11 @@ class Blocks:
     n_nodes: int
 
     @cached_property
-    def incidence(self) -> sparse.csr_matrix:
+    def incidence(self) -> scipy.sparse.csr_matrix:
         """Which node (row) is a corner of which hexahedron (column)."""
         cols = np.repeat(np.arange(len(self.hexes)), 8)
         shape = (self.n_nodes, len(self.hexes))
-        return sparse.csr_matrix((np.ones(len(cols), dtype=np.float32), (self.hexes.ravel(), cols)), shape=shape)
+        return scipy.sparse.csr_matrix((np.ones(len(cols), dtype=np.float32), (self.hexes.ravel(), cols)), shape=shape)
 
     @cached_property
     def uses(self) -> IntArray:
@@ -52,11 +51,11 @@ def hex_nodes(structure: Connected, hexes: IntArray) -> IntArray:
     return np.hstack([lower, structure.quads[quad] + (upper_layer * structure.n_nodes)[:, None]])
 
 
-def _incidence(structure: SweptStructure) -> sparse.csr_matrix:
+def _incidence(structure: SweptStructure) -> scipy.sparse.csr_matrix:
     """Which node (row) is a corner of which quad (column) of one layer."""
     q = structure.quads
     rows, cols = q.ravel(), np.repeat(np.arange(len(q)), 4)
-    return sparse.csr_matrix((np.ones(len(rows)), (rows, cols)), shape=(structure.n_nodes, len(q)))
+    return scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, cols)), shape=(structure.n_nodes, len(q)))
 
 
 def grown(marked: BoolArray, structure: Connected, rings: int) -> BoolArray:
@@ -88,8 +87,8 @@ def patches(region: BoolArray, structure: Connected) -> list[IntArray]:
     nodes, local = np.unique(hex_nodes(structure, ids), return_inverse=True)
     rows, cols = np.repeat(np.arange(len(ids)), 8), local.ravel() + len(ids)
     size = len(ids) + len(nodes)
-    graph = sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(size, size))
+    _, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
     label = label[: len(ids)]
     order = np.argsort(label, kind="stable")
     cuts = np.flatnonzero(np.diff(label[order])) + 1

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import cg, splu, spsolve
+import scipy
 
 from ..arrays import FloatArray
 from .patch import EDGES, BoolArray, Patch
@@ -19,7 +18,7 @@ MOST_FREE = 30_000
 """Free nodes up to which a system is solved directly."""
 
 
-def laplacian(patch: Patch) -> sparse.csr_matrix:
+def laplacian(patch: Patch) -> scipy.sparse.csr_matrix:
     """Graph Laplacian (n, n) of a patch's edges, weighted by one over the length that they should have.
 
     A layer half as thick pulls twice as hard, so graded layers keep their proportions.
@@ -33,8 +32,8 @@ def laplacian(patch: Patch) -> sparse.csr_matrix:
             weights.append(1.0 / patch.lengths[:, axis])
     i, j, w = (np.concatenate(part) for part in (rows, cols, weights))
     w = np.asarray(w / np.max(w))
-    adjacency = sparse.coo_matrix((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsr()
-    return (sparse.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsr()
+    adjacency = scipy.sparse.coo_matrix((np.r_[w, w], (np.r_[i, j], np.r_[j, i])), shape=(n, n)).tocsr()
+    return (scipy.sparse.diags(np.asarray(adjacency.sum(axis=1)).ravel()) - adjacency).tocsr()
 
 
 def laplacian_solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:
@@ -43,7 +42,7 @@ def laplacian_solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:
     if system.shape[0] > MOST_FREE:
         diagonal = system.diagonal()[:, None]
         return lambda rhs: rhs / diagonal
-    factor = splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    factor = scipy.sparse.linalg.splu(system, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     return lambda rhs: factor.solve(np.ascontiguousarray(rhs))
 
 
@@ -60,13 +59,13 @@ def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
     return result
 
 
-def _solved(laplacian: sparse.csr_matrix, free: BoolArray, points: FloatArray) -> FloatArray:
+def _solved(laplacian: scipy.sparse.csr_matrix, free: BoolArray, points: FloatArray) -> FloatArray:
     rows = laplacian[free]
     A, b = rows[:, free].tocsc(), -rows[:, ~free] @ points[~free]
     if A.shape[0] <= MOST_FREE:
-        return np.asarray(spsolve(A, b)).reshape(-1, 3)
+        return np.asarray(scipy.sparse.linalg.spsolve(A, b)).reshape(-1, 3)
     x = points[free].copy()
-    diagonal = sparse.diags(1.0 / A.diagonal())
+    diagonal = scipy.sparse.diags(1.0 / A.diagonal())
     for c in range(3):
-        x[:, c], _ = cg(A, b[:, c], x0=x[:, c], rtol=1e-6, maxiter=500, M=diagonal)
+        x[:, c], _ = scipy.sparse.linalg.cg(A, b[:, c], x0=x[:, c], rtol=1e-6, maxiter=500, M=diagonal)
     return x

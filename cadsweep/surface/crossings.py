@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arrays import FloatArray
 
@@ -33,7 +33,7 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     )
     # Segments that meet have middles no farther apart than the longer of them.
     reach = float(np.sqrt(np.max(((ends - starts) ** 2).sum(axis=1))))
-    pairs = cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
+    pairs = scipy.spatial.cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
     i, j = pairs[:, 0], pairs[:, 1]
     apart = (following[i] != j) & (following[j] != i)
     i, j = i[apart], j[apart]

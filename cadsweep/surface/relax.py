@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
+import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
@@ -85,7 +85,7 @@ class _State:
         self.normals = -surface.normals(uv)
         self.sines = corner_sines(points, quads, self.normals)
         slots = np.arange(quads.size)
-        self.uses = sparse.csr_matrix((slots, (quads.ravel(), slots // 4)), shape=(len(points), len(quads)))
+        self.uses = scipy.sparse.csr_matrix((slots, (quads.ravel(), slots // 4)), shape=(len(points), len(quads)))
 
     def _quads_of(self, nodes: IntArray) -> IntArray:
         """Ids of all quads that have one of the nodes."""
@@ -218,10 +218,10 @@ def _mean_matrix(quads: IntArray, n: int) -> Any:
     """Sparse matrix of the mean over the neighbours along quad edges."""
     i = np.concatenate([quads.ravel(), np.roll(quads, -1, axis=1).ravel()])
     j = np.concatenate([np.roll(quads, -1, axis=1).ravel(), quads.ravel()])
-    matrix = sparse.csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n))
+    matrix = scipy.sparse.csr_matrix((np.ones(len(i)), (i, j)), shape=(n, n))
     matrix.data[:] = 1.0
     degree = np.asarray(matrix.sum(axis=1)).ravel()
-    return sparse.diags(1.0 / np.maximum(degree, 1.0)) @ matrix
+    return scipy.sparse.diags(1.0 / np.maximum(degree, 1.0)) @ matrix
 
 
 def _follow(surface: Surface, uv: FloatArray, off: FloatArray) -> FloatArray:

@@ -17,8 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
+import scipy
 
 from ..arrays import FloatArray
 from ..brep import Surface
@@ -233,8 +232,8 @@ def solve_winslow(grid: FloatArray, *, n_steps: int = 30, tolerance: float = 1e-
             right[border] -= values[border, None] * fixed[border]
             entries.append((values[~border], rows[~border], column[~border]))
         values, i, j = (np.concatenate(part) for part in zip(*entries, strict=True))
-        matrix = sparse.csc_matrix((values, (i, j)), shape=(h * w, h * w))
-        new = spsolve(matrix, right).reshape(h, w, 2)
+        matrix = scipy.sparse.csc_matrix((values, (i, j)), shape=(h * w, h * w))
+        new = scipy.sparse.linalg.spsolve(matrix, right).reshape(h, w, 2)
         if not np.isfinite(new).all():
             break
         moved = float(np.max(np.abs(new - x[1:-1, 1:-1])))

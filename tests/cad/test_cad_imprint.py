@@ -307,3 +307,33 @@ def test_pieces_of_one_solid_touch_in_cuts_and_not_in_contacts(cq):
     assert [contact.models for contact in find_contacts(part)] == [(0, 1)]
     assert [model.volume for model in part.models] == pytest.approx([2, 1])
     assert [solid.name for solid in part.solids] == ["solid_1", "solid_1", "solid_2"]
+
+
+@pytest.mark.parametrize("degrees", [1e-5, 1.0, 37.0, 180.0])
+def test_seams_of_coaxial_faces_do_not_cut_each_other_into_strips(cq, load, degrees):
+    pin = cq.Workplane().circle(1).extrude(3)
+    sleeve = cq.Workplane().circle(1.5).circle(1).extrude(3).rotate((0, 0, 0), (0, 0, 1), degrees)
+    sleeve.faces("<Z").tag("foot")
+    block = cq.Workplane().box(4, 4, 3, centered=(True, True, False)).faces(">Z").workplane().hole(3)
+    whole = cq.Assembly(name="all").add(pin, name="pin").add(sleeve, name="sleeve").add(block, name="block")
+    part = load(whole)
+    # a pin is two halves and two caps, a sleeve two more halves, a block with a hole six sides and two halves
+    assert [len(solid.faces) for solid in part.solids] == [4, 6, 8]
+    assert min(edge.length for solid in part.solids for edge in solid.edges) == pytest.approx(3)
+    volumes = [3 * math.pi, 3 * math.pi * (1.5**2 - 1), 3 * (16 - 1.5**2 * math.pi)]
+    assert [solid.volume for solid in part.solids] == pytest.approx(volumes, rel=1e-12)
+    (foot,) = [face for face in part.solids[1].faces if face.names]
+    assert foot.names == ("sleeve_foot",)
+    assert foot.center[2] == pytest.approx(0)
+    assert len({face.key for solid in part.solids for face in solid.faces}) == 3 + 4 + 7
+    assert_shares_exactly(part)
+
+
+def test_a_seam_goes_to_the_edges_of_a_neighbour_drawn_in_two_halves(cq, load):
+    halves = cq.Workplane().moveTo(1, 0).threePointArc((0, 1), (-1, 0)).threePointArc((0, -1), (1, 0)).close()
+    pin = halves.extrude(3).rotate((0, 0, 0), (0, 0, 1), 20)
+    sleeve = cq.Workplane().circle(1.5).circle(1).extrude(3)
+    part = load(several(cq, sleeve, pin))
+    assert [len(solid.faces) for solid in part.solids] == [6, 4]
+    assert len(shared(part, "face")) == 2
+    assert_shares_exactly(part)

@@ -6,6 +6,7 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_ring, find_crossing, load  # noqa: E402
+from cadsweep.pipeline import candidates  # noqa: E402
 
 pytestmark = pytest.mark.cad
 
@@ -43,3 +44,13 @@ def test_a_solid_that_runs_into_itself_is_refused_with_the_faces_that_cross():
     assert {solid.faces[first].kind, solid.faces[second].kind} == {"torus"}
     with pytest.raises(cs.CadError, match="cross each other"):
         cs.sweep_mesh(crossed, size=1.0)
+
+
+@pytest.mark.parametrize(
+    ("pair", "said"), [((0, 0), "{0} crosses itself, so"), ((0, 1), "{0} and {1} cross each other")]
+)
+def test_a_face_that_crosses_itself_is_named_once(pair, said, monkeypatch):
+    (sweep, *_) = cs.find_sweeps(cq.Workplane().box(1, 2, 3))
+    monkeypatch.setattr(candidates.cad, "find_crossing", lambda solid, coincident: pair)
+    labels = [sweep.solid.faces[f].label() for f in (0, 1)]
+    assert said.format(*labels) in str(candidates.explained(sweep, cs.CadSweepError("no mesh")))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from ...arrays import FloatArray
 from .curves import EdgeCurve, Parametric
@@ -199,7 +199,7 @@ class FaceSurface:
         )
 
     @cached_property
-    def _grid(self) -> tuple[FloatArray, cKDTree]:
+    def _grid(self) -> tuple[FloatArray, scipy.spatial.cKDTree]:
         """Parameters (g, 2) over the face's box, and a tree of the places there."""
         stops = []
         for low, high, knots in zip(*self.box, knots_of(self.geometry), strict=True):
@@ -207,7 +207,7 @@ class FaceSurface:
             stops.append(np.concatenate([[low], inner[:: 1 + len(inner) // _MOST_GRID], [high]]))
         axes = [self._divided(stops[0], stops[1], 0), self._divided(stops[1], stops[0], 1)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        return grid, cKDTree(grid_points(self.geometry, *axes))
+        return grid, scipy.spatial.cKDTree(grid_points(self.geometry, *axes))
 
     def _divided(self, stops: FloatArray, across: FloatArray, axis: int) -> FloatArray:
         """Parameters along one axis, between which the surface hardly turns: no coil of a spring is missed."""

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from OCP.BOPAlgo import BOPAlgo_Builder
-from scipy.sparse.csgraph import connected_components
 
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
@@ -69,7 +69,7 @@ class Fused:
 def neighbours(boxes: FloatArray, reach: float) -> list[IntArray]:
     """Groups of boxes (n, 2, 3) that hang together, where boxes less than `reach` apart count as touching."""
     near = near_boxes(boxes, boxes, reach)
-    n_groups, group = connected_components(near, directed=False)
+    n_groups, group = scipy.sparse.csgraph.connected_components(near, directed=False)
     order = np.argsort(group, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if n_groups else []
 

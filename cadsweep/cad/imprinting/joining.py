@@ -31,6 +31,7 @@ from .checking import check_counts, check_distinct, check_imprinted, volume_and_
 from .fusing import Fused
 from .gaps import Gap, find_gaps
 from .internals import drop_internals
+from .seams import align_seams
 
 logger = logging.getLogger(__name__)
 
@@ -97,7 +98,9 @@ def imprint(
     called = [f"'{models[i].name}'" for i in own]
     if labels is None:
         labels = _numbered(shapes)
-    tolerance = _tolerance(shapes, touch / units.scale)
+    size = _size(shapes)
+    tolerance = max(TOLERANCE * size, _LEAST_TOLERANCE, touch / units.scale)
+    shapes, labels = align_seams(shapes, labels, size)
     traced = _imprinted(shapes, called, units, tolerance)
     part_surfaces(traced)
     notes = [*notes, *divide_closed(traced)]
@@ -154,11 +157,10 @@ def _gap_notes(part: Part, gaps: Sequence[Gap]) -> list[str]:
     return [*notes, f"{more} more pairs of solids are as little apart"] if more > 0 else notes
 
 
-def _tolerance(shapes: Sequence[Any], touch: float) -> float:
-    """Distance up to which the solids touch, working units."""
+def _size(shapes: Sequence[Any]) -> float:
+    """Diagonal of a box about all solids."""
     box = np.array([bounds(shape) for shape in shapes])
-    size = float(np.linalg.norm(box[:, 1].max(axis=0) - box[:, 0].min(axis=0)))
-    return max(TOLERANCE * size, _LEAST_TOLERANCE, touch)
+    return float(np.linalg.norm(box[:, 1].max(axis=0) - box[:, 0].min(axis=0)))
 
 
 def _imprinted(shapes: Sequence[Any], called: Sequence[str], units: Units, least: float) -> Traced:

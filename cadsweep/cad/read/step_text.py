@@ -13,7 +13,9 @@ import re
 from pathlib import Path
 
 import numpy as np
+import scipy
 
+from ...arrays import IntArray
 from ...errors import CadError
 
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
@@ -23,6 +25,8 @@ _INSTANCE = re.compile(rb"#(\d+)\s*=([^;]*);")
 _REFERENCE = re.compile(rb"#(\d+)")
 _MOST_FOLLOWED = 1 << 27
 """Bytes of a file in which references are followed; a check of more would take longer than it is worth."""
+_USUAL_DEPTH = 100
+"""References from an assembly down to a coordinate: some 20 in files of all programs that were met."""
 
 
 def check_step_text(path: Path, data: bytes) -> None:
@@ -53,9 +57,6 @@ def check_step_text(path: Path, data: bytes) -> None:
 
 def _circular(data: bytes) -> int | None:
     """Number of an entity on a circle of references, or None."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
-
     numbers: list[int] = []
     references: list[list[int]] = []
     for found in _INSTANCE.finditer(data):
@@ -66,16 +67,38 @@ def _circular(data: bytes) -> int | None:
     for j, targets in enumerate(references):
         for target in targets:
             k = place.get(target)
-            if k == j:
-                return numbers[j]
             if k is not None:
                 rows.append(j)
                 columns.append(k)
-    if not rows:
-        return None
-    n = len(numbers)
-    graph = csr_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
-    n_groups, groups = connected_components(graph, directed=True, connection="strong")
-    if n_groups == n:
-        return None
-    return numbers[int(np.flatnonzero(np.bincount(groups)[groups] > 1)[0])]
+    entity = on_circle(np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64), len(numbers))
+    return None if entity is None else numbers[entity]
+
+
+def on_circle(rows: IntArray, columns: IntArray, n: int) -> int | None:
+    """One of n entities on a circle of the references from `rows` (m,) to `columns` (m,), or None.
+
+    References to entities that refer to nothing are taken away, over and over; what is left leads to circles.
+    """
+    for _ in range(_USUAL_DEPTH):
+        refers = np.zeros(n, dtype=bool)
+        refers[rows] = True
+        kept = refers[columns]
+        if kept.all():
+            return _walked(rows, columns) if len(rows) else None
+        rows, columns = rows[kept], columns[kept]
+    # As deep as no model is: a chain of n would take n rounds.
+    graph = scipy.sparse.csr_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n, n))
+    _, groups = scipy.sparse.csgraph.connected_components(graph, directed=True, connection="strong")
+    circular = (np.bincount(groups)[groups] > 1) | (graph.diagonal() > 0)
+    return int(np.flatnonzero(circular)[0]) if circular.any() else None
+
+
+def _walked(rows: IntArray, columns: IntArray) -> int:
+    """Follow references, each to an entity that refers on, until one comes again."""
+    following = dict(zip(rows.tolist(), columns.tolist(), strict=True))
+    seen: set[int] = set()
+    entity = int(rows[0])
+    while entity not in seen:
+        seen.add(entity)
+        entity = following[entity]
+    return entity

@@ -1,0 +1,239 @@
+"""Surfaces that may part a cell: faces at re-entrant edges extended, rims carried into the material.
+
+Place in the flow: the search for cuts asks for the cutters of a cell that no sweep fits; :mod:`.cutting` applies one.
+
+Method. At an edge where the solid is re-entrant, or that was imprinted on a face, the surfaces beside it are extended
+through the cell (planes, cylinders, cones), and the rims of plane faces are carried into the material square to them.
+What belongs together is tried together first: all floors across one direction, all walls along it.
+
+Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from math import pi
+from typing import Any
+
+import numpy as np
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane
+from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
+
+from ...arrays import FloatArray
+from ...brep import Edge, Face, Part, Solid
+from ..shapes import FACE, SolidShape, subshapes
+
+FLAT = 1e-4
+"""Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
+SAME = 1e-6
+"""Distance, as a share of the cell's size, up to which two cutters are one."""
+MOST_CUTTERS = 24
+"""Cutters of one cell that are tried."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cutter:
+    """Faces that part a cell.
+
+    Attributes
+    ----------
+    reason : str
+        What a note says of it.
+    tools : tuple of TopoDS_Face
+    weight : float
+        Length of the edges in the way that it goes through.
+    """
+
+    reason: str
+    tools: tuple[Any, ...]
+    weight: float
+
+
+@dataclass(kw_only=True, eq=False)
+class _Found:
+    """A surface extended through the cell, and the edges in the way that it goes through."""
+
+    key: tuple[float, ...]
+    kind: str
+    label: str
+    tools: tuple[Any, ...]
+    along: FloatArray | None
+    across: FloatArray | None
+    edges: dict[int, float] = field(default_factory=dict)
+
+
+def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> list[Cutter]:
+    """List what may part a cell, the most promising first.
+
+    Parameters
+    ----------
+    part : Part
+    cell : int
+    faces : collection of int
+        Faces of the cell on which its sweeps contradict its neighbours': their outlines are in the way, too.
+    """
+    return _Cutters(part.solids[cell], frozenset(faces)).all()
+
+
+class _Cutters:
+    """The cutters of one cell."""
+
+    def __init__(self, solid: Solid, faces: frozenset[int]) -> None:
+        self.solid = solid
+        holder = solid.write_brep
+        assert isinstance(holder, SolidShape)
+        self.shapes = holder
+        self.center = solid.vertices.mean(axis=0)
+        self.reach = 1.5 * solid.size
+        self.faces = faces
+        self.found: dict[tuple[float, ...], _Found] = {}
+
+    def all(self) -> list[Cutter]:
+        """Batches first, then single ones by the length of the edges that they resolve."""
+        for edge in self.solid.edges:
+            if self.in_the_way(edge):
+                for f in edge.faces:
+                    self.extend(self.solid.faces[f], edge)
+        columns = list(self.columns())
+        single = sorted(
+            [Cutter(reason=one.label, tools=one.tools, weight=sum(one.edges.values())) for one in self.found.values()]
+            + columns,
+            key=lambda cutter: -cutter.weight,
+        )
+        return [*self.batches(columns), *single][:MOST_CUTTERS]
+
+    def in_the_way(self, edge: Edge) -> bool:
+        """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
+        return edge.dihedral > pi - FLAT or bool(self.faces & set(edge.faces))
+
+    def extend(self, face: Face, edge: Edge) -> None:
+        """Extend a face's surface through the cell."""
+        made = self.surface_of(face)
+        if made is None:
+            return
+        known = next((one for one in self.found.values() if _alike(one.key, made.key, self.solid.size)), None)
+        known = self.found.setdefault(made.key, made) if known is None else known
+        if edge.dihedral > pi + FLAT or known.kind != "plane":
+            known.edges[edge.id] = edge.length
+        else:
+            known.edges.setdefault(edge.id, 0.1 * edge.length)
+
+    def surface_of(self, face: Face) -> _Found | None:
+        """The tool of a face's surface; None where it is of a kind that is not extended."""
+        adaptor = BRepAdaptor_Surface(self.shapes.faces[face.id])
+        kind = adaptor.GetType()
+        if kind == GeomAbs_Plane:
+            plane = adaptor.Plane()
+            normal = _array(plane.Axis().Direction())
+            offset = float(normal @ _array(plane.Location()))
+            normal, offset = _signed(normal, offset)
+            foot = self.center - (normal @ self.center - offset) * normal
+            moved = gp_Pln(gp_Pnt(*foot), plane.Axis().Direction())
+            tool = BRepBuilderAPI_MakeFace(moved, -self.reach, self.reach, -self.reach, self.reach).Face()
+            return _Found(
+                key=(0.0, *normal, offset), kind="plane", label=f"the plane of {face.label()}", tools=(tool,),
+                along=None, across=normal,
+            )  # fmt: skip
+        if kind == GeomAbs_Cylinder:
+            cylinder = adaptor.Cylinder()
+            axis, place = _array(cylinder.Axis().Direction()), _array(cylinder.Location())
+            middle = float((self.center - place) @ axis)
+            first = adaptor.FirstUParameter()
+            tools = tuple(
+                BRepBuilderAPI_MakeFace(cylinder, u, u + pi, middle - self.reach, middle + self.reach).Face()
+                for u in (first, first + pi)
+            )
+            foot = place - (place @ axis) * axis
+            axis, _ = _signed(axis, 0.0)
+            return _Found(
+                key=(1.0, *axis, *foot, cylinder.Radius()), kind="cylinder", label=f"the cylinder of {face.label()}",
+                tools=tools, along=axis, across=None,
+            )  # fmt: skip
+        if kind == GeomAbs_Cone:
+            cone = adaptor.Cone()
+            apex = -cone.RefRadius() / np.sin(cone.SemiAngle())
+            low, high = adaptor.FirstVParameter(), adaptor.LastVParameter()
+            # One nappe: from next to the apex to beyond the cell.
+            if 0.5 * (low + high) > apex:
+                low, high = apex + 1e-3 * self.reach, max(high, apex) + 2.0 * self.reach
+            else:
+                low, high = min(low, apex) - 2.0 * self.reach, apex - 1e-3 * self.reach
+            first = adaptor.FirstUParameter()
+            tools = tuple(BRepBuilderAPI_MakeFace(cone, u, u + pi, low, high).Face() for u in (first, first + pi))
+            key = (2.0, *_array(cone.Apex()), cone.SemiAngle())
+            return _Found(
+                key=key, kind="cone", label=f"the cone of {face.label()}", tools=tools, along=None, across=None
+            )
+        return None
+
+    def columns(self) -> Iterator[Cutter]:
+        """Rims on plane faces carried into the material, square to the face."""
+        for face in self.solid.faces:
+            if face.kind != "plane":
+                continue
+            for loop in face.loops:
+                edges = [self.solid.edges[e] for e in loop.edges if self.in_the_way(self.solid.edges[e])]
+                edges = [e for e in edges if e.kind != "line" or e.dihedral > pi - FLAT]
+                if not edges:
+                    continue
+                tools = [tool for e in edges for tool in self.prism(e, face.normal)]
+                weight = sum(e.length for e in edges)
+                yield Cutter(reason=f"the rim on {face.label()} carried on", tools=tuple(tools), weight=0.9 * weight)
+
+    def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
+        """An edge carried into the material."""
+        made = BRepPrimAPI_MakePrism(self.shapes.edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
+        return subshapes(made.Shape(), FACE)
+
+    def batches(self, columns: Sequence[Cutter]) -> Iterator[Cutter]:
+        """All floors across a direction at once, and all walls along it."""
+        for direction in self.directions():
+            floors = [f for f in self.found.values() if f.across is not None and abs(f.across @ direction) > 1 - 1e-9]
+            walls = [
+                f
+                for f in self.found.values()
+                if (f.along is not None and abs(f.along @ direction) > 1 - 1e-9)
+                or (f.across is not None and abs(f.across @ direction) < 1e-9)
+            ]
+            for what, members in (("floors", floors), ("walls", walls)):
+                own = [f for f in members if any(self.solid.edges[e].dihedral > pi + FLAT for e in f.edges)]
+                if len(own) > 1:
+                    place = ", ".join(f"{c:.3g}" for c in direction)
+                    yield Cutter(
+                        reason=f"all {what} {'across' if what == 'floors' else 'along'} ({place})",
+                        tools=tuple(tool for f in own for tool in f.tools),
+                        weight=sum(sum(f.edges.values()) for f in own),
+                    )
+
+    def directions(self) -> list[FloatArray]:
+        """Normals of planes and axes of cylinders at edges in the way, the most frequent first."""
+        seen: list[tuple[FloatArray, float]] = []
+        for one in self.found.values():
+            direction = one.across if one.across is not None else one.along
+            if direction is None:
+                continue
+            for j, (known, weight) in enumerate(seen):
+                if abs(known @ direction) > 1 - 1e-9:
+                    seen[j] = (known, weight + sum(one.edges.values()))
+                    break
+            else:
+                seen.append((direction, sum(one.edges.values())))
+        return [direction for direction, _ in sorted(seen, key=lambda pair: -pair[1])[:3]]
+
+
+def _array(thing: Any) -> FloatArray:
+    return np.array([thing.X(), thing.Y(), thing.Z()])
+
+
+def _signed(direction: FloatArray, offset: float) -> tuple[FloatArray, float]:
+    """A direction and its opposite are one: the first large component is positive."""
+    lead = direction[np.argmax(np.abs(direction) > 0.5)]
+    return (direction, offset) if lead > 0 else (-direction, -offset)
+
+
+def _alike(one: tuple[float, ...], other: tuple[float, ...], size: float) -> bool:
+    return len(one) == len(other) and bool(np.abs(np.subtract(one, other)).max() <= SAME * max(size, 1.0))

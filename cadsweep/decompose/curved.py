@@ -1,0 +1,230 @@
+"""The search for cuts through solids of any kind, in parts of one solid or several.
+
+Place in the flow: ``pipeline`` calls :func:`find_cells` for cells that no sweep fits, or whose sweeps contradict each
+other, with recognition, plan, cutters and cuts as callables; the search on planar solids alone is :mod:`.search`.
+
+Method: dives, best first. A move cuts one cell that stands in the way; the part is imprinted again at every step, so a
+cut that harms a neighbour shows at once. When all cells sweep, the plan decides, and the faces on which it fails say
+which cells are cut next. The budget counts parts that are looked at: the same part always gets the same cuts.
+"""
+
+from __future__ import annotations
+
+import heapq
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, Protocol
+
+from ..brep import Part, Solid
+from ..errors import PlanError
+from ..sweep import Sweep
+
+log = logging.getLogger(__name__)
+
+MOST_PARTS = 120
+"""Parts that are looked at before the search is given up."""
+MOST_CELLS = 80
+"""Cells beyond the first ones of a part at which it is not cut further."""
+CLIMB = 3.0
+"""How much dearer than where it began a dive may become before another one is begun."""
+FLAT = 1e-4
+"""Radians from pi up to which two faces at an edge are one surface."""
+SHARP = pi / 6
+"""Dihedral angle below which an edge makes poor hexahedra."""
+SHORT = 0.02
+"""Length, as a share of the cell's size, below which an edge asks for small hexahedra."""
+BLOCKED, REENTRANT, IMPRINT, CELL, SHARP_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
+"""What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
+
+
+class Cutter(Protocol):
+    """What parts a cell; `cad` knows how."""
+
+    @property
+    def reason(self) -> str: ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tools:
+    """What the search is given.
+
+    Attributes
+    ----------
+    recognise : callable
+        ``recognise(solid)``: the sweeps of a cell, none where there are none.
+    make_plan : callable
+        ``make_plan(part, candidates)``; raises PlanError.
+    find_cutters : callable
+        ``find_cutters(part, cell, faces)``, the most promising first.
+    cut : callable
+        ``cut(part, cell, cutter)``: the part with the cell in pieces, or None.
+    on_progress : callable
+        Called with the number of cells in the way.
+    """
+
+    recognise: Callable[[Solid], list[Sweep]]
+    make_plan: Callable[[Part, list[list[Sweep]]], Any]
+    find_cutters: Callable[[Part, int, Sequence[int]], Sequence[Cutter]]
+    cut: Callable[[Part, int, Any], Part | None]
+    on_progress: Callable[[int], None] = lambda n: None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """A part on the way.
+
+    Attributes
+    ----------
+    part : Part
+    reasons : tuple of str
+        The cuts that were made.
+    plan : Plan or None
+        None where cells are in the way.
+    blocked : tuple of int
+        Cells without sweep.
+    conflict : tuple of (cell, face)
+        Where the sweeps of the cells contradict each other.
+    message : str
+        Why it has no plan.
+    cost : float
+    """
+
+    part: Part
+    reasons: tuple[str, ...]
+    plan: Any
+    blocked: tuple[int, ...]
+    conflict: tuple[tuple[int, int], ...]
+    message: str
+    cost: float
+
+
+def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tuple[Found, int]:
+    """Cut a part until every cell has a sweep and all agree.
+
+    Returns
+    -------
+    Found
+        With a plan, or, where the budget ran out, what came nearest.
+    int
+        Parts that were looked at.
+    """
+    search = _Search(tools, most_parts, len(part.solids))
+    return search.run(part), search.n_parts
+
+
+class _Search:
+    """Budget and memory of one search."""
+
+    def __init__(self, tools: Tools, most_parts: int, n_first: int) -> None:
+        self.tools = tools
+        self.most_parts = most_parts
+        self.most_cells = MOST_CELLS + n_first
+        self.n_parts = 0
+        self.known: set[tuple[Any, ...]] = set()
+
+    def run(self, part: Part) -> Found:
+        """Dive from the cheapest part that was left aside, until one has a plan."""
+        first = best = self.judge(part, ())
+        queue: list[tuple[float, int, Found]] = [(first.cost, 0, first)]
+        n = 0
+        while queue and self.n_parts < self.most_parts:
+            start, _, here = heapq.heappop(queue)
+            while here is not None and here.cost <= start + CLIMB:
+                if here.plan is not None:
+                    return here
+                children = []
+                for child in self.children(here):
+                    if child.plan is not None:
+                        return child
+                    children.append(child)
+                    if child.cost < here.cost - BLOCKED + CELL or self.n_parts >= self.most_parts:
+                        break  # a cell less in the way, whatever the other cutters would do
+                children.sort(key=lambda child: child.cost)
+                for child in children:
+                    n += 1
+                    heapq.heappush(queue, (child.cost, n, child))
+                if not children or self.n_parts >= self.most_parts:
+                    break
+                _, _, here = heapq.heappop(queue)
+                if here.cost < best.cost:
+                    best = here
+        return best
+
+    def children(self, found: Found) -> Iterator[Found]:
+        """Parts one cut further."""
+        if len(found.part.solids) >= self.most_cells:
+            return
+        for cell, faces in self.targets(found):
+            for cutter in self.tools.find_cutters(found.part, cell, faces):
+                if self.n_parts >= self.most_parts:
+                    return
+                then = self.tools.cut(found.part, cell, cutter)
+                if then is None:
+                    continue
+                key = _fingerprint(then)
+                if key in self.known:
+                    continue
+                self.known.add(key)
+                yield self.judge(then, (*found.reasons, cutter.reason))
+
+    def targets(self, found: Found) -> list[tuple[int, list[int]]]:
+        """The cells that may be cut, and the faces that are in the way there."""
+        if found.blocked:
+            return [(found.blocked[0], [f for c, f in found.conflict if c == found.blocked[0]])]
+        by_cell: dict[int, list[int]] = {}
+        for cell, face in found.conflict:
+            by_cell.setdefault(cell, []).append(face)
+        return list(by_cell.items())[:4]
+
+    def judge(self, part: Part, reasons: tuple[str, ...]) -> Found:
+        """What stands in the way of a part, and what that costs."""
+        self.n_parts += 1
+        candidates = [self.tools.recognise(solid) for solid in part.solids]
+        costs = [_cost(solid, bool(own)) for solid, own in zip(part.solids, candidates, strict=True)]
+        blocked = sorted((j for j, own in enumerate(candidates) if not own), key=lambda j: -costs[j])
+        cost, plan, message = sum(costs), None, ""
+        conflict: tuple[tuple[int, int], ...] = ()
+        if blocked:
+            message = f"{len(blocked)} cells have no sweep"
+        else:
+            try:
+                plan = self.tools.make_plan(part, candidates)
+            except PlanError as error:
+                conflict, message = error.faces, str(error)
+                cost += CONTRADICTION * max(1, len(error.faces) // 2)
+        self.tools.on_progress(len(blocked) or len(conflict))
+        log.debug("%d cells, %d without sweep, cost %.2f: %s", len(part.solids), len(blocked), cost, reasons[-1:])
+        return Found(
+            part=part,
+            reasons=reasons,
+            plan=plan,
+            blocked=tuple(blocked),
+            conflict=conflict,
+            message=message,
+            cost=cost,
+        )
+
+
+def _cost(solid: Solid, sweeps: bool) -> float:
+    """What a cell adds to the cost of a part."""
+    total = CELL
+    for edge in solid.edges:
+        total += SHARP_EDGE * (edge.dihedral < SHARP) + SHORT_EDGE * (edge.length < SHORT * solid.size)
+    if sweeps:
+        return total
+    total += BLOCKED
+    for edge in solid.edges:
+        if edge.dihedral > pi + FLAT:
+            total += REENTRANT
+        elif edge.dihedral > pi - FLAT:
+            total += IMPRINT
+    return total
+
+
+def _fingerprint(part: Part) -> tuple[Any, ...]:
+    """Parts with the same cells, in whatever order, are the same."""
+    return tuple(
+        sorted((round(s.volume, 9), *(round(float(c), 6) for c in s.vertices.mean(axis=0))) for s in part.solids)
+    )

@@ -1,0 +1,220 @@
+"""From several candidate sweeps to the best mesh: one loop, whoever makes, keeps and measures the mesh.
+
+Place in the flow: after recognition. :mod:`.making` makes a candidate in memory, :mod:`.meshing` slab by slab,
+:mod:`.ranks` over many processes; which candidates are tried, what is smoothed, refused and noted is decided here, so
+that a part has the same mesh, refusal and notes whichever way it is made.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import cad, smoothing
+from ..blocks.block import FactoredMesh
+from ..brep import Part
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..quality import QualityReport
+from ..sweep import Sweep
+from .refusing import refusal
+from .run import Run
+
+log = logging.getLogger(__name__)
+
+GOOD_ENOUGH = 0.1
+"""Worst scaled Jacobian at which no other candidate sweep is tried."""
+
+SMOOTH_BELOW = 0.3
+"""Worst scaled Jacobian below which smoothing is tried."""
+
+COARSE = 0.01
+"""Part of the volume that a mesh may lose or gain without a note."""
+
+DOUBTFUL_VOLUME = 1e-4
+"""Part of the volume that gaps between faces may leave open without a note; what CAD kernels leave is far below."""
+
+MOST_CANDIDATES = 3
+"""Sweeps of one solid that are tried before the first one's error is raised."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Made:
+    """One candidate sweep, made and checked; `mesh` where it is in memory."""
+
+    factored: FactoredMesh
+    report: QualityReport
+    mesh: HexMesh | None = None
+
+    def noted(self, notes: Sequence[str]) -> Made:
+        """The same with more notes."""
+        factored = self.factored.noted(notes)
+        mesh = self.mesh
+        if mesh is not None:
+            mesh = replace(mesh, info={**mesh.info, "notes": factored.info["notes"]})
+        return replace(self, factored=factored, mesh=mesh)
+
+
+Make = Callable[[Part, Sweep, SweepOptions, Run, float], Made]
+"""Makes one candidate and refuses it where it is not valid; the last argument is the worst scaled Jacobian of the best
+one so far."""
+
+
+def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
+    """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
+    if isinstance(failure, CadError):
+        return failure
+    solid = sweep.solid
+    caps = (*sweep.source, *sweep.target) if sweep.closed else ()
+    crossing = cad.find_crossing(solid, coincident=caps)
+    if crossing is None:
+        return failure
+    first, second = (solid.faces[f].label() for f in crossing)
+    what = f"{first} crosses itself" if crossing[0] == crossing[1] else f"{first} and {second} cross each other"
+    error = CadError(f"{what}, so the model runs into itself and no mesh of it is valid. Repair it in its CAD program.")
+    error.__cause__ = failure
+    return error
+
+
+def first_good(
+    part: Part,
+    sweeps: Sequence[Sweep],
+    options: SweepOptions,
+    run: Run,
+    make: Make,
+    *,
+    explain: Callable[[Sweep, CadSweepError], CadSweepError] = explained,
+) -> Made:
+    """Make the first candidate that does well, or the best of those tried.
+
+    Raises
+    ------
+    CadSweepError
+        No candidate gave a mesh; says why the first one did not. What is wrong with the user's own wishes is raised
+        at once.
+    """
+    tried: list[Made] = []
+    failures: list[CadSweepError] = []
+    for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
+        try:
+            reached = max((one.report.min_scaled_jacobian for one in tried if one.report.valid), default=-np.inf)
+            made = make(part, sweep, options, run, reached)
+        except (InputError, NotSweepableError):
+            raise  # what the user asked for cannot be had by another sweep either
+        except CadSweepError as error:
+            log.info("candidate sweep %d given up: %s", number, error)
+            failures.append(error)
+            continue
+        tried.append(made)
+        if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
+            break
+    if not tried:
+        raise explain(sweeps[0], failures[0])
+    best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
+    given_up = [f"a better ranked sweep was given up: {error}" for error in failures]
+    return best.noted([*volume_notes(best.report, best.factored), *given_up])
+
+
+def checked(
+    factored: FactoredMesh,
+    check: Callable[[FactoredMesh], QualityReport],
+    options: SweepOptions,
+    run: Run,
+    reached: float,
+    *,
+    smooth: Callable[[FactoredMesh], FactoredMesh] | None = None,
+) -> tuple[FactoredMesh, QualityReport]:
+    """Check a candidate, and mend it where that may be worth its while.
+
+    Parameters
+    ----------
+    check : callable
+        Multiplies out and measures.
+    reached : float
+        Worst scaled Jacobian of the best candidate so far.
+    smooth : callable, optional
+        Stands in for :func:`smoothed`.
+    """
+    report = check(factored)
+    if options.smoothing and may_gain(report, options, reached):
+        with run.stage("smoothing"):
+            factored = (smooth or smoothed)(factored)
+        if factored.is_changed:
+            report = check(factored)
+    return factored, report
+
+
+def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
+    """Whether smoothing is worth its while: the boundary allows a valid mesh, better than what others have reached."""
+    if report.min_scaled_jacobian >= SMOOTH_BELOW and not report.n_inverted:
+        return False
+    least = reached if options.allow_inverted else max(reached, 0.0)
+    return report.limit is None or report.limit.value > least
+
+
+def smoothed(factored: FactoredMesh) -> FactoredMesh:
+    """Mend the worst places; what was moved is kept beside the factors."""
+    points = factored.points().reshape(-1, 3)
+    structure = factored.structure
+    fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
+    fixed[:, np.concatenate(structure.loops)] = True
+    if not structure.periodic:
+        fixed[[0, -1]] = True
+    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
+    return replace(
+        factored.noted(better.steps),
+        moved_nodes=better.nodes,
+        moved_points=(better.positions - factored.offset) / factored.scale,
+    )
+
+
+def refuse(report: QualityReport, options: SweepOptions, part: Part, sweep: Sweep) -> None:
+    """Raise what is wrong with a mesh that is not handed over.
+
+    Raises
+    ------
+    CadSweepError
+        The mesh is not valid, and the user does not allow that.
+    """
+    if not report.valid and not options.allow_inverted:
+        raise refusal(report, part, sweep)
+
+
+def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
+    """Say where the model leaves its volume open, and where a valid mesh is too coarse to be the part."""
+    known, doubt = factored.info["cad_volume"], factored.info["cad_volume_doubt"]
+    notes = []
+    if doubt > DOUBTFUL_VOLUME * known:
+        notes.append(
+            f"faces of the model miss each other, so that its volume is known to {doubt / known:.1g} of itself only; "
+            "the checks allow for that"
+        )
+    off = report.volume / known - 1.0
+    if abs(off) > COARSE + doubt / known:
+        notes.append(
+            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
+        )
+    return notes
+
+
+def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
+    """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
+    info = factored.info
+    return {
+        "n_nodes": report.n_nodes,
+        "n_hexes": report.n_hexes,
+        "min_scaled_jacobian": report.min_scaled_jacobian,
+        "mean_scaled_jacobian": report.mean_scaled_jacobian,
+        "n_inverted": report.n_inverted,
+        "volume": report.volume,
+        "cad_volume": info["cad_volume"],
+        "seconds": info["seconds"],
+        "sweeps": info["sweeps"],
+        "material": info.get("material"),
+        "notes": info["notes"],
+    }

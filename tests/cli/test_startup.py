@@ -1,0 +1,31 @@
+"""What is imported before it is needed is waited for by every user."""
+
+import subprocess
+import sys
+
+import cadquery as cq
+
+SLOW = {"OCP", "cadquery", "vtkmodules", "gmsh", "numba", "scipy.optimize", "scipy.sparse", "scipy.spatial", "h5py"}
+
+
+def modules_after(code):
+    found = subprocess.run(
+        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], capture_output=True, text=True, check=True
+    )
+    return set(found.stdout.split())
+
+
+def test_command_asks_for_nothing_slow_before_it_starts_its_worker():
+    loaded = modules_after(
+        "from cadsweep.cli.making import check_suffix, mesh\nfrom cadsweep import isolation, machine\n"
+        "check_suffix('a.vtu'); machine.free_memory()"
+    )
+    assert not loaded & (SLOW | {"numpy"})
+
+
+def test_step_file_is_read_without_cadquery_or_scipy(tmp_path):
+    path = tmp_path / "box.step"
+    cq.exporters.export(cq.Workplane().box(1, 2, 3), str(path))
+    loaded = modules_after(f"from cadsweep.cad import load; load({str(path)!r})")
+    assert "OCP" in loaded
+    assert not loaded & (SLOW - {"OCP", "numba"})

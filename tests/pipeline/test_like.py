@@ -1,0 +1,195 @@
+"""The same mesh on another part: equal arrays, nodes where they belong, refusals that name what has no partner."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.errors import CadError, CadSweepError, InputError
+from cadsweep.pipeline.matching import graph_of, match_graphs
+from cadsweep.pipeline.template import make_template
+
+cq = pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+pytestmark = [pytest.mark.cad, pytest.mark.timeout(300)]
+
+
+def elbow(radius=3.0, angle=90.0):
+    return cq.Workplane("XY").circle(1).revolve(angle, (radius, 0, 0), (radius, 1, 0))
+
+
+def ring(radius=3.0):
+    return cq.Workplane("XY").rect(1, 1).revolve(360, (radius, 0, 0), (radius, 1, 0))
+
+
+def plate(*places, hole=0.4, length=2.0):
+    return cq.Workplane().box(length, 1, 0.3).faces(">Z").workplane().pushPoints(places or [(0, 0)]).hole(hole)
+
+
+def imprinted(cut=0.2):
+    """A block whose caps are two faces each, so that edges run inside the caps."""
+    left = cq.Workplane().box(1, 1, 0.5).translate((-0.5 + cut, 0, 0))
+    right = cq.Workplane().box(1, 1, 0.5).translate((0.5 + cut, 0, 0))
+    return left.union(right, clean=False)
+
+
+def same_arrays(first, second):
+    assert np.array_equal(first.hexes, second.hexes)
+    assert list(first.boundaries) == list(second.boundaries)
+    assert list(first.parts) == list(second.parts) or len(first.parts) == 1
+    for name, quads in first.boundaries.items():
+        assert np.array_equal(quads, second.boundaries[name])
+    assert second.info["quality"].valid
+
+
+@pytest.mark.parametrize(
+    ("base", "options", "variants"),
+    [
+        (elbow, {"size": 0.5, "layers": 6}, [{"radius": 4.0}, {"angle": 60.0}]),
+        (ring, {"size": 0.5, "layers": 12}, [{"radius": 4.0}]),
+        (plate, {"size": 0.2, "layers": 2}, [{"hole": 0.5}, {"length": 3.0}]),
+        (imprinted, {"size": 0.3}, [{"cut": 0.1}]),
+    ],
+    ids=["elbow", "ring", "plate", "imprinted"],
+)
+def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base, options, variants):
+    mesh = cs.sweep_mesh(base(), **options)
+    itself = cs.sweep_mesh(base(), like=mesh)
+    same_arrays(mesh, itself)
+    assert np.abs(itself.points - mesh.points).max() < 1e-9
+    for params in variants:
+        variant = cs.sweep_mesh(base(**params), like=mesh)
+        same_arrays(mesh, variant)
+        assert variant.info["quality"].volume == pytest.approx(variant.info["cad_volume"], rel=0.07)
+        # And back again: on edges all is as it was, inside faces the map of a boundary has no exact inverse.
+        back = cs.sweep_mesh(base(), like=variant)
+        off = np.abs(back.points - mesh.points).max(axis=1)
+        on_edges = np.concatenate([nodes for nodes, _ in make_template(mesh.origin).on_edges.values()])
+        assert off[on_edges % mesh.n_nodes].max() < 1e-6
+        assert off.max() < 0.1 * options["size"]
+
+
+def test_nodes_of_an_elbow_keep_their_places_around_and_along_it():
+    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=6)
+    wider = cs.sweep_mesh(elbow(radius=5.0), like=mesh)
+
+    def places(points, radius):
+        x, y, z = points.T
+        return np.stack([np.hypot(x - radius, z) - radius, y, np.arctan2(z, radius - x)], axis=1)
+
+    surface = np.unique(np.concatenate([quads.ravel() for quads in mesh.boundaries.values()]))
+    off = places(wider.points[surface], 5.0) - places(mesh.points[surface], 3.0)
+    assert np.abs(off).max() < 1e-6
+
+
+def test_a_scaled_part_has_the_scaled_mesh():
+    mesh = cs.sweep_mesh(plate((-0.3, 0.1), (0.5, -0.1)), size=0.25)
+    scaled = plate((-0.3, 0.1), (0.5, -0.1)).val().scale(37.0)
+    larger = cs.sweep_mesh(cq.Workplane(scaled), like=mesh)
+    same_arrays(mesh, larger)
+    assert np.abs(larger.points - 37.0 * mesh.points).max() < 37e-8
+
+
+def test_a_hole_moves_past_another_and_keeps_its_nodes():
+    mesh = cs.sweep_mesh(plate((-0.6, 0), (0.1, 0), length=3.0), size=0.25)
+    moved = cs.sweep_mesh(plate((-0.6, 0), (0.6, 0), length=3.0), like=mesh)
+    same_arrays(mesh, moved)
+    on_hole = np.abs(np.hypot(mesh.points[:, 0] - 0.1, mesh.points[:, 1]) - 0.2) < 1e-9
+    assert on_hole.sum() > 8
+    assert np.allclose(moved.points[on_hole] - mesh.points[on_hole], [0.5, 0, 0], atol=1e-8)
+
+
+def test_what_smoothing_moved_goes_along():
+    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=4)
+    origin = mesh.origin
+    structure = origin.factored.structure
+    inner = np.setdiff1d(np.arange(structure.n_nodes), np.concatenate(structure.loops))
+    nodes = 2 * structure.n_nodes + inner
+    placed = origin.factored.sweep.layer(2)[inner]
+    shifted = replace(origin.factored, moved_nodes=nodes, moved_points=placed + [0.0, 0.01, 0.0])
+    base = replace(mesh, points=shifted.to_mesh().points, origin=replace(origin, factored=shifted))
+    itself = cs.sweep_mesh(elbow(), like=base)
+    assert np.abs(itself.points - base.points).max() < 1e-9
+    assert np.abs(itself.points - mesh.points).max() == pytest.approx(0.01)
+
+
+def test_a_file_of_factors_is_as_good_as_the_mesh(tmp_path):
+    from cadsweep.pipeline import expand, write_factors
+
+    path = tmp_path / "base.sweep.npz"
+    mesh = write_factors(imprinted(), path, size=0.3)
+    from_file = cs.sweep_mesh(imprinted(0.1), like=path)
+    from_mesh = cs.sweep_mesh(imprinted(0.1), like=mesh)
+    same_arrays(mesh, from_file)
+    assert np.array_equal(from_file.points, from_mesh.points)
+    assert np.array_equal(expand(path).points, mesh.points)
+    refined = cs.sweep_mesh(imprinted(0.1), like=path, order=2, refine=1)
+    assert refined.hexes.shape == (8 * mesh.n_hexes, 20)
+
+
+def test_parts_that_do_not_correspond_are_refused_with_the_face_that_has_no_partner():
+    mesh = cs.sweep_mesh(plate(), size=0.3)
+    with pytest.raises(CadError, match=r"do not correspond: face \d+ .* no\s+partner"):
+        cs.sweep_mesh(plate((-0.5, 0), (0.5, 0)), like=mesh)
+    named = plate()
+    named.faces(">Z").tag("lid")
+    with pytest.raises(CadError, match="'lid'"):
+        cs.sweep_mesh(named, like=mesh)
+    with pytest.raises(CadSweepError):
+        cs.sweep_mesh(cq.Workplane().sphere(1), like=mesh)
+
+
+def test_what_the_mesh_brings_along_cannot_be_asked_for(tmp_path):
+    mesh = cs.sweep_mesh(plate(), size=0.5, layers=1)
+    with pytest.raises(InputError, match="brings its own layers"):
+        cs.sweep_mesh(plate(), like=mesh, layers=3)
+    with pytest.raises(InputError, match="like must be"):
+        cs.sweep_mesh(plate(), like=3)
+    mesh.write(tmp_path / "plate.vtu")
+    with pytest.raises(InputError, match="needs the CAD model"):
+        cs.sweep_mesh(plate(), like=cs.read(tmp_path / "plate.vtu"))
+
+
+def test_a_variant_that_the_mesh_does_not_fit_is_refused():
+    mesh = cs.sweep_mesh(elbow(angle=90.0), size=0.5, layers=2)
+    with pytest.raises(CadSweepError):  # two layers around three quarters cut through the middle
+        cs.sweep_mesh(elbow(radius=1.05, angle=350.0), like=mesh)
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_a_symmetric_part_is_matched_by_its_faces_numbers_or_by_place(turns):
+    """A box fits itself in four ways with its caps kept: numbers decide, and where they say nothing, places."""
+    solid = cs.load(cq.Workplane().box(2, 1, 0.5)).solids[0]
+    graph = graph_of(solid)
+    assert match_graphs(graph, graph).faces == {face: face for face in range(6)}
+    order = np.roll(np.arange(6), turns)
+    place = {int(old): new for new, old in enumerate(order)}
+    shuffled = replace(
+        graph,
+        **{name: tuple(getattr(graph, name)[old] for old in order) for name in ("loops", "face_names", "face_labels")},
+        face_keys=tuple(f"other {i}" for i in range(6)),
+    )
+    assert match_graphs(graph, shuffled).faces == place
+
+
+def test_the_command_makes_the_same_mesh(tmp_path):
+    (tmp_path / "part.py").write_text(
+        "import cadquery as cq\nhole = 0.4\n"
+        "show_object(cq.Workplane().box(2, 1, 0.3).faces('>Z').workplane().hole(hole))\n"
+    )
+
+    def mesh(*args):
+        command = [sys.executable, "-m", "cadsweep", "mesh", str(tmp_path / "part.py"), "--quiet", *args]
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=200)
+
+    assert mesh("-o", "base.sweep.npz", "--size", "0.3").returncode == 0
+    done = mesh("-o", "other.vtu", "--like", "base.sweep.npz", "--param", "hole=0.5")
+    assert (done.returncode, done.stderr) == (0, "")
+    from cadsweep.pipeline import expand
+
+    assert np.array_equal(cs.read(tmp_path / "other.vtu").hexes, expand(tmp_path / "base.sweep.npz").hexes)
+    assert mesh("-o", "o.vtu", "--like", "base.sweep.npz", "--size", "1").returncode == 1
+    assert mesh("-o", "o.sweep.npz", "--like", "base.sweep.npz").returncode == 2
