@@ -20,11 +20,12 @@ if TYPE_CHECKING:
         NotSweepableError,
         ProjectionError,
         SurfaceMeshError,
+        UnknownNameError,
         WorkerError,
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import find_sweeps, load, refine, stream_mesh, sweep_mesh
+    from .pipeline import find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -36,6 +37,7 @@ _HOMES = {
     "NotSweepableError": "errors",
     "ProjectionError": "errors",
     "SurfaceMeshError": "errors",
+    "UnknownNameError": "errors",
     "WorkerError": "errors",
     "HexMesh": "mesh",
     "Part": "brep",
@@ -44,6 +46,7 @@ _HOMES = {
     "find_sweeps": "pipeline",
     "load": "pipeline",
     "refine": "pipeline",
+    "sensitivity": "pipeline",
     "read": "io",
     "stream_mesh": "pipeline",
     "sweep_mesh": "pipeline",
@@ -61,12 +64,14 @@ __all__ = [
     "QualityReport",
     "SurfaceMeshError",
     "Sweep",
+    "UnknownNameError",
     "WorkerError",
     "__version__",
     "find_sweeps",
     "load",
     "read",
     "refine",
+    "sensitivity",
     "stream_mesh",
     "sweep_mesh",
 ]

@@ -298,7 +298,7 @@ class BrepWriter(Protocol):
     def __call__(self, path: Path, faces: Sequence[int]) -> None: ...
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Solid:
     """One solid: vertices, edges and faces by id, every edge shared by exactly two faces.
 
@@ -341,6 +341,14 @@ class Solid:
     units: Units = field(default_factory=Units)
     opened: tuple[frozenset[int], frozenset[int]] | None = None
 
+    def __repr__(self) -> str:
+        names = [face.name for face in self.faces if face.name]
+        known = f", named: {', '.join(names[:6])}" + (", ..." if len(names) > 6 else "") if names else ""
+        return (
+            f"Solid {self.name or ''}".rstrip()
+            + f": {len(self.faces)} faces, {len(self.edges)} edges, {len(self.vertices)} vertices{known}"
+        )
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelSolid:
@@ -366,7 +374,7 @@ class ModelSolid:
     color: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Part:
     """What ``load`` returns: the solids of a model, made clean for meshing.
 
@@ -413,6 +421,13 @@ class Part:
                 for j, solid in enumerate(self.solids)
             )
             object.__setattr__(self, "models", models)
+
+    def __repr__(self) -> str:
+        volume = sum(solid.volume for solid in self.solids) * self.scale**3
+        n_faces = sum(len(solid.faces) for solid in self.solids)
+        solids = ", ".join(model.name for model in self.models[:6]) + (", ..." if len(self.models) > 6 else "")
+        cells = f" in {len(self.solids)} cells" if len(self.solids) > len(self.models) else ""
+        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {len(self.models)} solids{cells}: {solids}"
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

@@ -17,6 +17,12 @@ class InputError(CadSweepError, ValueError):
     """An argument, option, file or script is not what it should be."""
 
 
+class UnknownNameError(CadSweepError, KeyError):
+    """A mesh has no boundary, interface or part of this name; the message lists what there is."""
+
+    __str__ = Exception.__str__  # a KeyError quotes its message
+
+
 class CadError(CadSweepError):
     """The CAD model cannot be read, or is not one usable solid."""
 
@@ -28,7 +34,7 @@ class NotSweepableError(CadSweepError):
     ----------
     reasons : tuple of str
         One line per rejected candidate, each naming the candidate's source face and the face or
-        edge that rules it out.
+        edge that rules it out; then one for each change of the part that did not help either.
     """
 
     def __init__(self, message: str, *, reasons: Sequence[str] = ()) -> None:

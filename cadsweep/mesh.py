@@ -5,15 +5,48 @@ The order of a hexahedron's nodes is drawn in :mod:`cadsweep.cells`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
+from .errors import UnknownNameError
 
 if TYPE_CHECKING:
     from .quality import QualityReport
+
+
+class NamedArrays(dict[str, IntArray]):
+    """Arrays by name; a name that is not there is an error that lists those that are.
+
+    Parameters
+    ----------
+    kind : str
+        What the names are of: ``boundary``, ``interface``, ``part``.
+    arrays : mapping of str to int64 array
+    """
+
+    def __init__(self, kind: str, arrays: Mapping[str, IntArray]) -> None:
+        super().__init__(arrays)
+        self._kind = kind
+
+    def __missing__(self, name: str) -> IntArray:
+        near = get_close_matches(str(name), self, n=1)
+        meant = f" (did you mean '{near[0]}'?)" if near else ""
+        there = (
+            "there is none"
+            if not self
+            else f"there are {', '.join(self)}"
+            if len(self) > 1
+            else f"there is {next(iter(self))}"
+        )
+        raise UnknownNameError(f"the mesh has no {self._kind} '{name}'{meant}; {there}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return NamedArrays, (self._kind, dict(self))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,7 +104,7 @@ class SurfaceMesh:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class HexMesh:
     """A hexahedral mesh with named boundaries.
 
@@ -112,6 +145,17 @@ class HexMesh:
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "origin": None}
+
+    def __post_init__(self) -> None:
+        for field_name, kind in (("boundaries", "boundary"), ("interfaces", "interface"), ("parts", "part")):
+            object.__setattr__(self, field_name, NamedArrays(kind, getattr(self, field_name)))
+
+    def __repr__(self) -> str:
+        lines = [f"HexMesh: {self.n_hexes:,} hexes of order {self.order}, {self.n_nodes:,} nodes"]
+        lines.append("  boundaries: " + _counted(self.boundaries, "quads"))
+        if len(self.parts) > 1 or self.interfaces:
+            lines.append(f"  parts: {_counted(self.parts, 'hexes')}; interfaces: {_counted(self.interfaces, 'quads')}")
+        return "\n".join(lines)
 
     @property
     def order(self) -> int:
@@ -156,3 +200,10 @@ class HexMesh:
         from .report import mesh_summary_html
 
         return mesh_summary_html(self)
+
+
+def _counted(arrays: Mapping[str, IntArray], what: str, most: int = 6) -> str:
+    """Names and how long their arrays are, in one line."""
+    named = [f"{name} ({len(rows):,} {what})" for name, rows in list(arrays.items())[:most]]
+    more = [f"and {len(arrays) - most} more"] if len(arrays) > most else []
+    return ", ".join([*named, *more]) or "none"

@@ -41,7 +41,7 @@ class LinkingSide:
     left: tuple[DirectedEdge, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Sweep:
     """One way to sweep a solid.
 
@@ -96,6 +96,17 @@ class Sweep:
     target_edges: dict[int, DirectedEdge] = field(default_factory=dict)
     score: float = 0.0
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        def caps(ids: tuple[int, ...]) -> str:
+            return ", ".join(self.solid.faces[i].label() for i in ids[:2]) + (
+                f", and {len(ids) - 2} more" * (len(ids) > 2)
+            )
+
+        return (
+            f"Sweep: source {caps(self.source)}\n  target {caps(self.target)}\n"
+            f"  {len(self.linking_sides)} linking sides, {len(self.stations)} stations, score {self.score:.2f}"
+        )
 
     @property
     def closed(self) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cadsweep.cells import HEX_FACES, side_quads, sweep_hexes
+from cadsweep.mesh import HexMesh
 
 SQUARE = np.array([[0, 1, 2, 3]])
 CYCLE = (np.array([0, 1, 2, 3]),)
@@ -50,3 +51,27 @@ def test_hex_faces_point_outward():
     areas = quad_areas(points, faces)
     outward = points[faces].mean(axis=1) - points.mean(axis=0)
     assert (np.einsum("ij,ij->i", areas, outward) > 0).all()
+
+
+def test_a_name_that_is_not_there_lists_those_that_are():
+    import pickle
+
+    quads = np.array([[0, 3, 2, 1]])
+    mesh = HexMesh(points=np.zeros((8, 3)), hexes=np.arange(8)[None], boundaries={"inlet": quads, "wall": quads})
+    for same in (mesh, pickle.loads(pickle.dumps(mesh))):
+        with pytest.raises(KeyError, match=r"^the mesh has no boundary 'inlett' \(did you mean 'inlet'\?\); there are"):
+            same.boundaries["inlett"]
+        assert list(same.boundaries) == ["inlet", "wall"]
+        assert same.boundaries.get("x") is None
+    with pytest.raises(KeyError, match="no part 'a'; there is none"):
+        mesh.parts["a"]
+
+
+def test_what_is_shown_of_a_mesh_has_three_lines_at_most():
+    boundaries = {f"side_{i}": np.zeros((5, 4), dtype=np.int64) for i in range(30)}
+    mesh = HexMesh(points=np.zeros((8, 3)), hexes=np.arange(8)[None], boundaries=boundaries, parts={"a": np.array([0])})
+    shown = repr(mesh)
+    assert len(shown.splitlines()) <= 3
+    assert "side_0 (5 quads)" in shown
+    assert "and 24 more" in shown
+    assert len(repr(mesh.quality()).splitlines()) <= 3

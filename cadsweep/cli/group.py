@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import signal
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import Any, NoReturn
 
 import click
@@ -45,6 +47,16 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         return getattr(import_module(f".{COMMANDS[cmd_name]}", __package__), cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command; to a word that is none the nearest one is named."""
+        word = args[0]
+        near = get_close_matches(word, COMMANDS, n=1)
+        if word not in COMMANDS and not word.startswith("-") and near:
+            ctx.fail(f"there is no command '{word}'; did you mean '{near[0]}'?")
+        return super().resolve_command(ctx, args)
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -87,11 +99,18 @@ def _run(args: Sequence[str] | None) -> int:
     except Terminated as error:
         return 128 + error.number
     except CadSweepError as error:
+        if "--json" in (sys.argv[1:] if args is None else args):
+            from .failure import describe_failure
+
+            click.echo(json.dumps({"error": describe_failure(error)}))
         return _fail(str(error))
 
 
 def _fail(message: str) -> int:
-    """One line, whatever the message holds."""
+    """One line, whatever the message holds, in the words of the command line."""
+    from .failure import in_command_words
+
+    message = in_command_words(message)
     with contextlib.suppress(OSError):
         click.echo("cadsweep: " + " ".join(message.split()), err=True)
     return 1

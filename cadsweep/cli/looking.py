@@ -11,7 +11,7 @@ import click
 from .making import PART, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, is_script, parse_cap, parse_parameter
-from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
+from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 
 
 @click.command(short_help="Show faces and sweeps of a part.")
@@ -32,6 +32,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, limits, run
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
+@VERBOSE
 def info(
     *,
     input_file: str,
@@ -45,6 +46,7 @@ def info(
     max_memory: float | None,
     as_json: bool,
     quiet: bool,
+    verbose: bool,
 ) -> None:
     """List the faces of a part, the sweeps found, and why the other candidates are none."""
     if params and not is_script(input_file):
@@ -64,7 +66,7 @@ def info(
     if as_json:
         click.echo(json.dumps(data))
     else:
-        print_info(data, edges=edges)
+        print_info(data, edges=edges, verbose=verbose)
 
 
 @click.command(short_help="Check a mesh file.")

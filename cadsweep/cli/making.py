@@ -14,7 +14,7 @@ from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
 from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
-from .worker import QUIET, limits, run
+from .worker import QUIET, VERBOSE, limits, run
 
 BIAS_HELP = (
     "Grading along the sweep: thickness of the last layer over the first's, or 'SOURCE,TARGET', "
@@ -155,6 +155,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
+@VERBOSE
 def mesh(
     *,
     input_file: str,
@@ -165,6 +166,7 @@ def mesh(
     max_memory: float | None,
     as_json: bool,
     quiet: bool,
+    verbose: bool,
     **given: Any,
 ) -> None:
     """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
@@ -181,7 +183,7 @@ def mesh(
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
             return
-        _announce(summary, output, as_json=as_json, quiet=quiet)
+        _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
         return
     summary = run(
         "mesh_file",
@@ -194,14 +196,14 @@ def mesh(
         max_memory=max_memory,
         quiet=quiet,
     )
-    _announce(summary, output, as_json=as_json, quiet=quiet)
+    _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
 
 
-def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool) -> None:
+def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
     if as_json:
-        click.echo(json.dumps(summary))
+        click.echo(json.dumps({**summary, "file": output}))
     elif not quiet:
-        click.echo("\n".join(mesh_lines(summary, output)))
+        click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
 
 
 @click.command(short_help="Make a mesh from its factors.")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterable
 from typing import Any
 
 
-def mesh_lines(summary: dict[str, Any], output: str) -> list[str]:
-    """What a written mesh is, in a few lines."""
+def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -> list[str]:
+    """What a written mesh is, in a few lines; `verbose`: with every note."""
     seconds = summary["seconds"]
     lines = [
         f"{output}: {summary['n_hexes']:,} hexes, {summary['n_nodes']:,} nodes",
@@ -22,7 +23,8 @@ def mesh_lines(summary: dict[str, Any], output: str) -> list[str]:
         spans = sweep.get("span_layers", [])
         parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
         lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")
-    lines += [f"note: {note}" for note in summary.get("notes", ())]
+    notes = summary.get("notes", ())
+    lines += [f"note: {note}" for note in (notes if verbose else few_notes(notes))]
     if seconds:
         stages = ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())
         lines.append(f"seconds: {stages}")
@@ -37,11 +39,38 @@ def _number(value: float | None) -> str:
     return "unknown" if value is None else f"{value:.4f}"
 
 
-def print_info(data: dict[str, Any], *, edges: bool = False) -> None:
+_MENDED = re.compile(r"^(relax|untangle|polish) (.*): worst scaled Jacobian (\S+) to (\S+)$")
+_ROLLED_BACK = re.compile(r"^(relax|untangle|polish) .*: rolled back")
+
+
+def few_notes(notes: Iterable[str]) -> list[str]:
+    """One line a kind of note: those that differ in names and numbers are one kind, smoothing another."""
+    kinds: dict[str, list[str]] = {}
+    before: dict[str, float] = {}
+    after: dict[str, float] = {}  # the last step of each place
+    for note in notes:
+        step = _MENDED.match(note)
+        if step is not None:
+            before.setdefault(step[2], float(step[3]))
+            after[step[2]] = float(step[4])
+            kinds.setdefault("smoothing", [])
+        elif not _ROLLED_BACK.match(note):
+            kinds.setdefault(re.sub(r"'[^']*'|\([^)]*\)|[-+]?\d[\d.e+-]*", "#", note), []).append(note)
+    lines = []
+    for kind, same in kinds.items():
+        if kind == "smoothing":
+            places = f"{len(after)} place{'s' * (len(after) > 1)} mended"
+            lines.append(f"smoothing: {places}, worst {min(before.values())} -> {min(after.values())}")
+        else:
+            lines.append(same[0] + (f" (and {len(same) - 1} more like it: -v)" if len(same) > 1 else ""))
+    return lines
+
+
+def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = False) -> None:
     """Faces, edges where they are asked for, sweeps found, and why the others are not."""
     console = _console()
     several = len(data["solids"]) > 1
-    for note in data["notes"]:
+    for note in data["notes"] if verbose else few_notes(data["notes"]):
         console.print(f"note: {note}", markup=False, highlight=False)
     for index, solid in enumerate(data["solids"]):
         faces, sweeps, rejected = (

@@ -73,6 +73,10 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
             "min_scaled_jacobian": report.min_scaled_jacobian,
             "mean_scaled_jacobian": report.mean_scaled_jacobian,
             "n_inverted": report.n_inverted,
+            "valid": report.valid,
+            "boundaries": {name: len(quads) for name, quads in mesh.boundaries.items()},
+            "interfaces": {name: len(quads) for name, quads in mesh.interfaces.items()},
+            "parts": {name: len(hexes) for name, hexes in mesh.parts.items()},
             "volume": report.volume,
             "cad_volume": mesh.info.get("cad_volume"),
             "seconds": mesh.info.get("seconds", {}),
@@ -95,8 +99,9 @@ def describe_part(
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
     from ..cad import find_contacts
     from ..pipeline import load
+    from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
-    from ..pipeline.parts import open_and_find, resolve_cap
+    from ..pipeline.parts import resolve_cap
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)

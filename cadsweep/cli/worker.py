@@ -15,7 +15,8 @@ from .types import Positive
 DEFAULT_TIMEOUT = 3600.0
 """Seconds after which a run is taken for hung: a script may loop for ever, and nobody watches a study at night."""
 
-QUIET = click.option("--quiet", is_flag=True, help="No progress, and no summary.")
+QUIET = click.option("-q", "--quiet", is_flag=True, help="No progress, and no summary.")
+VERBOSE = click.option("-v", "--verbose", is_flag=True, help="Every note, not one line a kind.")
 
 
 def limits(command: Callable[..., Any]) -> Callable[..., Any]:

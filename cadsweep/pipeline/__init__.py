@@ -7,7 +7,9 @@ the user's own choice of caps is never replaced.
 ========== =========================================================================
 module     what it joins
 ========== =========================================================================
-parts      cad and recognition: a part and its candidate sweeps
+parts      cad and recognition: a part, and the sweeps of its solid
+attempts   what is tried to come to sweeps, as a table
+changes    what the attempts do: cut open, divide, merge
 hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
 candidates the loop over candidate sweeps: which are tried, smoothed, refused, noted
@@ -15,11 +17,14 @@ making     order 2 and checks: one candidate in memory
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight
+like       the mesh of one part on another: `matching` pairs the parts, `template` is the mesh
+derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================
 """
 
 from .candidates import SMOOTH_BELOW, figures, smoothed
+from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
@@ -29,12 +34,14 @@ from .run import Progress
 __all__ = [
     "SMOOTH_BELOW",
     "Progress",
+    "Sensitivity",
     "expand",
     "figures",
     "find_sweeps",
     "load",
     "make_options",
     "refine",
+    "sensitivity",
     "smoothed",
     "stream_mesh",
     "sweep_mesh",

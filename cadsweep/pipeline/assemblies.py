@@ -15,9 +15,9 @@ from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
+from .attempts import open_and_find
 from .candidates import first_good
 from .making import make_mesh
-from .parts import open_and_find
 from .run import Run
 from .several import mesh_complex, plan_cells, side_by_side
 from .shared_hints import check_words, local_hints, resolve_wishes

@@ -12,7 +12,8 @@ from ..brep import Part
 from ..errors import CadError, NotSweepableError
 from ..stack import Stack
 from ..sweep import Sweep
-from .parts import load, only_solid, open_and_find, search
+from .attempts import open_and_find
+from .parts import load, only_solid, search
 from .stacking import other_stacks, stacks_instead
 
 

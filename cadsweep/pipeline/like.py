@@ -37,10 +37,11 @@ from ..projection.carried import carry_face
 from ..quality import check_mesh
 from ..surface.spacing import fit_linear_parts
 from ..sweep import Sweep
+from .attempts import open_and_find
 from .candidates import smoothed, volume_notes
 from .matching import Match, graph_of, match_graphs
 from .origin import Origin, origin_of
-from .parts import only_solid, open_and_find
+from .parts import only_solid
 from .refinement import refined
 from .routes import open_part
 from .run import Run

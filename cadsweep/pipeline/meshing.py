@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,11 +18,11 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
+from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
 from .like import as_template, mesh_like
 from .making import make_mesh
-from .parts import find_candidates
 from .refinement import refined
 from .routes import mesh_part
 from .run import Progress, Run, silent
@@ -98,7 +99,9 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     known = SweepOptions.__dataclass_fields__
     for name in options:
         if name not in known:
-            raise InputError(f"there is no option '{name}'; there are {', '.join(known)}")
+            near = get_close_matches(name, known, n=1)
+            meant = f" (did you mean '{near[0]}'?)" if near else ""
+            raise InputError(f"there is no option '{name}'{meant}; there are {', '.join(known)}")
     return SweepOptions(**options)
 
 

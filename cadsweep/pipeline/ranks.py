@@ -32,9 +32,9 @@ from ..io.vtk_cells import color_fields
 from ..options import SweepOptions
 from ..quality import QualityAccumulator, QualityReport
 from . import make_options
+from .attempts import find_candidates
 from .candidates import Made, checked, explained, figures, first_good, refuse, smoothed
 from .factoring import factor_sweep
-from .parts import find_candidates
 from .run import Progress, Run, silent
 
 SUFFIXES = (".pvtu", ".vtkhdf")

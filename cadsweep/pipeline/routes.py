@@ -17,15 +17,17 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from .. import cad
 from ..brep import Part
 from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
+from .attempts import find_candidates
 from .candidates import first_good
 from .decomposing import mesh_decomposed
 from .making import make_mesh
-from .parts import find_candidates, load, was_divided_across
+from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
 
@@ -63,7 +65,7 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
     """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
-    if was_divided_across(part, opened):
+    if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
             return mesh_stacks_instead(part, options, run, NotSweepableError("no sweep of the part as it is"))
     mesh = first_good(opened, sweeps, options, run, make_mesh).mesh

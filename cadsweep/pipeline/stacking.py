@@ -86,7 +86,7 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             found.append(stack)
     found.sort(key=lambda stack: (-stack.score, stack.n_columns))
     reasons += [_reason(direction, why) for direction, why in refused]
-    return found, reasons or ["no face of it is plane, and no edge straight"]
+    return found, reasons or ["along no direction: no face of it is plane, and no edge straight"]
 
 
 def _reason(direction: np.ndarray, why: str) -> str:

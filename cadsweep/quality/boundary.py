@@ -86,18 +86,21 @@ def boundary_blocks(boundaries: Mapping[str, IntArray], n: int) -> dict[tuple[st
 
     Parameters
     ----------
-    boundaries : mapping of name to (q, 4) int64
+    boundaries : mapping of name to (q, 4), (q, 8) or (q, 9) int64
+        All of one width.
     n : int
         Number of nodes.
 
     Returns
     -------
-    dict of tuple of str to (q, 4) int64
+    dict of tuple of str to (q, 4, 8 or 9) int64
         Where none overlap, the boundaries under their own names.
     """
     names = list(boundaries)
-    stacked = np.concatenate([*boundaries.values(), np.zeros((0, 4), dtype=np.int64)])
-    keys = quad_keys(stacked, max(n, 1))
+    if not names:
+        return {}
+    stacked = np.concatenate(list(boundaries.values()))
+    keys = quad_keys(stacked[:, :4], max(n, 1))
     mixed = np.sort(keys[0] * np.int64(0x9E3779B97F4A7C1) + keys[1])  # quads with different values are different
     if np.all(mixed[1:] != mixed[:-1]):
         return {(name,): boundaries[name] for name in names}

@@ -44,7 +44,8 @@ def cad_problems(
     Parameters
     ----------
     points : (n, 3) float64
-    boundaries : mapping of name to (q, 4) int64
+    boundaries : mapping of name to (q, 4), (q, 8) or (q, 9) int64
+        Middle nodes are held against faces and edges as corners are; areas and volume are those of the corners.
     areas : mapping of name to float
         Areas of the mesh.
     euler, volume : of the mesh, None where unknown
@@ -55,8 +56,13 @@ def cad_problems(
     problems = []
     if cad.euler is not None and euler is not None and euler != cad.euler:
         problems.append(f"the boundary's Euler characteristic is {euler}, the CAD solid's {cad.euler}")
+    whole = {name: np.asarray(quads) for name, quads in boundaries.items()}
+    boundaries = {name: quads[:, :4] for name, quads in whole.items()}
+    if len({quads.shape[1] for quads in whole.values()}) > 1:
+        whole = dict(boundaries)
+    whole_blocks = boundary_blocks(whole, len(points))
+    blocks = {names: quads[:, :4] for names, quads in whole_blocks.items()}
     slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
-    blocks = boundary_blocks(boundaries, len(points))
     overlaps = {(one, other) for names in blocks for one in names for other in names if one != other}
     block_areas = {names: float(np.sum(quad_areas(points, quads))) for names, quads in blocks.items()}
     found = {(name,): area for name, area in areas.items()} | {
@@ -76,9 +82,9 @@ def cad_problems(
         odd = _odd_figures(found, volume, slack, cad, total)
     problems += odd
     if cad.distance is not None:
-        problems += _face_problems(points, boundaries, cad.distance, cad.tolerance * size)
+        problems += _face_problems(points, whole, cad.distance, cad.tolerance * size)
     if cad.rim_distance is not None:
-        problems += _rim_problems(points, blocks, cad.rim_distance, cad.tolerance * size)
+        problems += _rim_problems(points, whole_blocks, cad.rim_distance, cad.tolerance * size)
     return problems
 
 

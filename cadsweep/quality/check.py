@@ -242,11 +242,12 @@ def check_surface(
         found.problems.append(
             f"{len(pairs)} pairs of boundary nodes coincide, the first are {a} and {b} at {place(points[a])}"
         )
-    usable = {
-        name: q[:, :4]
+    full_usable = {
+        name: q
         for name, q in ((k, np.asarray(v)) for k, v in boundaries.items())
         if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
     }
+    usable = {name: q[:, :4] for name, q in full_usable.items()}
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
     if overlap:
         full = _with_middles(quads, boundaries)
@@ -258,7 +259,7 @@ def check_surface(
         found.problems += found.overlaps
     if cad is not None:
         found.problems += cad_problems(
-            points, usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
+            points, full_usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
         )
     return found
 

@@ -160,6 +160,8 @@ def _indices(hexes: IntArray, n_points: int) -> IntArray:
 
 def enclosed_volume(points: FloatArray, quads: IntArray) -> float:
     """Volume inside a closed surface of bilinear quads: the divergence theorem, which two Gauss points make exact."""
+    if not len(quads):
+        return 0.0
     a, b, c, d = (points[quads[:, i]] - points[quads[0, 0]] for i in range(4))
     volume = 0.0
     for u in (0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)):

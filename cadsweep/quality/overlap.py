@@ -25,6 +25,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from . import overlap_kernels as kernels
+from .hulls import crossing_pairs
 from .threads import map_chunks
 
 FACETS = 4
@@ -91,41 +92,43 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
         A point where the pair crosses.
     """
     rows: IntArray | None = None
-    box = np.empty((2, 3))
-    if not kernels.measure_box(points, quads, box):
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[quads] = True
+    if not np.isfinite(points[used]).all():
         rows = np.flatnonzero(np.isfinite(points[quads]).all(axis=(1, 2)))
         quads = quads[rows]
-        kernels.measure_box(points, quads, box)
+        used[:] = False
+        used[quads] = True
     if len(quads) < 2:
         return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
-    extent = box[1] - box[0]
+    number = np.cumsum(used) - 1
+    numbered, own = number[quads], points[used]
+    low, high = own.min(axis=0), own.max(axis=0)
     # Coordinates are no better than their rounding: far from the origin a hair is wider.
-    rounding = 64.0 * np.finfo(np.float64).eps * float(np.abs(box).max())
-    hair = max(HAIR * float(np.linalg.norm(extent)), rounding / TOLERANCE)
-    nodes = np.empty((*quads.shape, 3))
-    kernels.move_inward(points, quads, box[0], hair, 0.1 * hair, nodes)
-    owners, corners = _facets(nodes)
+    rounding = 64.0 * np.finfo(np.float64).eps * float(np.abs([low, high]).max())
+    hair = max(HAIR * float(np.linalg.norm(high - low)), rounding / TOLERANCE)
+    moved = _moved_inward(own - low, numbered, hair)
+    owners, corners = _facets(moved[numbered])
     owners = owners if rows is None else rows[owners]
-    codes = np.empty(len(corners), dtype=np.int64)
-    kernels.place_on_curve(corners, np.zeros(3), (2**20 - 1) / np.where(extent > 0, extent, 1.0), codes)
-    order = np.argsort(codes)
+    order = np.argsort(
+        _places_on_curve((corners[:, 0] + corners[:, 1] + corners[:, 2] + corners[:, 3]) / 4, high - low)
+    )
     corners = corners[order]
     tolerance = TOLERANCE * hair
-    n_leaves = 1 << max(0, (len(corners) - 1) // kernels.LEAF).bit_length()
-    boxes, own_boxes = np.empty((2 * n_leaves, 6)), np.empty((len(corners), 6))
-    kernels.build_boxes(corners, n_leaves, boxes, own_boxes)
+    boxes, own_boxes = _box_tree(corners)
 
     def search(leaves: slice) -> tuple[IntArray, FloatArray]:
-        found, places = np.empty((MOST_PAIRS, 2), dtype=np.int64), np.empty((MOST_PAIRS, 3))
-        count = kernels.find_pairs(
-            corners, boxes, own_boxes, leaves.start, leaves.stop, tolerance, 4 * hair, found, places
-        )
-        return found[:count], places[:count]
+        near = np.empty((256, 2), dtype=np.int64)
+        count = kernels.find_pairs(corners, boxes, own_boxes, leaves.start, leaves.stop, tolerance, near)
+        if count > len(near):
+            near = np.empty((count, 2), dtype=np.int64)
+            kernels.find_pairs(corners, boxes, own_boxes, leaves.start, leaves.stop, tolerance, near)
+        return crossing_pairs(corners, near[:count], tolerance=tolerance, close=4 * hair, most=MOST_PAIRS)
 
-    used = -(-len(corners) // kernels.LEAF)
-    results = list(map_chunks(search, used, chunk=LEAVES))
+    n_leaves = -(-len(corners) // kernels.LEAF)
+    results = list(map_chunks(search, n_leaves, chunk=LEAVES))
     pairs = np.sort(owners[order[np.concatenate([found for found, _ in results])]], axis=1)
-    places = np.concatenate([found for _, found in results]) + box[0]
+    places = np.concatenate([found for _, found in results]) + low
     apart = pairs[:, 0] != pairs[:, 1]
     pairs, first = np.unique(pairs[apart], axis=0, return_index=True)
     return pairs, places[apart][first]
@@ -191,7 +194,7 @@ def nesting_problems(points: FloatArray, quads: IntArray) -> list[str]:
         Closed surfaces, outward.
     """
     label = np.empty(len(points), dtype=np.int64)
-    kernels.label_pieces(quads, len(points), label)
+    kernels.label_pieces(quads, label)
     piece_of_quad = label[quads[:, 0]]
     if np.all(piece_of_quad == piece_of_quad[:1]):
         return []
@@ -208,7 +211,7 @@ def nesting_problems(points: FloatArray, quads: IntArray) -> list[str]:
         ]
         # A node may lie between a warped quad and the triangles that stand for it: three nodes are asked.
         nodes_asked = own[[0, len(own) // 3, 2 * len(own) // 3], 0]
-        winding = [round(sum(kernels.solid_angle(c, node) for c in around)) for node in nodes_asked]
+        winding = [round(sum(_winding(c, node) for c in around)) for node in nodes_asked]
         n_around = int(np.median(winding))
         outward = _signed_volume(own - center) > 0
         if n_around != (0 if outward else 1):
@@ -222,10 +225,77 @@ def nesting_problems(points: FloatArray, quads: IntArray) -> list[str]:
     return problems[:MOST_SHOWN]
 
 
+def _winding(corners: FloatArray, point: FloatArray) -> float:
+    """How often quads (q, 4, 3), each as two triangles, wind around a point (3,): their solid angles over 4 pi."""
+    total = 0.0
+    rays = corners - point
+    for a, b, c in ((rays[:, 0], rays[:, 1], rays[:, 2]), (rays[:, 0], rays[:, 2], rays[:, 3])):
+        la, lb, lc = (np.linalg.norm(ray, axis=1) for ray in (a, b, c))
+        below = la * lb * lc + np.sum(a * b, axis=1) * lc + np.sum(b * c, axis=1) * la + np.sum(c * a, axis=1) * lb
+        total += float(np.sum(2.0 * np.arctan2(np.sum(a * np.cross(b, c), axis=1), below)))
+    return total / (4.0 * np.pi)
+
+
 def _signed_volume(corners: FloatArray) -> float:
     """Volume inside quads (q, 4, 3), each as two triangles."""
     a, b, c, d = (corners[:, i] for i in range(4))
     return float(np.sum(np.einsum("ij,ij->i", a, np.cross(b, c)) + np.einsum("ij,ij->i", a, np.cross(c, d)))) / 6.0
+
+
+def _moved_inward(points: FloatArray, quads: IntArray, step: float) -> FloatArray:
+    """Nodes (n, 3) of outward quads, moved a step against the normal there and a tenth of it at random."""
+    (x0, x1, x2), (y0, y1, y2) = ((points[quads[:, i + 2]] - points[quads[:, i]]).T for i in (0, 1))
+    normals = np.empty_like(points)
+    for axis, area in enumerate((x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0)):
+        # Row by row of nodes: each quad gives its area to all of its nodes.
+        weights = np.repeat(area, quads.shape[1])
+        normals[:, axis] = np.bincount(quads.ravel(), weights, minlength=len(points))
+    lengths = np.linalg.norm(normals, axis=1)
+    normals *= (step / np.where(lengths > 0, lengths, 1.0))[:, None]
+    jitter = np.random.default_rng(1).uniform(-0.1 * step, 0.1 * step, points.shape)
+    return points - normals + jitter
+
+
+def _places_on_curve(centers: FloatArray, extent: FloatArray) -> IntArray:
+    """Where points (q, 3) in a box from 0 to `extent` come along a space-filling curve of 2**20 cells a side."""
+    cells = centers * ((2**20 - 1) / np.where(extent > 0, extent, 1.0))
+    code = np.zeros(len(centers), dtype=np.int64)
+    for axis in range(3):
+        x = np.clip(cells[:, axis], 0, 2**20 - 1).astype(np.int64)
+        # Two zeros between one bit and the next.
+        for shift, mask in _SPREAD:
+            x = (x | (x << shift)) & mask
+        code |= x << axis
+    return code
+
+
+_SPREAD = (
+    (32, 0x1F00000000FFFF),
+    (16, 0x1F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
+
+
+def _box_tree(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Boxes (2 n, 6) of a complete binary tree of n leaves over sorted quads (q, 4, 3), and the quads' own (q, 6)."""
+    a, b, c, d = (corners[:, i] for i in range(4))
+    own = np.empty((len(corners), 6))
+    own[:, :3] = np.minimum(np.minimum(a, b), np.minimum(c, d))
+    own[:, 3:] = np.maximum(np.maximum(a, b), np.maximum(c, d))
+    n = 1 << max(0, (len(corners) - 1) // kernels.LEAF).bit_length()
+    boxes = np.full((2 * n, 6), [np.inf] * 3 + [-np.inf] * 3)
+    for k in range(kernels.LEAF):
+        rows = own[k :: kernels.LEAF]
+        np.minimum(boxes[n : n + len(rows), :3], rows[:, :3], out=boxes[n : n + len(rows), :3])
+        np.maximum(boxes[n : n + len(rows), 3:], rows[:, 3:], out=boxes[n : n + len(rows), 3:])
+    while n > 1:
+        left, right = boxes[n : 2 * n : 2], boxes[n + 1 : 2 * n : 2]
+        n //= 2
+        boxes[n : 2 * n, :3] = np.minimum(left[:, :3], right[:, :3])
+        boxes[n : 2 * n, 3:] = np.maximum(left[:, 3:], right[:, 3:])
+    return boxes, own
 
 
 def _facets(nodes: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -118,7 +118,7 @@ class WorstHex:
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class QualityReport:
     """Metrics and findings of a whole mesh.
 
@@ -162,6 +162,14 @@ class QualityReport:
     problems: tuple[str, ...] = ()
     limit: BoundaryLimit | None = None
     crossings: tuple[BoundaryCrossing, ...] = ()
+
+    def __repr__(self) -> str:
+        verdict = "valid" if self.valid else f"NOT VALID ({len(self.problems)} problems): {self.problems[0][:160]}"
+        return (
+            f"QualityReport: {self.n_hexes:,} hexes of order {self.order}, {self.n_nodes:,} nodes, {verdict}\n"
+            f"  scaled Jacobian: worst {self.min_scaled_jacobian:.4g}, mean {self.mean_scaled_jacobian:.4g}, "
+            f"inverted {self.n_inverted:,}"
+        )
 
     @property
     def valid(self) -> bool:

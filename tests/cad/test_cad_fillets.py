@@ -10,7 +10,7 @@ import cadquery as cq
 
 import cadsweep as cs
 from cadsweep import cad, recognition
-from cadsweep.pipeline.parts import open_and_find
+from cadsweep.pipeline.attempts import open_and_find
 
 pytestmark = pytest.mark.cad
 

@@ -1,4 +1,4 @@
-"""Every part of this folder, without a hint: recognised, counted and meshed, or refused with a reason."""
+"""Every part of this folder, without a hint: recognised, counted and meshed, or refused as a sweep with a reason."""
 
 from functools import cache
 from pathlib import Path
@@ -9,10 +9,10 @@ import pytest
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
-from cadsweep import find_sweeps, load, sweep_mesh
+from cadsweep import load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.intervals import assign_intervals
-from cadsweep.sweep import Sweep
+from cadsweep.pipeline.attempts import open_and_find
 
 pytestmark = pytest.mark.cad
 
@@ -39,7 +39,7 @@ def test_there_are_enough_parts():
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
 def test_sweepable_part_is_recognised(path):
-    for sweep in (way for way in find_sweeps(part_of(path)) if isinstance(way, Sweep)):
+    for sweep in open_and_find(part_of(path), None, None)[1]:
         roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
         assert sorted(roles) == list(range(len(sweep.solid.faces)))
         found = assign_intervals(sweep)
@@ -61,10 +61,9 @@ def test_sweepable_part_is_meshed(path):
 def test_unsweepable_part_is_refused_with_reasons(path):
     (solid,) = part_of(path).solids
     with pytest.raises(NotSweepableError) as caught:
-        find_sweeps(part_of(path))
+        open_and_find(part_of(path), None, None)
     assert "\n" not in str(caught.value)
-    by_face, by_direction = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
-    for face, reason in zip(solid.faces, by_face, strict=True):
+    own, besides = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
+    for face, reason in zip(solid.faces, own, strict=True):
         assert reason.startswith(face.label())
-    assert by_direction
-    assert all(reason.startswith("along (") for reason in by_direction)
+    assert all(reason.startswith("with ") for reason in besides)

@@ -7,7 +7,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.blocks.reference import make_reference, volume_doubt
-from cadsweep.pipeline.parts import open_and_find
+from cadsweep.pipeline.attempts import open_and_find
 from cadsweep.quality import check_mesh
 
 pytestmark = pytest.mark.cad

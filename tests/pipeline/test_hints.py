@@ -8,7 +8,7 @@ import pytest
 import cadsweep as cs
 from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.options import SweepOptions
-from cadsweep.pipeline.parts import find_candidates
+from cadsweep.pipeline.attempts import find_candidates
 from cadsweep.pipeline.run import Run, silent
 
 pytestmark = pytest.mark.cad

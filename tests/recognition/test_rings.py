@@ -5,7 +5,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.errors import NotSweepableError
-from cadsweep.pipeline.parts import open_and_find
+from cadsweep.pipeline.attempts import open_and_find
 
 pytestmark = pytest.mark.cad
 

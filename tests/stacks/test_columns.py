@@ -64,7 +64,7 @@ def test_a_column_that_runs_out_is_refused_at_its_edge():
     part = wedge.union(cq.Workplane().box(2, 2, 6).translate((1.5, -2.5, 0)))
     part = part.cut(cq.Workplane("YZ").circle(0.4).extrude(1).translate((0, -2.5, 0.8)))
     with pytest.raises(cs.NotSweepableError) as refused:
-        cs.sweep_mesh(part)
+        cs.find_sweeps(part)
     assert any("run out on each other at edge" in reason for reason in refused.value.reasons)
 
 

@@ -115,10 +115,7 @@ class Periodic:
 
     def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
         """Points and derivatives up to `order`."""
-        first, last = self.spline.knots[0], self.spline.knots[-1]
-        outside = (parameters < first) | (parameters > last)
-        wrapped = np.where(outside, first + np.mod(parameters - first, self.period), parameters)
-        return self.spline.derivatives(wrapped, order)
+        return self.spline.derivatives(parameters, order, period=self.period)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

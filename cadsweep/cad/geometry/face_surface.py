@@ -20,7 +20,7 @@ import scipy
 
 from ...arrays import FloatArray
 from .curves import EdgeCurve, Parametric
-from .nearest import MANY, nearest_on_spline
+from .nearest import nearest_on_spline
 from .surfaces import Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
 
 _GRID = 33
@@ -179,7 +179,7 @@ class FaceSurface:
         """Nearest parameters and distances near start values (m, 2)."""
         lower, upper = self._reach
         surface = self.geometry.basis if isinstance(self.geometry, Offset) else self.geometry
-        if isinstance(surface, Spline) and len(points) >= MANY:
+        if isinstance(surface, Spline):
             uv, distances = nearest_on_spline(
                 surface.spline, points, start, lower=lower, upper=upper, periods=surface.periods
             )
@@ -277,6 +277,8 @@ class FaceSurface:
             return self._unrolled(uv)
         guess = in_parameters.derivatives(parameters)[0] + shift
         if exact is None:
+            if isinstance(self.geometry, Spline):
+                return self._descended(points, guess)[0]
             return self._refine(points, guess, n_steps=4)
         uv = exact(points)
         for j, period in enumerate(self.periods):

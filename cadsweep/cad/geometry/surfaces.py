@@ -231,23 +231,15 @@ class Spline:
 
     def evaluate(self, uv: FloatArray) -> FloatArray:
         """Points."""
-        return self.spline.evaluate(self._wrapped(uv))
+        return self.spline.evaluate(uv, periods=self._wrapping)
 
     def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Points and partial derivatives."""
-        return self.spline.derivatives(self._wrapped(uv))
+        return self.spline.derivatives(uv, periods=self._wrapping)
 
-    def _wrapped(self, uv: FloatArray) -> FloatArray:
-        knots = (self.spline.u_knots, self.spline.v_knots)
-        if self.periods == (None, None):
-            return uv
-        out = np.array(uv, dtype=float)
-        for j, period in enumerate(self.periods):
-            if period is not None:
-                first, last = knots[j][0], knots[j][-1]
-                outside = (out[:, j] < first) | (out[:, j] > last)
-                out[outside, j] = first + np.mod(out[outside, j] - first, period)
-        return out
+    @cached_property
+    def _wrapping(self) -> FloatArray:
+        return np.array([0.0 if period is None else period for period in self.periods])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,6 +15,7 @@ import math
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -156,7 +157,9 @@ def _checked(path: Path, parameters: Mapping[str, Any], params: Mapping[str, Any
     values = {}
     for name, value in params.items():
         if name not in parameters:
-            raise InputError(f"{path}: the script has no parameter '{name}'. {_listing(parameters)}")
+            near = get_close_matches(name, parameters, n=1)
+            meant = f" (did you mean '{near[0]}'?)" if near else ""
+            raise InputError(f"{path}: the script has no parameter '{name}'{meant}. {_listing(parameters)}")
         parameter = parameters[name]
         try:
             values[name] = _converted(parameter, value)

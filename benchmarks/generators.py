@@ -1,0 +1,76 @@
+"""Parts with any number of faces: what the benchmarks of real CAD grow."""
+
+from __future__ import annotations
+
+import math
+
+import cadquery as cq
+import numpy as np
+
+
+def gear(n_teeth: int, *, twist: float = 20.0, width: float = 8.0) -> cq.Workplane:
+    """A helical gear: four faces a tooth, its flanks B-splines of the twisted involute."""
+    pitch = n_teeth / 2.0
+    base, tip, root = pitch * math.cos(math.radians(20)), pitch + 1.0, pitch - 1.25
+    start = max(base, root + 0.05)
+    involute = lambda r: math.sqrt(max((r / base) ** 2 - 1, 0.0)) - math.atan(math.sqrt(max((r / base) ** 2 - 1, 0.0)))  # noqa: E731
+    half = math.pi / (2 * n_teeth) + involute(pitch)
+    radii = np.linspace(start, tip, 5)
+
+    def place(r: float, angle: float) -> tuple[float, float]:
+        return r * math.cos(angle), r * math.sin(angle)
+
+    step = 2 * math.pi / n_teeth
+    flank = [half - involute(r) for r in radii]
+    wire = cq.Workplane().moveTo(*place(root, -flank[0]))
+    for j in range(n_teeth):
+        at = j * step
+        wire = wire.lineTo(*place(radii[0], at - flank[0])) if root < start else wire
+        up = [place(r, at - f) for r, f in zip(radii[1:], flank[1:], strict=True)]
+        down = [place(r, at + f) for r, f in zip(radii[::-1][1:], flank[::-1][1:], strict=True)]
+        wire = wire.spline(up, includeCurrent=True).threePointArc(place(tip, at), place(tip, at + flank[-1]))
+        wire = wire.spline(down, includeCurrent=True).lineTo(*place(root, at + flank[0]))
+        following = at + step
+        wire = wire.threePointArc(place(root, at + step / 2), place(root, following - flank[0]))
+    wire = wire.close()
+    if twist:
+        return wire.twistExtrude(width, twist)
+    return wire.extrude(width)
+
+
+def spring(n_turns: int) -> cq.Workplane:
+    """A coil of round wire."""
+    path = cq.Wire.makeHelix(3.0, 3.0 * n_turns, 8.0)
+    return cq.Workplane("XZ").center(8.0, 0).circle(1.0).sweep(cq.Workplane(path), isFrenet=True)
+
+
+def embossed(n: int) -> cq.Workplane:
+    """A sheet with n round embossings, lofted as splines, on both sides alike."""
+    side = math.ceil(math.sqrt(n))
+    sheet = cq.Workplane().rect(6 * side, 6 * side).extrude(1)
+    places = [(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3) for k in range(n)]
+    up = cq.Workplane("XY", (0, 0, 1)).pushPoints(places).circle(2).extrude(0.5, taper=20)
+    down = cq.Workplane().pushPoints(places).circle(2).extrude(0.5, taper=20)
+    return sheet.union(up).cut(down)
+
+
+def plate(n_holes: int) -> cq.Workplane:
+    """A plate with a square pattern of n holes."""
+    side = math.ceil(math.sqrt(n_holes))
+    places = [(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3) for k in range(n_holes)]
+    sketch = cq.Sketch().rect(6 * side, 6 * side).push(places).circle(1.5, mode="s")
+    return cq.Workplane().placeSketch(sketch).extrude(2)
+
+
+def rack(n_blades: int) -> cq.Workplane:
+    """A row of blades on a foot, all of one section: four faces a blade, two of them splines."""
+    wire = cq.Workplane("XZ").moveTo(0, 0)
+    for j in range(n_blades):
+        x = 4.0 * j
+        wire = wire.lineTo(x + 1, 0).spline([(x + 1.6, 2), (x + 1.4, 4), (x + 2.2, 6)], includeCurrent=True)
+        wire = wire.lineTo(x + 2.8, 6).spline([(x + 2.4, 4), (x + 2.8, 2), (x + 2.6, 0)], includeCurrent=True)
+    wire = wire.lineTo(4.0 * n_blades, 0).lineTo(4.0 * n_blades, -2).lineTo(0, -2).close()
+    return wire.extrude(6)
+
+
+FAMILIES = {"gear": gear, "spring": spring, "embossed": embossed, "plate": plate, "rack": rack}

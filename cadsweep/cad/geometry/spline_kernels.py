@@ -1,0 +1,143 @@
+"""B-splines, rational or not, evaluated by compiled loops: one parameter or thousands.
+
+Place in the flow: ``nurbs`` and ``nearest`` call these. Compiled, because curves and surfaces are asked for a few
+parameters at a time, hundreds of thousands of times on a part with hundreds of faces, and numpy spends its time on
+calls (the table in ``docs/performance.md`` has what else was measured).
+
+Method: the Cox-de Boor recurrence and its derivatives (Piegl and Tiller, "The NURBS Book", 2nd ed., sections 2.3 and
+2.5); rational points by the quotient rule on homogeneous poles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+kernel = njit(cache=True, nogil=True, error_model="numpy")
+part = njit(nogil=True, error_model="numpy", inline="always")
+
+
+@part
+def into_knots(knots, degree, n_poles, period, t):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """The parameter brought into the knots of a periodic curve or surface (period 0: of none), and its span.
+
+    The span has a width; the end belongs to the last one, and what is beyond the knots to the first or last.
+    """
+    first, last = knots[0], knots[-1]
+    if period > 0.0 and (t < first or t > last):
+        t = first + (t - first) % period
+    low, high = degree, n_poles
+    while high - low > 1:
+        middle = (low + high) // 2
+        if knots[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    while low > degree and knots[low] == knots[low + 1]:
+        low -= 1
+    while knots[low] == knots[low + 1]:
+        low += 1
+    return t, low
+
+
+@part
+def functions(knots, degree, span, t, values, slopes):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """The basis functions that do not vanish in a span, and their derivatives, each (degree + 1,)."""
+    values[0] = 1.0
+    slopes[0] = 0.0
+    for p in range(1, degree + 1):
+        if p == degree:
+            slopes[: p + 1] = 0.0
+            for j in range(p):
+                share = degree * values[j] / (knots[span + j + 1] - knots[span + j + 1 - p])
+                slopes[j] -= share
+                slopes[j + 1] += share
+        saved = 0.0
+        for j in range(p):
+            right, left = knots[span + j + 1], knots[span + j + 1 - p]
+            share = values[j] / (right - left)
+            values[j] = saved + (right - t) * share
+            saved = (t - left) * share
+        values[p] = saved
+
+
+@part
+def second_derivatives(knots, degree, span, t, lower, found):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Second derivatives (degree + 1,) of the basis functions, from the first ones of the degree below."""
+    found[: degree + 1] = 0.0
+    if degree < 2:
+        return
+    p = degree - 1
+    values = np.empty(degree + 1)
+    functions(knots, p, span, t, values, lower)
+    for j in range(degree):
+        share = degree * lower[j] / (knots[span + j + 1] - knots[span + j + 1 - degree])
+        found[j] -= share
+        found[j + 1] += share
+
+
+@kernel
+def curve_derivatives(knots, degree, poles, period, parameters, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Points and derivatives ``out`` (order + 1, m, d) of a curve; poles (n, d), or (n, d + 1) homogeneous."""
+    n, width = poles.shape
+    order, d = out.shape[0] - 1, out.shape[2]
+    f0, f1, f2, lower = np.empty(degree + 1), np.empty(degree + 1), np.empty(degree + 1), np.empty(degree + 1)
+    h = np.empty((3, width))
+    for m in range(len(parameters)):
+        t, span = into_knots(knots, degree, n, period, parameters[m])
+        functions(knots, degree, span, t, f0, f1)
+        if order > 1:
+            second_derivatives(knots, degree, span, t, lower, f2)
+        h[:] = 0.0
+        for j in range(degree + 1):
+            for c in range(width):
+                pole = poles[span - degree + j, c]
+                h[0, c] += f0[j] * pole
+                h[1, c] += f1[j] * pole
+                if order > 1:
+                    h[2, c] += f2[j] * pole
+        if width == d:
+            for k in range(order + 1):
+                for c in range(d):
+                    out[k, m, c] = h[k, c]
+            continue
+        for c in range(d):
+            out[0, m, c] = h[0, c] / h[0, d]
+            if order > 0:
+                out[1, m, c] = (h[1, c] - h[1, d] * out[0, m, c]) / h[0, d]
+            if order > 1:
+                out[2, m, c] = (h[2, c] - 2.0 * h[1, d] * out[1, m, c] - h[2, d] * out[0, m, c]) / h[0, d]
+
+
+@part
+def surface_at(u_knots, v_knots, p, q, poles, periods, u, v, room, h):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Homogeneous point and derivatives by u and v of a surface, into `h` (3, 4); `room` (4, any degree + 1)."""
+    t, i = into_knots(u_knots, p, poles.shape[0], periods[0], u)
+    s, j = into_knots(v_knots, q, poles.shape[1], periods[1], v)
+    in_u, by_u, in_v, by_v = room[0], room[1], room[2], room[3]
+    functions(u_knots, p, i, t, in_u, by_u)
+    functions(v_knots, q, j, s, in_v, by_v)
+    h[:] = 0.0
+    for c in range(4):
+        for k in range(p + 1):
+            row = slope = 0.0
+            for n in range(q + 1):
+                pole = poles[i - p + k, j - q + n, c]
+                row += in_v[n] * pole
+                slope += by_v[n] * pole
+            h[0, c] += in_u[k] * row
+            h[1, c] += by_u[k] * row
+            h[2, c] += in_u[k] * slope
+
+
+@kernel
+def surface_derivatives(u_knots, v_knots, p, q, poles, periods, uv, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Points, or also derivatives by u and v, ``out`` (1 or 3, m, 3) of a surface; poles (n, n', 4) homogeneous."""
+    room, h = np.empty((4, max(p, q) + 1)), np.empty((3, 4))
+    for m in range(uv.shape[0]):
+        surface_at(u_knots, v_knots, p, q, poles, periods, uv[m, 0], uv[m, 1], room, h)
+        for c in range(3):
+            out[0, m, c] = h[0, c] / h[0, 3]
+            if out.shape[0] > 1:
+                out[1, m, c] = (h[1, c] - h[1, 3] * out[0, m, c]) / h[0, 3]
+                out[2, m, c] = (h[2, c] - h[2, 3] * out[0, m, c]) / h[0, 3]

@@ -1,0 +1,73 @@
+"""What a failed command says to people and to programs, and how few notes there are."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from cadsweep.cli.failure import describe_failure, in_command_words
+from cadsweep.cli.show import few_notes
+from cadsweep.errors import CadSweepError, InputError, NotSweepableError, PlanError
+
+
+def test_a_failure_is_one_object_for_programs(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "cadsweep", "mesh", "nothing.step", "-o", "a.vtu", "--json"],
+        capture_output=True, text=True, timeout=60, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 1
+    error = json.loads(done.stdout)["error"]
+    assert set(error) == {"type", "message", "hint", "faces"}
+    assert "nothing.step" in error["message"]
+    assert done.stderr.strip().endswith(error["message"])
+
+
+@pytest.mark.parametrize(("error", "hint", "faces"), [
+    (InputError("the size is larger than the part; try a smaller one"), "try a smaller one", []),
+    (CadSweepError("face 3 'top' (plane at 1, 2) and face 12 cross. Repair the model."), "Repair the model.", [3, 12]),
+    (NotSweepableError("no sweep", reasons=["face 4: not closed", "faces 5, 6 and 9 differ"]), "", [4, 5, 6, 9]),
+    (PlanError("no plan; cut it", faces=[(0, 7), (1, 2)]), "", [2, 7]),
+])  # fmt: skip
+def test_what_to_try_and_the_faces_are_told_apart(error, hint, faces):
+    told = describe_failure(error)
+    assert (told["type"], told["hint"], told["faces"]) == (type(error).__name__, hint, faces)
+
+
+@pytest.mark.parametrize(("python", "command"), [
+    ("ask for a picture with screenshot='mesh.png'", "ask for a picture with --screenshot mesh.png"),
+    ("try a smaller size or order=1", "try a smaller size or --order 1"),
+    ("allow_inverted=True writes it", "--allow-inverted writes it"),
+    ("max_hexes = 1000 is too few", "--max-hexes 1000 is too few"),
+    ("the part has size 3", "the part has size 3"),
+])  # fmt: skip
+def test_messages_speak_the_words_of_the_command_line(python, command):
+    assert in_command_words(python) == command
+
+
+def test_notes_are_one_line_a_kind():
+    notes = [
+        "relax 12 hexahedra of layers 1 to 2: worst scaled Jacobian -0.2 to 0.15",
+        "untangle 12 hexahedra of layers 1 to 2: rolled back, worst stays 0.15",
+        "polish 12 hexahedra of layers 1 to 2: worst scaled Jacobian 0.15 to 0.36",
+        "polish 40 hexahedra of layers 0 to 8: worst scaled Jacobian 0.1 to 0.4",
+        "name 'a b' became 'a_b'",
+        "name 'c d' became 'c_d'",
+        "the file is in inches",
+    ]
+    assert few_notes(notes) == [
+        "smoothing: 2 places mended, worst -0.2 -> 0.36",
+        "name 'a b' became 'a_b' (and 1 more like it: -v)",
+        "the file is in inches",
+    ]
+
+
+@pytest.mark.parametrize(("word", "meant"), [("mseh", "mesh"), ("veiw", "view"), ("raport", "report")])
+def test_a_misspelled_command_gets_the_nearest_one(word, meant):
+    done = subprocess.run(
+        [sys.executable, "-m", "cadsweep", word], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2
+    assert f"did you mean '{meant}'?" in done.stderr
