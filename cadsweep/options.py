@@ -17,6 +17,7 @@ from .errors import InputError
 
 FUNCTIONALS = ("F", "G", "H")
 STRATEGIES = ("source", "advancing", "both")
+INTERFACES = ("shared", "separate")
 
 
 def _positive(name: str, value: Any) -> None:
@@ -42,6 +43,11 @@ def _each(name: str, wishes: Any, what: str, check: Callable[[str, Any], None]) 
 def _one_of(name: str, value: Any, choices: Sequence[Any]) -> None:
     if value not in choices:
         raise InputError(f"{name} must be one of {', '.join(map(str, choices))}, not {value!r}")
+
+
+def _names(name: str, value: Any) -> None:
+    if value is not None and (isinstance(value, str) or not all(isinstance(word, str) for word in value)):
+        raise InputError(f"{name} must be a list of names, not {value!r}")
 
 
 def _name_or_number(name: str, value: Any) -> None:
@@ -91,6 +97,10 @@ class SweepOptions:
         Which solid of an assembly: its name, or its number from 0.
     touch : float or None
         Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
+    interfaces : {"shared", "separate"}
+        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs.
+    only, skip : sequence of str or None
+        Solids of an assembly to be meshed, or not to be meshed, by name.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -121,6 +131,9 @@ class SweepOptions:
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
+    interfaces: str = "shared"
+    only: Sequence[str] | None = None
+    skip: Sequence[str] | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
@@ -146,6 +159,9 @@ class SweepOptions:
             self._check_fractions(self.fractions)
         _one_of("functional", self.functional, FUNCTIONALS)
         _one_of("strategy", self.strategy, STRATEGIES)
+        _one_of("interfaces", self.interfaces, INTERFACES)
+        _names("only", self.only)
+        _names("skip", self.skip)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:

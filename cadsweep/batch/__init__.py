@@ -10,6 +10,7 @@ A study is a TOML file::
     format = "vtu"                   # a mesh file for every case; "none" keeps the figures alone
     timeout = 600                    # seconds a case
     max_memory = 4                   # GB a case
+    same_mesh = true                 # all cases get the mesh of the first; options may not vary then
 
     [options]                        # of cadsweep.sweep_mesh, for all cases
     layers = 20
@@ -35,6 +36,7 @@ module    what it does
 `run`     shares the cases among workers, counts
 `work`    one case, asked of a worker
 `records` the folder of a case, and the table of all
+`base`    the one mesh of a study of one mesh
 ========= ===================================================
 """
 

@@ -47,8 +47,8 @@ def read_record(folder: Path, case: Case, *, keep_failed: bool = True) -> dict[s
     except (ValueError, KeyError, TypeError) as error:
         log.warning("the record %s is damaged (%s), so its case is done again", path, error)
         return None
-    mesh = record.get("mesh")
-    if not kept or (mesh is not None and not (folder / mesh).exists()):
+    files = [record[name] for name in ("mesh", "nodes") if record.get(name) is not None]
+    if not kept or not all((folder / name).exists() for name in files):
         return None
     return {**record, "case": case.name}
 

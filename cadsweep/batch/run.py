@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from .base import make_base, write_together
 from .records import CASES, Table, read_records, write_record
 from .study import Case, Study
 from .work import run_case
@@ -52,12 +53,15 @@ class StudyResult:
         Cases that an earlier run had finished.
     table, json : Path
         The same as files.
+    together : Path or None
+        Of a study of one mesh: the file of the nodes of all cases.
     """
 
     records: tuple[dict[str, Any], ...]
     n_resumed: int
     table: Path
     json: Path
+    together: Path | None = None
 
     @property
     def n_cases(self) -> int:
@@ -77,6 +81,7 @@ class StudyResult:
             "n_resumed": self.n_resumed,
             "table": str(self.table),
             "json": str(self.json),
+            "together": None if self.together is None else str(self.together),
             "cases": list(self.records),
         }
 
@@ -137,11 +142,15 @@ def run_study(
             table.add(case, record)
             tell(record)
         table.write()
+        together = None
+        if study.same_mesh:
+            together = write_together(study, folder, [table.records[case.key] for case in study.cases])
     return StudyResult(
         records=tuple(table.records[case.key] for case in study.cases),
         n_resumed=n_resumed,
         table=table.csv_path,
         json=table.json_path,
+        together=together,
     )
 
 
@@ -192,6 +201,8 @@ def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iter
         if stop.is_set():
             raise _Stopped
 
+    base = make_base(study, folder, max_memory=memory, on_progress=tell) if study.same_mesh else None
+
     def work() -> None:
         with Worker({"OMP_NUM_THREADS": threads}) as worker:
             while todo and not stop.is_set():
@@ -199,7 +210,7 @@ def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iter
                     case = todo.popleft()
                 except IndexError:  # another thread was faster
                     return
-                done.put((case, run_case(worker, study, case, folder, max_memory=memory, on_progress=tell)))
+                done.put((case, run_case(worker, study, case, folder, max_memory=memory, base=base, on_progress=tell)))
 
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         try:

@@ -23,7 +23,7 @@ MOST_CASES = 100_000
 MOST_LETTERS = 120
 """Of a case's name in that of its folder: a file system takes 255, and solvers add their own."""
 
-KEYS = ("script", "output", "format", "timeout", "max_memory", "options", "grid", "cases")
+KEYS = ("script", "output", "format", "timeout", "max_memory", "same_mesh", "options", "grid", "cases")
 
 # Not an option of a case: parameters have their own place, and memory and time bound the whole worker.
 OPTIONS = tuple(field.name for field in dataclasses.fields(SweepOptions) if field.name not in ("params", "max_memory"))
@@ -72,6 +72,8 @@ class Study:
     max_memory : float or None
         GB a case.
     cases : tuple of Case
+    same_mesh : bool
+        All cases have the mesh of the first.
     """
 
     script: Path
@@ -80,6 +82,7 @@ class Study:
     timeout: float
     max_memory: float | None
     cases: tuple[Case, ...]
+    same_mesh: bool = False
 
 
 def read_study(path: Path) -> Study:
@@ -111,7 +114,13 @@ def read_study(path: Path) -> Study:
     cases = _unique(cases, str(path))
     if any(case.params for case in cases) and script.suffix.lower() != ".py":
         raise InputError(f"{path}: parameters go with a CadQuery script (.py), and {script.name} is none")
+    same = table.get("same_mesh", False)
+    if not isinstance(same, bool):
+        raise InputError(f"{path}: 'same_mesh' must be true or false, not {same!r}")
+    if same:
+        cases = _of_one_mesh(cases, str(path))
     return Study(
+        same_mesh=same,
         script=script.resolve(),
         folder=(path.parent / _text(table, "output", f"{path.stem}_results", path)).resolve(),
         suffix=_suffix(_text(table, "format", "vtu", path)),
@@ -228,6 +237,20 @@ def _case(params: dict[str, Any], options: dict[str, Any], digest: str, name: st
     key = hashlib.sha256(said.encode()).hexdigest()
     safe = re.sub(r"[^A-Za-z0-9_.-]+", "_", name).strip(".") or "case"
     return Case(name=safe, key=key, params=params, options=options, named=named)
+
+
+def _of_one_mesh(cases: list[Case], where: str) -> list[Case]:
+    """The cases of a study of one mesh, known also by the one that is its base."""
+    first = cases[0]
+    for case in cases:
+        for key in {**first.options, **case.options}:
+            if case.options.get(key) != first.options.get(key):
+                raise InputError(
+                    f"{where}: with same_mesh = true all cases have one mesh, and '{case.name}' asks for {key} = "
+                    f"{case.options.get(key)!r} where '{first.name}' has {first.options.get(key)!r}; vary "
+                    "parameters alone"
+                )
+    return [replace(case, key=hashlib.sha256(f"like {first.key}: {case.key}".encode()).hexdigest()) for case in cases]
 
 
 def _unique(cases: list[Case], where: str) -> list[Case]:

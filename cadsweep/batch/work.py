@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import CadSweepError, WorkerError
 from ..isolation import Worker, leftovers
+from .base import NODES, carried_options
 from .records import CASES, case_folder
 from .study import Case, Study
 
@@ -16,9 +17,16 @@ Progress = Callable[[str, float | None], None]
 
 
 def run_case(
-    worker: Worker, study: Study, case: Case, folder: Path, *, max_memory: float, on_progress: Progress
+    worker: Worker,
+    study: Study,
+    case: Case,
+    folder: Path,
+    *,
+    max_memory: float,
+    base: Path | None = None,
+    on_progress: Progress,
 ) -> dict[str, Any]:
-    """Mesh a case; whatever its end is, it is a record.
+    """Mesh a case, like the `base` if there is one; whatever its end is, it is a record.
 
     A case that ends a worker which had served other cases is done once more in a fresh one, so that no record says
     anything of the cases before it. A time-out is not: it would cost as much again, and no library remembers time.
@@ -26,6 +34,9 @@ def run_case(
     own = case_folder(folder, case)
     own.mkdir(parents=True, exist_ok=True)
     mesh = None if study.suffix is None else own / f"mesh{study.suffix}"
+    options, more = case.options, {}
+    if base is not None:
+        options, more = carried_options(options, base), {"nodes": str(own / NODES)}
     record: dict[str, Any] = {"case": case.name, "params": case.params, "options": case.options, "status": "ok"}
     start = time.perf_counter()
     for again in (False, True):
@@ -34,7 +45,7 @@ def run_case(
             figures = worker.run(
                 "cadsweep.cli.work:mesh_file",
                 (str(study.script), None if mesh is None else str(mesh)),
-                {"options": {**case.options, "params": case.params or None, "max_memory": max_memory}},
+                {"options": {**options, "params": case.params or None, "max_memory": max_memory}, **more},
                 timeout=study.timeout,
                 max_memory=max_memory,
                 on_progress=on_progress,
@@ -42,6 +53,8 @@ def run_case(
             )
             record.update(figures)
             record["mesh"] = None if mesh is None else f"{CASES}/{case.folder}/{mesh.name}"
+            if base is not None:
+                record["nodes"] = f"{CASES}/{case.folder}/{NODES}"
         except WorkerError as error:
             if not fresh and not again and time.perf_counter() - begun < study.timeout:
                 worker.end()

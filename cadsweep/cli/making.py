@@ -10,10 +10,10 @@ from typing import Any
 import click
 
 from ..errors import CadSweepError, InputError
-from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
+from ..options import FUNCTIONALS, INTERFACES, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Numbers, Positive, is_script, parse_cap, parse_parameter
+from .types import Assignment, Bias, Names, Numbers, Positive, Size, is_script, parse_cap, parse_parameter
 from .worker import QUIET, VERBOSE, limits, run
 
 BIAS_HELP = (
@@ -31,7 +31,13 @@ TOUCH = click.option(
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
-        click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
+        click.option(
+            "--size",
+            type=Size(),
+            multiple=True,
+            metavar="S|SOLID=S",
+            help="Edge length of the quads, model units; of one solid of an assembly: gasket=0.5; may be repeated.",
+        ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
         click.option("--fractions", type=Numbers(), help="Places of the layers, rising from 0 to 1: 0,0.1,0.4,1."),
@@ -60,6 +66,15 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         PART,
         TOUCH,
+        click.option(
+            "--interfaces",
+            type=click.Choice(INTERFACES),
+            default="shared",
+            show_default=True,
+            help="Whether solids that touch share nodes, or get contacts named in pairs.",
+        ),
+        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
+        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -132,7 +147,10 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     if pairs and not is_script(source):
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {source} is none")
     given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
-    given["sizes"] = dict(given["sizes"] + given.pop("edge_sizes")) or None
+    plain = [size for name, size in given["size"] if name is None]
+    by_solid = tuple((name, size) for name, size in given["size"] if name is not None)
+    given["size"] = plain[-1] if plain else None
+    given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:

@@ -22,9 +22,18 @@ Progress = Callable[[str, float | None], None]
 
 
 def mesh_file(
-    source: str, output: str | None, *, options: dict[str, Any], stream: bool = False, on_progress: Progress
+    source: str,
+    output: str | None,
+    *,
+    options: dict[str, Any],
+    stream: bool = False,
+    nodes: str | None = None,
+    on_progress: Progress,
 ) -> dict[str, Any]:
-    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``."""
+    """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``.
+
+    `nodes` is a numpy file for the points alone: the corners of the hexes as they were before they were refined.
+    """
     from ..io import check_destination, write
     from ..pipeline import sweep_mesh
 
@@ -47,6 +56,11 @@ def mesh_file(
         start = time.perf_counter()
         write(mesh, output)
         mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+    if nodes is not None:
+        from ..io.atomic import replaced_file
+
+        with replaced_file(Path(nodes)) as file:
+            np.save(file, mesh.points[mesh.info.get("coarse_nodes", np.unique(mesh.hexes[:, :8]))])
     return summarise(mesh)
 
 

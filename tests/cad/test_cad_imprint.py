@@ -337,3 +337,80 @@ def test_a_seam_goes_to_the_edges_of_a_neighbour_drawn_in_two_halves(cq, load):
     assert [len(solid.faces) for solid in part.solids] == [6, 4]
     assert len(shared(part, "face")) == 2
     assert_shares_exactly(part)
+
+
+def halved(cq, shape, x):
+    """Two pieces of a solid cut at a plane of constant x, which share the cut."""
+    from OCP.BOPAlgo import BOPAlgo_Splitter
+
+    from cadsweep.cad.shapes import SOLID, subshapes
+
+    splitter = BOPAlgo_Splitter()
+    splitter.AddArgument(shape.solids().val().wrapped)
+    splitter.AddTool(cq.Face.makePlane(20, 20, (x, 0, 0), (1, 0, 0)).wrapped)
+    splitter.SetNonDestructive(True)
+    splitter.Perform()
+    return subshapes(splitter.Shape(), SOLID)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.8])
+def test_pieces_of_a_cut_solid_share_their_cut_with_each_other_and_its_lines_with_the_neighbours(cq, x):
+    from cadsweep.cad import find_contacts, imprint
+
+    plate = cq.Workplane().box(4, 4, 1).faces(">Z").workplane().hole(1)
+    lid = cq.Workplane().box(2, 2, 1).translate((0.3, 0, 1))
+    pin = cq.Workplane().circle(0.5).extrude(1).translate((0, 0, -0.5)).rotate((0, 0, 0), (0, 0, 1), 10)
+    whole = [w.solids().val().wrapped for w in (lid, pin)]
+    part = imprint([*halved(cq, plate, x), *whole], owners=[0, 0, 1, 2])
+    assert shared(part, "face", 0, 1)
+    areas = {contact.models: contact.area for contact in find_contacts(part)}
+    lid_on_pin = math.pi / 4
+    assert areas == pytest.approx({(0, 1): 4 - lid_on_pin, (0, 2): math.pi, (1, 2): lid_on_pin}, rel=1e-9)
+    assert_shares_exactly(part)
+    again = imprint([s.write_brep.shape for s in part.solids], owners=part.owners, models=part.models)
+    assert [len(solid.faces) for solid in again.solids] == [len(solid.faces) for solid in part.solids]
+    for kind in ("vertex", "edge", "face"):
+        for i, j in itertools.combinations(range(4), 2):
+            assert shared(again, kind, i, j) == shared(part, kind, i, j)
+
+
+def test_a_model_whose_solids_share_faces_already_is_read_as_it_is(cq, load, tmp_path):
+    from cadsweep.cad.shapes import compound
+
+    first = load(several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0.5, 0)), box(cq, (0, 0, 1), (0.5, 0.5, 1))))
+    cq.Shape.cast(compound([s.write_brep.shape for s in first.solids])).exportBrep(str(tmp_path / "joined.brep"))
+    part = load(tmp_path / "joined.brep")
+    assert [len(solid.faces) for solid in part.solids] == [len(solid.faces) for solid in first.solids]
+    assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (0, 2), (1, 2))] == [1, 1, 0]
+    assert_shares_exactly(part)
+
+
+def test_a_wall_of_bricks_shares_every_bed_and_joint(cq, load):
+    wall = [box(cq, (i + 0.5 * (j % 2), 0, 0.5 * j), (1, 1, 0.5)) for i in range(4) for j in range(3)]
+    seen = []
+    part = load(several(cq, *wall), on_progress=seen.append)
+    from cadsweep.cad import find_contacts
+
+    contacts = find_contacts(part)
+    # 3 joints in each of 3 courses, and between two courses 7 half beds
+    assert sum(contact.kind == "face" for contact in contacts) == 3 * 3 + 2 * 7
+    assert sum(contact.area for contact in contacts) == pytest.approx(9 * 0.5 + 14 * 0.5)
+    assert seen == sorted(seen)
+    assert 0 <= seen[0] < seen[-1] <= 1
+
+
+@pytest.mark.parametrize("step", [1e-5, 1e-3])
+def test_outlines_that_nearly_coincide_are_noted_and_touch_makes_them_coincide(cq, load, step):
+    whole = several(cq, box(cq, (0, 0, 0)), box(cq, (1, step, 0)), box(cq, (0, 0, 1), (2, 1, 1)))
+    (note,) = load(whole).notes
+    assert f"edges of {step:.2g} are left at (1, " in note
+    assert f"touch={1.1 * step:.2g} " in note
+    part = load(whole, touch=1.1 * step)
+    assert part.notes == ()
+    assert [len(solid.faces) for solid in part.solids] == [6, 6, 7]
+    assert_shares_exactly(part)
+
+
+def test_a_short_edge_that_a_solid_had_is_its_own_affair(cq, load):
+    bevelled = cq.Workplane().box(1, 1, 1, centered=False).edges("|Z and <X and <Y").chamfer(1e-3)
+    assert not any("is left" in note for note in load(several(cq, bevelled, box(cq, (1, 0, 0)))).notes)

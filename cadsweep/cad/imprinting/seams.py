@@ -9,12 +9,13 @@ Method: faces of a full turn that hang together at whole circles are a chain; tu
 surface. Chains of all solids about one axis get the angle of an edge along the axis that cannot be turned (that of
 a half cylinder, say), or else that of the first of them. Plane faces beside a chain get its new circles.
 
-Not handled: faces with holes in them, whole spheres and tori, and solids that share faces from the start; their seams
+Not handled: faces with holes in them, whole spheres and tori, and faces that solids share from the start; their seams
 stay.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import atan2, cos, pi
@@ -119,10 +120,9 @@ def align_seams(shapes: Sequence[Any], labels: Sequence[Labels], size: float) ->
     """
     chains: list[_Chain] = []
     fixed: list[tuple[_Axis, float]] = []
-    if _share_faces(shapes):
-        return list(shapes), list(labels)
+    used = _Used(shapes)
     for i, shape in enumerate(shapes):
-        found, stay = _chains(i, shape, size)
+        found, stay = _chains(i, shape, size, used)
         chains += found
         fixed += stay
     turns: list[list[tuple[_Chain, float]]] = [[] for _ in shapes]
@@ -144,12 +144,18 @@ def align_seams(shapes: Sequence[Any], labels: Sequence[Labels], size: float) ->
     return out, out_labels
 
 
-def _share_faces(shapes: Sequence[Any]) -> bool:
-    n_faces = sum(index_map(shape, FACE).Extent() for shape in shapes)
-    return index_map(compound(shapes), FACE).Extent() < n_faces
+class _Used:
+    """How many solids each face bounds; what two share from the start cannot be turned in one of them."""
+
+    def __init__(self, shapes: Sequence[Any]) -> None:
+        self._found = index_map(compound(shapes), FACE)
+        self._counts = Counter(self._found.FindIndex(face) for shape in shapes for face in subshapes(shape, FACE))
+
+    def once(self, face: Any) -> bool:
+        return self._counts[self._found.FindIndex(face)] == 1
 
 
-def _chains(number: int, shape: Any, size: float) -> tuple[list[_Chain], list[tuple[_Axis, float]]]:
+def _chains(number: int, shape: Any, size: float, used: _Used) -> tuple[list[_Chain], list[tuple[_Axis, float]]]:
     """Chains of a solid that can be turned, and the angles of edges along an axis that cannot."""
     fixed: list[tuple[_Axis, float]] = []
     rings: list[tuple[Any, _Axis]] = []
@@ -168,7 +174,9 @@ def _chains(number: int, shape: Any, size: float) -> tuple[list[_Chain], list[tu
         members = _linked(min(left), rings, beside, numbers)
         left -= members
         around = [other for k in members for circle in _circles(rings[k][0]) for other in beside.around(circle)]
-        free = all(_is_plane(other) or numbers.FindIndex(other) - 1 in members for other in around)
+        free = all(
+            used.once(other) and (_is_plane(other) or numbers.FindIndex(other) - 1 in members) for other in around
+        )
         angle = _seam_angle(face, axis)
         if angle is not None and free and all(rings[k][1].is_same(axis, size) for k in members):
             chains.append(_Chain(solid=number, faces=[rings[k][0] for k in sorted(members)], axis=axis, angle=angle))
