@@ -37,18 +37,18 @@ def nodes_on_edges(stack: Stack, levels: Levels, mesh: QuadMesh, row: Row, point
     solid, over = stack.solid, stack.arrangement.over
     pieces: dict[int, list[int]] = {}
     for own, edges in over.items():
-        for edge in edges:
-            pieces.setdefault(edge, []).append(own)
+        for e in edges:
+            pieces.setdefault(e, []).append(own)
     found: dict[int, IntArray] = {}
     corners: dict[int, tuple[int, int, bool]] = {}  # vertex: node of the arrangement, level, side
     sources = set(stack.source)
-    for e, own in pieces.items():
+    for e, parts in pieces.items():
         edge = solid.edges[e]
         caps = [f for f in edge.faces if f in levels.caps]
         level = levels.caps[caps[0]] if caps else levels.stations[e]
         above = bool(caps) and caps[0] in sources
         numbers = row(level, above)
-        chain = _chained([mesh.edge_nodes[piece] for piece in own], numbers, points, solid.vertices[edge.start])
+        chain = _chained([mesh.edge_nodes[piece] for piece in parts], numbers, points, solid.vertices[edge.start])
         found[e] = numbers[chain]
         corners[edge.start], corners[edge.end] = (int(chain[0]), level, above), (int(chain[-1]), level, above)
     for edge in solid.edges:
