@@ -17,6 +17,7 @@ FOUNDATION = {
     "stack",
     "cells",
     "mesh",
+    "record",
     "quality",
     "errors",
     "libraries",
@@ -97,7 +98,7 @@ def test_opencascade_stays_in_cad_and_gmsh_in_its_session(path: Path):
         assert "gmsh" not in roots, f"{path} opens gmsh outside gmsh_session.py"
 
 
-CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "quality", "errors"}
+CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "record", "quality", "errors"}
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if stage_of(p) in CORE], ids=str)

@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,8 @@ def mesh_file(
         on_progress("write", None)
         start = time.perf_counter()
         write(mesh, output)
-        mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+        seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
+        mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
     if nodes is not None:
         from ..io.atomic import replaced_file
 

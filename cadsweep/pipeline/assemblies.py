@@ -57,10 +57,9 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     if len(meshes) == 1:
         return meshes[0]
     mesh = side_by_side(meshes)
-    mesh.info["part"], mesh.info["seconds"] = part.name, run.seconds
     with run.stage("quality"):
-        mesh.info["quality"] = check_mesh(mesh, cad={})
-    return mesh
+        report = check_mesh(mesh, cad={})
+    return replace(mesh, info={**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report})
 
 
 def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
@@ -149,8 +150,7 @@ def expand(path: str | PathLike[str]) -> HexMesh:
         The file is missing, damaged, or something else.
     """
     mesh = load_factors(path).to_mesh()
-    mesh.info["quality"] = check_mesh(mesh)
-    return mesh
+    return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
 
 
 def stream_mesh(

@@ -200,7 +200,7 @@ def finish(
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
-    mesh.info["quality"] = report
+    mesh = replace(mesh, info={**mesh.info, "quality": report})
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
     return mesh
