@@ -109,6 +109,11 @@ class SweepOptions:
         Return a mesh that is not valid, marked so, instead of raising.
     refine : int
         How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
+    decompose : bool
+        Cut a solid that no sweep fits into cells.
+    cuts : sequence or None
+        Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
+        CadQuery shapes.
     max_hexes : int or None
         Refuse larger meshes before work starts; None allows what the memory holds.
     max_memory : float or None
@@ -138,6 +143,8 @@ class SweepOptions:
     nodes: int = 20
     allow_inverted: bool = False
     refine: int = 0
+    decompose: bool = True
+    cuts: Sequence[Any] | None = None
     max_hexes: int | None = None
     max_memory: float | None = None
 

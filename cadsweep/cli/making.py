@@ -28,6 +28,15 @@ TOUCH = click.option(
 )
 
 
+CUT = click.option(
+    "--cut",
+    "cuts",
+    multiple=True,
+    metavar="PLANE|FACE|FILE",
+    help="Cut the part first: 'plane z=3', 'plane 1,1,0,2.5', 'face 12' extended, or the faces of a file; repeatable.",
+)
+
+
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
@@ -133,6 +142,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="K",
             help="Make every hexahedron of the finished mesh into eight, K times; new nodes lie on the CAD model.",
         ),
+        CUT,
+        click.option(
+            "--decompose/--no-decompose",
+            default=True,
+            show_default=True,
+            help="Cut a solid that no sweep fits into cells.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
     ]
@@ -152,6 +168,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["size"] = plain[-1] if plain else None
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    given["cuts"] = list(given["cuts"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)

@@ -166,6 +166,46 @@ def describe_part(
     return plain(data)
 
 
+def cut_file(
+    source: str,
+    output: str,
+    *,
+    cuts: list[str],
+    params: dict[str, Any] | None,
+    part: str | None,
+    touch: float | None,
+    on_progress: Progress,
+) -> dict[str, Any]:
+    """Cut a part into cells that sweep, and write them as solids; returns the cells and the cuts."""
+    from ..cad import write_cells
+    from ..io.atomic import check_place
+    from ..pipeline import decompose, load
+
+    output = os.path.abspath(output)  # a script may change the working folder
+    check_place(Path(output))
+    on_progress("cad", None)
+    loaded = load(source, params=params, part=part, touch=touch)
+    on_progress("decomposition", None)
+    cells = decompose(loaded, cuts=cuts)
+    on_progress("write", None)
+    names = write_cells(cells, Path(output))
+    return plain(
+        {
+            "cells": [
+                {
+                    "name": name,
+                    "part": cells.models[owner].name,
+                    "volume": solid.volume * cells.scale**3,
+                    "n_faces": len(solid.faces),
+                }
+                for name, owner, solid in zip(names, cells.owners, cells.solids, strict=True)
+            ],
+            "cuts": cells.cuts,
+            "notes": cells.notes,
+        }
+    )
+
+
 def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:
     """Every figure of a mesh file, and the report's text."""
     from ..io import read
