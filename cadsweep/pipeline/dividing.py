@@ -6,7 +6,8 @@ as short there, and there alone, mend that at the price of a few more hexes; the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from dataclasses import replace
 
 from .. import estimate, intervals, surface
 from ..brep import Part
@@ -14,7 +15,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
-from .hints import Hints, resolve_hints
+from .hints import Hints
 from .run import Run
 
 MOST_HALVINGS = 3
@@ -22,9 +23,22 @@ MOST_HALVINGS = 3
 
 
 def mesh_boundary(
-    part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool
+    part: Part,
+    sweep: Sweep,
+    options: SweepOptions,
+    run: Run,
+    hints: Hints,
+    *,
+    streamed: bool,
+    check: Callable[[estimate.Estimate], None],
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Settle the counts and mesh caps and sides.
+
+    Parameters
+    ----------
+    hints : Hints
+    check : callable
+        Raises where the mesh, as it is expected or made, is too large; beside the limits of the options.
 
     Returns
     -------
@@ -38,52 +52,32 @@ def mesh_boundary(
     InputError, SurfaceMeshError
         As by the stages; a cap that cannot be meshed with shorter segments either.
     """
-    hints = resolve_hints(part, sweep, options)
-
-    def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
-        counts = _count(part, sweep, options, run, Hints(sizes=sizes, counts=hints.counts), streamed=streamed)
-        return counts, lambda: surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
-
-    return divide_until_meshed(sweep, hints.sizes, hints.counts, attempt, run)
-
-
-def divide_until_meshed(
-    sweep: Sweep,
-    sizes: dict[int, float],
-    demanded: Iterable[tuple[int, ...]],
-    attempt: Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]],
-    run: Run,
-) -> tuple[Intervals, SurfaceMesh, list[str]]:
-    """Mesh a boundary, with segments twice as short wherever that could not be meshed.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    sizes : dict of int to float
-        Sizes of edges that the user asks for; they stay.
-    demanded : edges whose counts are demanded; these stay, too
-    attempt : callable
-        Sizes of edges to their counts, and what meshes the boundary with these.
-    run : Run
-    """
-    wished = dict(sizes)
-    fixed = {e for edges in demanded for e in edges} | set(sizes)
+    wished = dict(hints.sizes)
+    demanded = {e for edges in hints.counts for e in edges}
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
-        counts, mesh = attempt(wished)
+        counts = _count(part, sweep, options, run, replace(hints, sizes=wished), streamed=streamed)
+        check(estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed))
         try:
             with run.stage("surface"):
-                surfaces = mesh()
+                surfaces = surface.mesh_surfaces(
+                    sweep, counts, bias=options.bias, fractions=options.fractions, sizes=hints.inside
+                )
         except SurfaceMeshError as error:
             first = first or error
             shorter = {
-                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
+                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e]))
+                for e in error.edges
+                if e not in hints.wished and e not in demanded
             }
             if not shorter:
                 raise first from None
             wished |= shorter
             continue
-        finer = len(wished) - len(sizes)
+        made = estimate.estimate_made(sweep, counts, surfaces, scale=part.scale, streamed=streamed)
+        estimate.check_budget(made, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        check(made)
+        finer = sum(e not in hints.sizes or wished[e] < hints.sizes[e] for e in wished)
         return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
     assert first is not None
     raise first

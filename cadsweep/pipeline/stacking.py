@@ -16,28 +16,22 @@ import numpy as np
 from .. import cad, estimate, intervals, stacks, surface
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
-from ..errors import CadSweepError, InputError, NotSweepableError, SurfaceMeshError
-from ..mesh import HexMesh, QuadMesh, SurfaceMesh
+from ..errors import CadSweepError, InputError, NotSweepableError
+from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
-from .dividing import divide_until_meshed
 from .parts import only_solid
 from .run import Run
 from .several import finish
-from .stack_hints import StackHints, resolve_stack_hints, weigh_layers
+from .stack_hints import resolve_stack_hints, weigh_layers
+from .stack_plane import mesh_plane
 
 log = logging.getLogger(__name__)
 
 MOST_DIRECTIONS = 6
 """Directions whose outlines are divided by each other, those with the flattest and fewest caps first."""
-
-MOST_REFINED = 2
-"""How often the segments around poor quads are halved."""
-
-MOST_GROWTH = 3.0
-"""Quads, as a multiple of those before, beyond which better ones are too dear."""
 
 MOST_STACKS = 3
 """Stacks of one solid that are tried before the first one's error is raised."""
@@ -158,39 +152,10 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     return replace(best, info={**best.info, "notes": notes})
 
 
-Attempt = Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
-
-
-def _mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> tuple[QuadMesh, list[str]]:
-    """Mesh the arrangement, again with segments twice as short around cells whose quads are poor, while that helps."""
-    counts, surfaces, notes = divide_until_meshed(stack.plan, hints.sizes, hints.counts, attempt, run)
-    best, sizes = surfaces.source, dict(hints.sizes)
-    poor, worst = stacks.find_poor_edges(stack, best)
-    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
-    for _ in range(MOST_REFINED):
-        shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
-        if not shorter:
-            break
-        sizes |= shorter
-        try:
-            counts, surfaces, more = divide_until_meshed(stack.plan, sizes, hints.counts, attempt, run)
-        except SurfaceMeshError:
-            break  # what there is has been meshed already
-        poor, found = stacks.find_poor_edges(stack, surfaces.source)
-        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) or found <= worst:
-            break
-        best, worst = surfaces.source, found
-        notes = [
-            f"{len(sizes) - len(hints.sizes)} outlines divided finer than their size asks, for better quads",
-            *more,
-        ]
-    return best, notes
-
-
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias"):
+    for name in ("fractions", "bias", "tolerance"):
         if getattr(options, name) is not None:
-            raise InputError(f"{name} goes with a plain sweep: the layers of a stack of columns end at its caps")
+            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
     assert not isinstance(sheets, str)
     hints = resolve_stack_hints(part, stack, sheets, options)
@@ -210,7 +175,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
-    quads, finer = _mesh_plane(stack, hints, attempt, run)
+    quads, finer = mesh_plane(stack, hints, attempt, run)
     with run.stage("assembly"):
         built = stacks.build_mesh(stack, levels, quads)
     faces = stack.solid.faces
