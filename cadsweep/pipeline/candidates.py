@@ -217,6 +217,7 @@ def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
         "parts": {factored.part: report.n_hexes},
         "volume": report.volume,
         "cad_volume": info["cad_volume"],
+        "distance": info["distance"],
         "seconds": info["seconds"],
         "sweeps": info["sweeps"],
         "material": info.get("material"),

@@ -153,7 +153,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 def _check_options(options: SweepOptions) -> None:
     """Refuse what means nothing to a stack."""
-    for name in ("bias", "fractions", "rail_layers", "sizes", "counts"):
+    for name in ("bias", "fractions", "rail_layers", "sizes", "counts", "tolerance"):
         if getattr(options, name):
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns")
     if options.order != 1:
