@@ -8,6 +8,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
     from .edit.cutters import Cutter
 
 __all__ = [
+    "ANNULI_NOTE",
+    "apply_cuts",
     "arrange",
+    "cut_along",
     "cut_cell",
     "cut_closed",
     "cut_ring",
@@ -38,6 +42,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "write_cells",
     "write_step",
 ]
 
@@ -49,6 +54,27 @@ def arrange(
     from .edit.arrangement import arrange as make
 
     return make(solid, direction, sides, lines)
+
+
+def apply_cuts(part: "Part", cuts: "Sequence[Any]") -> "Part":
+    """Cut by what a user asks for (:func:`cadsweep.cad.edit.user_cuts.apply_cuts`)."""
+    from .edit.user_cuts import apply_cuts as cut
+
+    return cut(part, cuts)
+
+
+def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":
+    """Cut a planar solid along polygons (:func:`cadsweep.cad.edit.polygons.cut_along`)."""
+    from .edit.polygons import cut_along as cut
+
+    return cut(part, polygons)
+
+
+def write_cells(part: "Part", path: "Path") -> list[str]:
+    """Write the cells as STEP (:func:`cadsweep.cad.writing.write_cells`)."""
+    from .writing import write_cells as write
+
+    return write(part, path)
 
 
 def cut_ring(part: "Part") -> "Part | None":

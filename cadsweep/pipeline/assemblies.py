@@ -21,7 +21,7 @@ from .several import mesh_complex, plan_cells, side_by_side
 from .shared_hints import check_words, local_hints, resolve_wishes
 from .subsets import chosen_solids, separated, subset, touching_groups
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
@@ -57,10 +57,9 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     if len(meshes) == 1:
         return meshes[0]
     mesh = side_by_side(meshes)
-    mesh.info["part"], mesh.info["seconds"] = part.name, run.seconds
     with run.stage("quality"):
-        mesh.info["quality"] = check_mesh(mesh, cad={})
-    return mesh
+        report = check_mesh(mesh, cad={})
+    return replace(mesh, info={**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report})
 
 
 def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:

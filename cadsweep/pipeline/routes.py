@@ -13,17 +13,19 @@ several solids  more than one solid                     cells that touch on one 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from .. import cad
 from ..brep import Part
-from ..errors import CadSweepError, InputError
+from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
 from .attempts import find_candidates
 from .candidates import first_good
-from .decomposing import mesh_decomposed
+from .decomposing import mesh_decomposed, mesh_user_cut
 from .making import make_mesh
 from .parts import load
 from .run import Run
@@ -46,6 +48,8 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
     part = open_part(source, options, run)
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
+    if options.cuts:
+        return mesh_user_cut(part, options, run)
     if len(part.solids) > 1:
         return mesh_assembly(part, options, run, mesh_solid)
     return mesh_solid(part, options, run)
@@ -54,7 +58,8 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part of one solid by the first way that does."""
     refused: CadSweepError | None = None
-    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut):
+    ways = (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut)
+    for way in ways if options.decompose else ways[:2]:
         try:
             return way(part, options, run, refused)
         except InputError:
@@ -66,8 +71,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
-    """By one sweep."""
+    """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
+    if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
+        with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
+            return mesh_stacks_instead(part, options, run, NotSweepableError("no sweep of the part as it is"))
     mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh
