@@ -63,6 +63,9 @@ class SweepOptions:
     ----------
     size : float or None
         Wanted edge length of the quads on the source cap; None derives it from the part.
+    tolerance : float or None
+        Greatest distance of the mesh's boundary from the CAD faces, measured; edges, sides and caps are divided as
+        finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None
@@ -107,6 +110,8 @@ class SweepOptions:
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
+    allow_coarse : bool
+        Return a mesh whose volume or area is more than 5 % off the CAD's.
     refine : int
         How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
     decompose : bool
@@ -114,13 +119,15 @@ class SweepOptions:
     cuts : sequence or None
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
         CadQuery shapes.
-    max_hexes : int or None
-        Refuse larger meshes before work starts; None allows what the memory holds.
+    max_hexes : int, math.inf or None
+        Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
+        what the memory holds.
     max_memory : float or None
         Memory for the run in GB; None takes what the machine has.
     """
 
     size: float | None = None
+    tolerance: float | None = None
     layers: int | None = None
     bias: float | tuple[float, float] | None = None
     fractions: Sequence[float] | None = None
@@ -142,15 +149,17 @@ class SweepOptions:
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
+    allow_coarse: bool = False
     refine: int = 0
     decompose: bool = True
     cuts: Sequence[Any] | None = None
-    max_hexes: int | None = None
+    max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
-        if self.size is not None:
-            _positive("size", self.size)
+        for name in ("size", "tolerance", "max_memory"):
+            if getattr(self, name) is not None:
+                _positive(name, getattr(self, name))
         if self.layers is not None:
             _count("layers", self.layers)
             if self.layers > 10**8:
@@ -180,9 +189,8 @@ class SweepOptions:
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
-        for name in ("max_hexes", "max_memory"):
-            if getattr(self, name) is not None:
-                _positive(name, getattr(self, name))
+        if self.max_hexes is not None and self.max_hexes != math.inf:
+            _positive("max_hexes", self.max_hexes)
 
     def _check_fractions(self, fractions: Sequence[float]) -> None:
         values = list(fractions)

@@ -27,6 +27,7 @@ def mesh_file(
     output: str | None,
     *,
     options: dict[str, Any],
+    writing: dict[str, Any] | None = None,
     stream: bool = False,
     nodes: str | None = None,
     on_progress: Progress,
@@ -55,7 +56,7 @@ def mesh_file(
     if output is not None:
         on_progress("write", None)
         start = time.perf_counter()
-        write(mesh, output)
+        write(mesh, output, **(writing or {}))
         seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
         mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
     if nodes is not None:
@@ -66,7 +67,9 @@ def mesh_file(
     return summarise(mesh)
 
 
-def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str, Any]:
+def expand_file(
+    factors: str, output: str, *, writing: dict[str, Any] | None = None, on_progress: Progress
+) -> dict[str, Any]:
     """Multiply a file of factors out to a mesh file."""
     from ..io import check_destination, write
     from ..pipeline import expand
@@ -75,7 +78,7 @@ def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str
     on_progress("expand", None)
     mesh = expand(factors)
     on_progress("write", 0.0)
-    write(mesh, output)
+    write(mesh, output, **(writing or {}))
     return summarise(mesh)
 
 

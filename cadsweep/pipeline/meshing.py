@@ -57,10 +57,10 @@ def sweep_mesh(
     on_progress : callable or None
         Called with the stage and the done fraction of it.
     **options
-        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
+        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
         ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``max_hexes``, ``max_memory``, ``refine``.
+        ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
