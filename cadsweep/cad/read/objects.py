@@ -32,9 +32,11 @@ def read_object(source: Any) -> Model | None:
     InputError
         It is a Workplane that holds something else, such as a sketch or a point.
     """
+    return _read_several(source) if isinstance(source, list | tuple) else _read_one(source)
+
+
+def _read_one(source: Any) -> Model | None:
     name = type(source).__name__
-    if isinstance(source, list | tuple):
-        return _read_several(source)
     if isinstance(source, TopoDS_Shape):
         return Model(shape=_not_null(source, name), source=name)
     is_assembly = hasattr(source, "toCompound") and hasattr(source, "traverse") and hasattr(source, "children")
@@ -52,7 +54,7 @@ def read_object(source: Any) -> Model | None:
         return model
     built = getattr(source, "part", None)
     if wrapped is None and hasattr(built, "wrapped"):  # a builder of build123d holds what it has built
-        return read_object(built)
+        return _read_one(built)
     if hasattr(source, "vals") and hasattr(source, "workplane"):
         return _read_workplane(source, name)
     if hasattr(source, "wrapped") and wrapped is None:
