@@ -85,6 +85,10 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
         if path.is_dir():
             raise InputError(f"{path}: this is a folder; name a file in it.")
         suffix = path.suffix.lower()
+        if suffix in (".fcstd", ".fcstd1"):
+            raise InputError(
+                f"{path}: FreeCAD documents are not read: export the part as STEP (File, Export) and take that."
+            )
         if suffix not in SCRIPTS + FILES:
             raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")
         if not path.is_file():
