@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
+    from .pipeline import decompose, find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -43,6 +43,7 @@ _HOMES = {
     "Part": "brep",
     "QualityReport": "quality",
     "Sweep": "sweep",
+    "decompose": "pipeline",
     "find_sweeps": "pipeline",
     "load": "pipeline",
     "refine": "pipeline",
@@ -67,6 +68,7 @@ __all__ = [
     "UnknownNameError",
     "WorkerError",
     "__version__",
+    "decompose",
     "find_sweeps",
     "load",
     "read",

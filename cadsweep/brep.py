@@ -396,6 +396,8 @@ class Part:
         For every cell the index into `models` of the solid that it is a piece of; by default, each its own.
     models : tuple of ModelSolid
         The solids of the model; by default, those that the cells are.
+    cuts : tuple of str
+        Along what the solids were cut, a line a cut.
     """
 
     solids: tuple[Solid, ...]
@@ -406,6 +408,7 @@ class Part:
     names: dict[str, str] = field(default_factory=dict)
     owners: tuple[int, ...] = ()
     models: tuple[ModelSolid, ...] = ()
+    cuts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.owners:

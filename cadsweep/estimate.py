@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 from .errors import InputError
 from .machine import GIGABYTE, free_memory
+from .mesh import SurfaceMesh
 from .sweep import Intervals, Sweep
 
 BYTES_PER_HEX = 400
@@ -32,6 +33,11 @@ BASE_BYTES = 600e6
 SECONDS_PER_HEX = 1.5e-6
 SECONDS_PER_QUAD = 1e-4
 
+MOST_HEXES = 5_000_000
+"""Hexahedra of a mesh in memory from which on a size is taken for a slip, unless the user names a limit."""
+
+TENTH = 0.1
+"""The part of a refused mesh that the message gives a size for."""
 
 LARGEST_COUNT = 10**60
 """Counts beyond are all the same: too many."""
@@ -90,6 +96,16 @@ def estimate(sweep: Sweep, intervals: Intervals, *, scale: float = 1.0, streamed
     """
     n_edges = sum(int(intervals.counts[edge]) for loop in sweep.source_loops for edge, _ in loop)
     return _from_counts(sweep, intervals.size, intervals.n_layers, n_edges, scale=scale, streamed=streamed)
+
+
+def estimate_made(
+    sweep: Sweep, intervals: Intervals, surfaces: SurfaceMesh, *, scale: float = 1.0, streamed: bool = False
+) -> Estimate:
+    """What a sweep costs whose boundary is meshed: its hexahedra are counted."""
+    n_quads = len(surfaces.source.quads)
+    n_layers = len(surfaces.rings) - 1
+    made = estimate(sweep, intervals, scale=scale, streamed=streamed)
+    return _with_counts(made, n_quads, n_layers)
 
 
 def estimate_size(
@@ -152,26 +168,32 @@ def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scal
     n_edges = max(n_edges, _bounded(_loops_length(sweep) / size))
     # The boundary has its own count: a cap with many short edges holds more quads than its area says.
     n_quads = max(1, _bounded(_cap_area(sweep) / size**2 if size > 1e-150 else math.inf), n_edges // 4)
+    unknown = Estimate(
+        n_quads=0, n_layers=0, n_hexes=0, n_bytes=0, seconds=0.0,
+        size=size * scale, largest=sweep.solid.size * scale, streamed=streamed,
+    )  # fmt: skip
+    return _with_counts(unknown, n_quads, n_layers)
+
+
+def _with_counts(expected: Estimate, n_quads: int, n_layers: int) -> Estimate:
     n_hexes = n_quads * n_layers
-    return Estimate(
+    return replace(
+        expected,
         n_quads=n_quads,
         n_layers=n_layers,
         n_hexes=n_hexes,
-        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
+        n_bytes=int(_bytes(n_quads, n_hexes, expected.streamed)),
         seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
-        size=size * scale,
-        largest=sweep.solid.size * scale,
-        streamed=streamed,
     )
 
 
-def check_budget(expected: Estimate, *, max_hexes: int | None = None, max_memory: float | None = None) -> None:
+def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memory: float | None = None) -> None:
     """Refuse a mesh that is too large.
 
     Parameters
     ----------
-    max_hexes : int or None
-        None: as many as the memory holds.
+    max_hexes : float or None
+        None: `MOST_HEXES` in memory, and no limit where it is streamed; ``math.inf``: as many as the memory holds.
     max_memory : float or None
         GB; None: nine tenths of what this machine, or this container, has free.
 
@@ -181,9 +203,20 @@ def check_budget(expected: Estimate, *, max_hexes: int | None = None, max_memory
         With the figures, and the size that would fit.
     """
     budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
-    most = math.inf if max_hexes is None else max_hexes
+    by_itself = max_hexes is None and not expected.streamed
+    most = MOST_HEXES if by_itself else math.inf if max_hexes is None else max_hexes
     if expected.n_hexes <= most and expected.n_bytes <= budget:
         return
+    if by_itself and expected.n_hexes > most:
+        tenth = max(1.0, TENTH * expected.n_hexes)
+        ways = _ways_out(expected, budget, min(tenth, most))[:-1]
+        if tenth <= most:
+            ways = [way.replace("or more", "for a tenth of it") for way in ways]
+        ways.append("raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)")
+        raise InputError(
+            f"the mesh would have {expected}, more than the {MOST_HEXES:,} that are made without asking; "
+            + ", or ".join(ways)
+        )
     limit = f"{_count(int(most))} hexes" if expected.n_hexes > most else f"{_memory(budget)} of memory"
     ways = _ways_out(expected, budget, most)
     raise InputError(f"the mesh would have {expected}, beyond the limit of {limit}; " + ", or ".join(ways))

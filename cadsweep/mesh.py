@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
 from .errors import UnknownNameError
+from .record import MeshRecord
 
 if TYPE_CHECKING:
     from .quality import QualityReport
@@ -122,10 +123,9 @@ class HexMesh:
         Quads between two parts, outward from the one that the name begins with.
     structure : SweptStructure or None
         Quads times layers, where the mesh is one sweep of order 1.
-    info : dict
-        What is known of its making: ``cad_volume``, ``seconds`` by stage, ``sweeps``, ``names``, ``notes``;
-        ``part`` and ``material``: what the CAD model calls them; ``colors``: those of the CAD model,
-        ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
+    info : MeshRecord
+        What is known of its making, as a read-only mapping (:mod:`cadsweep.record` explains its keys); a mapping that
+        is handed over becomes one.
     parents : (m,) int64 or None
         Of a refined mesh (:func:`cadsweep.refine`): the hex of the unrefined mesh that each hex is a piece of.
     origin : object or None
@@ -139,7 +139,7 @@ class HexMesh:
     parts: dict[str, IntArray] = field(default_factory=dict)
     interfaces: dict[str, IntArray] = field(default_factory=dict)
     structure: SweptStructure | None = None
-    info: dict[str, Any] = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=MeshRecord)
     parents: IntArray | None = None
     origin: Any = field(default=None, repr=False)
 
@@ -149,6 +149,7 @@ class HexMesh:
     def __post_init__(self) -> None:
         for field_name, kind in (("boundaries", "boundary"), ("interfaces", "interface"), ("parts", "part")):
             object.__setattr__(self, field_name, NamedArrays(kind, getattr(self, field_name)))
+        object.__setattr__(self, "info", MeshRecord.of(self.info))
 
     def __repr__(self) -> str:
         lines = [f"HexMesh: {self.n_hexes:,} hexes of order {self.order}, {self.n_nodes:,} nodes"]
@@ -156,6 +157,12 @@ class HexMesh:
         if len(self.parts) > 1 or self.interfaces:
             lines.append(f"  parts: {_counted(self.parts, 'hexes')}; interfaces: {_counted(self.interfaces, 'quads')}")
         return "\n".join(lines)
+
+    @property
+    def record(self) -> MeshRecord:
+        """What is known of its making, by typed fields."""
+        assert isinstance(self.info, MeshRecord)
+        return self.info
 
     @property
     def order(self) -> int:

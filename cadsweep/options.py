@@ -17,6 +17,7 @@ from .errors import InputError
 
 FUNCTIONALS = ("F", "G", "H")
 STRATEGIES = ("source", "advancing", "both")
+INTERFACES = ("shared", "separate")
 
 
 def _positive(name: str, value: Any) -> None:
@@ -44,6 +45,11 @@ def _one_of(name: str, value: Any, choices: Sequence[Any]) -> None:
         raise InputError(f"{name} must be one of {', '.join(map(str, choices))}, not {value!r}")
 
 
+def _names(name: str, value: Any) -> None:
+    if value is not None and (isinstance(value, str) or not all(isinstance(word, str) for word in value)):
+        raise InputError(f"{name} must be a list of names, not {value!r}")
+
+
 def _name_or_number(name: str, value: Any) -> None:
     if value is not None and (isinstance(value, bool) or not isinstance(value, str | int)):
         raise InputError(f"{name} must be a name or a number, not {value!r}")
@@ -57,6 +63,9 @@ class SweepOptions:
     ----------
     size : float or None
         Wanted edge length of the quads on the source cap; None derives it from the part.
+    tolerance : float or None
+        Greatest distance of the mesh's boundary from the CAD faces, measured; edges, sides and caps are divided as
+        finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None
@@ -91,21 +100,34 @@ class SweepOptions:
         Which solid of an assembly: its name, or its number from 0.
     touch : float or None
         Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
+    interfaces : {"shared", "separate"}
+        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs.
+    only, skip : sequence of str or None
+        Solids of an assembly to be meshed, or not to be meshed, by name.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
         Nodes of a hexahedron of order 2.
     allow_inverted : bool
         Return a mesh that is not valid, marked so, instead of raising.
+    allow_coarse : bool
+        Return a mesh whose volume or area is more than 5 % off the CAD's.
     refine : int
         How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
-    max_hexes : int or None
-        Refuse larger meshes before work starts; None allows what the memory holds.
+    decompose : bool
+        Cut a solid that no sweep fits into cells.
+    cuts : sequence or None
+        Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
+        CadQuery shapes.
+    max_hexes : int, math.inf or None
+        Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
+        what the memory holds.
     max_memory : float or None
         Memory for the run in GB; None takes what the machine has.
     """
 
     size: float | None = None
+    tolerance: float | None = None
     layers: int | None = None
     bias: float | tuple[float, float] | None = None
     fractions: Sequence[float] | None = None
@@ -121,16 +143,23 @@ class SweepOptions:
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
+    interfaces: str = "shared"
+    only: Sequence[str] | None = None
+    skip: Sequence[str] | None = None
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False
+    allow_coarse: bool = False
     refine: int = 0
-    max_hexes: int | None = None
+    decompose: bool = True
+    cuts: Sequence[Any] | None = None
+    max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
-        if self.size is not None:
-            _positive("size", self.size)
+        for name in ("size", "tolerance", "max_memory"):
+            if getattr(self, name) is not None:
+                _positive(name, getattr(self, name))
         if self.layers is not None:
             _count("layers", self.layers)
             if self.layers > 10**8:
@@ -146,6 +175,9 @@ class SweepOptions:
             self._check_fractions(self.fractions)
         _one_of("functional", self.functional, FUNCTIONALS)
         _one_of("strategy", self.strategy, STRATEGIES)
+        _one_of("interfaces", self.interfaces, INTERFACES)
+        _names("only", self.only)
+        _names("skip", self.skip)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:
@@ -157,9 +189,8 @@ class SweepOptions:
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
-        for name in ("max_hexes", "max_memory"):
-            if getattr(self, name) is not None:
-                _positive(name, getattr(self, name))
+        if self.max_hexes is not None and self.max_hexes != math.inf:
+            _positive("max_hexes", self.max_hexes)
 
     def _check_fractions(self, fractions: Sequence[float]) -> None:
         values = list(fractions)

@@ -1,6 +1,7 @@
 """The rules that keep the layout: who may import whom, and what the first import costs."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ FOUNDATION = {
     "stack",
     "cells",
     "mesh",
+    "record",
     "quality",
     "errors",
     "libraries",
@@ -97,7 +99,7 @@ def test_opencascade_stays_in_cad_and_gmsh_in_its_session(path: Path):
         assert "gmsh" not in roots, f"{path} opens gmsh outside gmsh_session.py"
 
 
-CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "quality", "errors"}
+CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "record", "quality", "errors"}
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if stage_of(p) in CORE], ids=str)
@@ -119,3 +121,14 @@ def test_the_first_import_is_light():
     code = "import sys, cadsweep; print([m for m in ('OCP', 'cadquery', 'gmsh', 'numba', 'scipy') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_page_names_rooms_and_modules_that_are_there():
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rooms = set(re.findall(r"\*\*`([a-z0-9_]+)/`", page))
+    packages = {p.parent.name for p in PACKAGE.glob("*/__init__.py")}
+    also = set(re.findall(r"`(isolation|batch|cli|view)/`", page))
+    assert rooms | also == packages
+    modules = re.findall(r"`((?:[a-z0-9_]+/)+[a-z0-9_]+\.py)", page)
+    assert len(modules) > 10
+    assert [m for m in modules if not ((PACKAGE / m).exists() or (PACKAGE.parent / m).exists())] == []

@@ -11,7 +11,7 @@ overlap, and a boundary is all quads of the owners with its name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..cells import SweptStructure, side_quads, sweep_hexes
 from ..mesh import HexMesh, SurfaceMesh
+from ..record import MeshRecord
 from ..sweep import Sweep
 from .naming import name_pieces
 from .patches import own_quads
@@ -52,7 +53,7 @@ class FactoredMesh:
     scale : float
     offset : (3,) float64
         From working to model units, as in ``brep.Part``.
-    info : dict
+    info : MeshRecord
     """
 
     sweep: FactoredSweep
@@ -66,7 +67,10 @@ class FactoredMesh:
     part: str = "part"
     scale: float = 1.0
     offset: FloatArray = field(default_factory=lambda: np.zeros(3))
-    info: dict[str, Any] = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=MeshRecord)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "info", MeshRecord.of(self.info))
 
     @property
     def n_node_layers(self) -> int:
@@ -80,7 +84,7 @@ class FactoredMesh:
 
     def noted(self, notes: Sequence[str]) -> FactoredMesh:
         """The same with more notes."""
-        return replace(self, info={**self.info, "notes": [*self.info.get("notes", []), *notes]})
+        return replace(self, info={**self.info, "notes": [*self.info.get("notes", []), *notes]}) if notes else self
 
     def points(self, start: int = 0, stop: int | None = None, *, out: FloatArray | None = None) -> FloatArray:
         """Nodes of the layers ``start`` to ``stop`` (exclusive), (layers, n_nodes, 3), model units."""
@@ -157,7 +161,7 @@ def factor_mesh(
     part: str = "part",
     scale: float = 1.0,
     offset: FloatArray | None = None,
-    info: dict[str, Any] | None = None,
+    info: Mapping[str, Any] | None = None,
 ) -> FactoredMesh:
     """Join the placed layers with the names of the CAD faces."""
     pieces = name_pieces(sweep)
@@ -176,12 +180,12 @@ def factor_mesh(
         n_layers=len(surfaces.rings) - 1,
         periodic=periodic,
     )
-    info = {} if info is None else info
+    notes = list((info or {}).get("notes", []))
     owners = {}
     first_names = [names[0] for names in owner_names]
     for role, ids, corners in _boundary_quads(surfaces, placed, target_faces):
         owners[role], shares = own_quads(ids, corners, sweep.solid.faces, table, patches)
-        info["notes"] = [*info.get("notes", []), *(share.describe(sweep.solid.faces, first_names) for share in shares)]
+        notes += [share.describe(sweep.solid.faces, first_names) for share in shares]
     return FactoredMesh(
         sweep=placed,
         structure=structure,
@@ -192,7 +196,7 @@ def factor_mesh(
         part=part,
         scale=scale,
         offset=np.zeros(3) if offset is None else offset,
-        info=info,
+        info={**(info or {}), "notes": notes},
     )
 
 

@@ -20,6 +20,7 @@ from ..mesh import HexMesh
 from ..quality import CadReference
 from .block import unite_quads
 from .joined import JoinedMesh, neighbours_of
+from .reference import area_doubt, volume_doubt
 
 Place = tuple[int, int]
 """A cell, and its id of a face."""
@@ -161,13 +162,21 @@ class _Reference:
         solids = [self.part.solids[cell] for cell in self.cells]
         scale = self.part.scale
         size = max(solid.size for solid in solids)
+        gap = max((max(solid.tolerance, *(edge.gap for edge in solid.edges)) for solid in solids), default=0.0)
+        doubts: dict[str, float] = {}
+        for (cell, face), given in self.names.items():
+            solid = self.part.solids[cell]
+            for name in given:
+                doubts[name] = doubts.get(name, 0.0) + area_doubt(solid, solid.faces[face]) * scale**2
         return CadReference(
             volume=self.part.models[self.owner].volume * scale**3,
+            volume_doubt=sum(volume_doubt(solid) for solid in solids) * scale**3,
             areas={name: sum(face.area for face in faces) * scale**2 for name, faces in self.by_name.items()},
+            area_doubts=doubts,
             euler=self.euler(),
             distance=self.distance,
             rim_distance=self.rim_distance(),
-            tolerance=max(1e-6, 2.0 * max(solid.tolerance for solid in solids) / size),
+            tolerance=max(1e-6, 2.0 * gap / size),
         )
 
     def euler(self) -> int:

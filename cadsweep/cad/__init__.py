@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from .edit.cutters import Cutter
 
 __all__ = [
+    "apply_cuts",
     "arrange",
+    "cut_along",
     "cut_cell",
     "cut_closed",
     "cut_ring",
@@ -38,6 +40,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "write_cells",
     "write_step",
 ]
 
@@ -49,6 +52,27 @@ def arrange(
     from .edit.arrangement import arrange as make
 
     return make(solid, direction, sides, lines)
+
+
+def apply_cuts(part: "Part", cuts: "Sequence[Any]") -> "Part":
+    """Cut by what a user asks for (:func:`cadsweep.cad.edit.user_cuts.apply_cuts`)."""
+    from .edit.user_cuts import apply_cuts as cut
+
+    return cut(part, cuts)
+
+
+def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":
+    """Cut a planar solid along polygons (:func:`cadsweep.cad.edit.polygons.cut_along`)."""
+    from .edit.polygons import cut_along as cut
+
+    return cut(part, polygons)
+
+
+def write_cells(part: "Part", path: "Path") -> list[str]:
+    """Write the cells as STEP (:func:`cadsweep.cad.writing.write_cells`)."""
+    from .writing import write_cells as write
+
+    return write(part, path)
 
 
 def cut_ring(part: "Part") -> "Part | None":

@@ -21,6 +21,7 @@ COMMANDS = {
     "expand": "making",
     "batch": "making",
     "info": "looking",
+    "cut": "cutting",
     "check": "looking",
     "view": "looking",
     "report": "looking",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,12 @@ from typing import Any
 import click
 
 from ..errors import CadSweepError, InputError
-from ..options import FUNCTIONALS, STRATEGIES, SweepOptions
+from ..options import FUNCTIONALS, INTERFACES, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Numbers, Positive, Shard, is_script, parse_cap, parse_parameter
+from .types import Assignment, Bias, Names, Numbers, Positive, Shard, Size, is_script, parse_cap, parse_parameter
 from .worker import QUIET, VERBOSE, limits, run
+from .writing import take_writing_options, writing_options
 
 BIAS_HELP = (
     "Grading along the sweep: thickness of the last layer over the first's, or 'SOURCE,TARGET', "
@@ -28,10 +30,31 @@ TOUCH = click.option(
 )
 
 
+CUT = click.option(
+    "--cut",
+    "cuts",
+    multiple=True,
+    metavar="PLANE|FACE|FILE",
+    help="Cut the part first: 'plane z=3', 'plane 1,1,0,2.5', 'face 12' extended, or the faces of a file; repeatable.",
+)
+
+
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
-        click.option("--size", type=Positive(), help="Edge length of the quads on the source cap, model units."),
+        click.option(
+            "--size",
+            type=Size(),
+            multiple=True,
+            metavar="S|SOLID=S",
+            help="Edge length of the quads, model units; of one solid of an assembly: gasket=0.5; may be repeated.",
+        ),
+        click.option(
+            "--tolerance",
+            type=Positive(),
+            metavar="T",
+            help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
+        ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
         click.option("--fractions", type=Numbers(), help="Places of the layers, rising from 0 to 1: 0,0.1,0.4,1."),
@@ -60,6 +83,15 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         PART,
         TOUCH,
+        click.option(
+            "--interfaces",
+            type=click.Choice(INTERFACES),
+            default="shared",
+            show_default=True,
+            help="Whether solids that touch share nodes, or get contacts named in pairs.",
+        ),
+        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
+        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -118,8 +150,23 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="K",
             help="Make every hexahedron of the finished mesh into eight, K times; new nodes lie on the CAD model.",
         ),
+        CUT,
+        click.option(
+            "--decompose/--no-decompose",
+            default=True,
+            show_default=True,
+            help="Cut a solid that no sweep fits into cells.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
-        click.option("--max-hexes", type=click.IntRange(min=1), help="Refuse a larger mesh before work starts."),
+        click.option(
+            "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."
+        ),
+        click.option(
+            "--max-hexes",
+            type=click.IntRange(min=1),
+            help="Refuse a larger mesh before work starts; without it, one of more than 5 million in memory.",
+        ),
+        click.option("--yes", is_flag=True, help="Make the mesh, however large it is."),
     ]
     for option in reversed(options):
         command = option(command)
@@ -132,8 +179,16 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     if pairs and not is_script(source):
         raise click.UsageError(f"--param goes with a CadQuery script (.py), and {source} is none")
     given["params"] = {name: parse_parameter(text) for name, text in pairs} or None
-    given["sizes"] = dict(given["sizes"] + given.pop("edge_sizes")) or None
+    plain = [size for name, size in given["size"] if name is None]
+    by_solid = tuple((name, size) for name, size in given["size"] if name is not None)
+    given["size"] = plain[-1] if plain else None
+    given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    if given.pop("yes"):
+        if given["max_hexes"] is not None:
+            raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
+        given["max_hexes"] = math.inf
+    given["cuts"] = list(given["cuts"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)
@@ -146,6 +201,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
 @sweep_options
+@writing_options
 @click.option(
     "--like",
     metavar="BASE.sweep.npz",
@@ -170,9 +226,12 @@ def mesh(
     **given: Any,
 ) -> None:
     """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
+    check_suffix(output)
+    writing = take_writing_options(output, given)
     options = checked_options(input_file, given)
     options["max_memory"] = max_memory
-    check_suffix(output)
+    if writing and (stream or is_rank() or output.endswith(".sweep.npz")):
+        raise click.UsageError("--scale and --units go with files that are written whole")
     if stream and (Path(output).suffix.lower() != ".vtkhdf" or options["order"] != 1):
         raise click.UsageError("--stream writes meshes of order 1 to .vtkhdf files")
     if like is not None:
@@ -191,6 +250,7 @@ def mesh(
         output,
         stream=stream,
         options=options,
+        writing=writing,
         output=output,
         timeout=timeout,
         max_memory=max_memory,
@@ -209,13 +269,33 @@ def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: boo
 @click.command(short_help="Make a mesh from its factors.")
 @click.argument("factors", metavar="PART.sweep.npz")
 @click.option("-o", "--output", required=True, metavar="OUT", help="The mesh file; its suffix names the format.")
+@writing_options
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
-def expand(*, factors: str, output: str, timeout: float, max_memory: float | None, as_json: bool, quiet: bool) -> None:
+def expand(
+    *,
+    factors: str,
+    output: str,
+    timeout: float,
+    max_memory: float | None,
+    as_json: bool,
+    quiet: bool,
+    **given: Any,
+) -> None:
     """Multiply the factors of a sweep out to a mesh file: the same mesh, bit for bit."""
     check_suffix(output)
-    summary = run("expand_file", factors, output, output=output, timeout=timeout, max_memory=max_memory, quiet=quiet)
+    writing = take_writing_options(output, given)
+    summary = run(
+        "expand_file",
+        factors,
+        output,
+        writing=writing,
+        output=output,
+        timeout=timeout,
+        max_memory=max_memory,
+        quiet=quiet,
+    )
     _announce(summary, output, as_json=as_json, quiet=quiet)
 
 

@@ -72,6 +72,33 @@ class Shard(click.ParamType):
         return int(number), int(of)
 
 
+class Names(click.ParamType):
+    """Names with commas between them."""
+
+    name = "name,name,..."
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        names = tuple(word.strip() for word in value.split(","))
+        if not all(names):
+            self.fail(f"{value!r} is no list of names with commas between them", param, ctx)
+        return names
+
+
+class Size(click.ParamType):
+    """A length, or ``SOLID=LENGTH`` for one solid of an assembly; a pair of the name (None) and the length."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        if "=" in value:
+            return Assignment(Positive()).convert(value, param, ctx)
+        return None, Positive().convert(value, param, ctx)
+
+
 class Assignment(click.ParamType):
     """``NAME=VALUE``, a pair; the value is made by `of`, and holds no ``=`` then. `prefix` goes before the name."""
 

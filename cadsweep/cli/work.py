@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ def mesh_file(
     output: str | None,
     *,
     options: dict[str, Any],
+    writing: dict[str, Any] | None = None,
     stream: bool = False,
     nodes: str | None = None,
     on_progress: Progress,
@@ -54,8 +56,9 @@ def mesh_file(
     if output is not None:
         on_progress("write", None)
         start = time.perf_counter()
-        write(mesh, output)
-        mesh.info.setdefault("seconds", {})["write"] = time.perf_counter() - start
+        write(mesh, output, **(writing or {}))
+        seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
+        mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
     if nodes is not None:
         from ..io.atomic import replaced_file
 
@@ -64,7 +67,9 @@ def mesh_file(
     return summarise(mesh)
 
 
-def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str, Any]:
+def expand_file(
+    factors: str, output: str, *, writing: dict[str, Any] | None = None, on_progress: Progress
+) -> dict[str, Any]:
     """Multiply a file of factors out to a mesh file."""
     from ..io import check_destination, write
     from ..pipeline import expand
@@ -73,7 +78,7 @@ def expand_file(factors: str, output: str, *, on_progress: Progress) -> dict[str
     on_progress("expand", None)
     mesh = expand(factors)
     on_progress("write", 0.0)
-    write(mesh, output)
+    write(mesh, output, **(writing or {}))
     return summarise(mesh)
 
 
@@ -162,6 +167,46 @@ def describe_part(
         for contact in find_contacts(loaded)
     ]
     return plain(data)
+
+
+def cut_file(
+    source: str,
+    output: str,
+    *,
+    cuts: list[str],
+    params: dict[str, Any] | None,
+    part: str | None,
+    touch: float | None,
+    on_progress: Progress,
+) -> dict[str, Any]:
+    """Cut a part into cells that sweep, and write them as solids; returns the cells and the cuts."""
+    from ..cad import write_cells
+    from ..io.atomic import check_place
+    from ..pipeline import decompose, load
+
+    output = os.path.abspath(output)  # a script may change the working folder
+    check_place(Path(output))
+    on_progress("cad", None)
+    loaded = load(source, params=params, part=part, touch=touch)
+    on_progress("decomposition", None)
+    cells = decompose(loaded, cuts=cuts)
+    on_progress("write", None)
+    names = write_cells(cells, Path(output))
+    return plain(
+        {
+            "cells": [
+                {
+                    "name": name,
+                    "part": cells.models[owner].name,
+                    "volume": solid.volume * cells.scale**3,
+                    "n_faces": len(solid.faces),
+                }
+                for name, owner, solid in zip(names, cells.owners, cells.solids, strict=True)
+            ],
+            "cuts": cells.cuts,
+            "notes": cells.notes,
+        }
+    )
 
 
 def check_file(path: str, *, on_progress: Progress) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from .demands import Demand
 from .layers import assign_layers
 from .loops import assign_loops, loop_edges
 from .naming import name_edges
-from .sizes import TURN_LAYER, TURN_SIZED, default_size, path_length, turning, wanted_counts
+from .sizes import TURN_LAYER, TURN_SIZED, default_layers, default_size, path_length, turning, wanted_counts
 
 log = logging.getLogger(__name__)
 
@@ -77,8 +77,7 @@ def assign_intervals(
 
     rails = set(sweep.rails)
     n_wanted = max(
-        path_length(sweep) / target_size,
-        2.0 if size is None else 1.0,
+        default_layers(sweep, target_size) if size is None else max(1.0, path_length(sweep) / target_size),
         _rail_turning(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
     )
     demands_along = [demand for demand in demands if rails.issuperset(demand.edges)]

@@ -17,6 +17,8 @@ WANTED_HEXES = 8_000
 """Hexes of a plain part where the user names no size."""
 MOST_HEXES = 60_000
 """Hexes up to which small features may refine a part where the user names no size."""
+LONGEST = 5.0
+"""Thickness of a layer over the size, where the user names none and the part is long beside its walls."""
 SEGMENTS_AROUND = 8
 SEGMENTS_ACROSS = 2
 TURN_DEFAULT = pi / 12
@@ -50,6 +52,20 @@ def default_size(sweep: Sweep) -> float:
     wanted = size_for(area, length, WANTED_HEXES)
     feature = min(wall / SEGMENTS_ACROSS, *(p / SEGMENTS_AROUND for p in perimeters))
     return max(min(wanted, feature), size_for(area, length, MOST_HEXES))
+
+
+def default_layers(sweep: Sweep, size: float) -> float:
+    """Wanted layers (a real number, at least 2) of a part whose size nobody named.
+
+    Layers are as thick as the size, and up to `LONGEST` times that where the hexes would be more than `MOST_HEXES`.
+    """
+    length = path_length(sweep)
+    area = sum(sweep.solid.faces[f].area for f in sweep.source)
+    outline = sum(sweep.solid.edges[e].length for loop in sweep.source_loops for e, _ in loop)
+    # A wall thinner than the size has two rows of quads between its sides, if it can be.
+    n_quads = max(area / size**2, outline / size)
+    cubes = length / size
+    return max(2.0, min(cubes, max(MOST_HEXES / n_quads, cubes / LONGEST)))
 
 
 def size_for(area: float, length: float, n_hexes: float) -> float:

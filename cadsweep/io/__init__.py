@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -23,6 +25,7 @@ from ..errors import CadSweepError, InputError
 from .atomic import check_place, replaced_file, replaced_folder
 
 if TYPE_CHECKING:  # the command asks for formats before anything is loaded that takes time
+    from ..arrays import IntArray
     from ..mesh import HexMesh
     from .labels import LabelledMesh
 
@@ -34,7 +37,7 @@ FORMATS: dict[str, str] = {
     ".vtu": "VTK XML unstructured grid: ParaView, PyVista",
     ".pvtu": "VTK XML unstructured grid in pieces, a rank each, from a distributed run: ParaView",
     ".vtkhdf": "VTK HDF5: ParaView, PyVista",
-    ".msh": "Gmsh MSH 4.1 binary, or 2.2 text with version='2.2': gmsh, dolfinx; OpenFOAM's gmshToFoam",
+    ".msh": "Gmsh MSH 4.1 binary, 2.2 text with version='2.2', Fluent with version='fluent': gmsh, dolfinx; OpenFOAM",
     ".inp": "Abaqus and CalculiX input, to be included in a deck",
     ".unv": "I-deas universal file: Code_Aster, Salome",
     ".med": "MED 4: Code_Aster, Salome",
@@ -42,6 +45,7 @@ FORMATS: dict[str, str] = {
     ".e": "Exodus II: ParaView, Cubit, MOOSE",
     ".exo": "Exodus II",
     ".mesh": "MFEM mesh 1.3",
+    ".su2": "SU2",
     ".polymesh": "OpenFOAM: a folder named polyMesh (case/constant/polyMesh)",
 }
 """Suffix to what it is. A path whose last name is ``polyMesh`` needs no suffix."""
@@ -60,6 +64,7 @@ _MODULES = {
     ".e": "exodus",
     ".exo": "exodus",
     ".mesh": "mfem_mesh",
+    ".su2": "su2",
     ".polymesh": "foam",
 }
 
@@ -84,7 +89,7 @@ def check_destination(path: str | PathLike[str]) -> Path:
     return path
 
 
-def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **options: Any) -> None:
+def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scale: float = 1.0, **options: Any) -> None:
     """Write a mesh; the suffix of `path` names the format.
 
     The file appears whole or not at all: until it has been written, flushed to the disk, read back and compared, what
@@ -96,8 +101,12 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
     path : path
     verify : bool
         Read the file back and compare nodes, hexes, names and groups before it is put in place.
+    scale : float
+        Coordinates are written times this: 0.001 makes metres of a model in millimetres.
     options
-        ``.msh``: ``version="4.1" | "2.2"``, ``binary=True | False``. The other formats have none.
+        ``.msh``: ``version="4.1" | "2.2" | "fluent"``, ``binary``. ``.inp``: ``element="C3D8I"`` or another
+        type of as many nodes, ``first_node``, ``first_element``, ``prefix``: several files go into one deck.
+        ``polyMesh``: ``patch_types={"name": "wall"}``. Other formats have none.
 
     Raises
     ------
@@ -111,17 +120,17 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
     path = check_destination(path)
     module = _module(path)
     options = {name: value for name, value in options.items() if value is not None}
-    allowed = getattr(getattr(module, "write", None), "__kwdefaults__", None) or {}
-    for name in options:
-        if name not in allowed:
-            known = ", ".join(allowed) or "none"
-            raise InputError(f"{_suffix(path)} files have no option {name!r}; they have: {known}")
+    check_options(path, options)
+    if not 0 < scale < float("inf"):
+        raise InputError(f"the scale is a positive, finite number, not {scale}")
+    if scale != 1.0:
+        mesh = replace(mesh, points=mesh.points * scale)
     labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80), reserved=getattr(module, "RESERVED", ()))
     try:
         if _suffix(path) == _FOLDER:
             labelled = module.with_whole_boundary(labelled)
             with replaced_folder(path, known_files=module.FILES) as folder:
-                module.write_folder(folder, labelled)
+                module.write_folder(folder, labelled, **options)
                 if verify:
                     _check(module, labelled, module.read_folder(folder), options)
         else:
@@ -139,6 +148,23 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, **op
     except CadSweepError as error:
         raise CadSweepError(f"{path} was not written: {error}") from error
     logger.info("wrote %s: %d nodes, %d hexes", path, mesh.n_nodes, mesh.n_hexes)
+
+
+def check_options(path: str | PathLike[str], options: Collection[str]) -> None:
+    """Make sure that the format has the options, before any work is done.
+
+    Raises
+    ------
+    InputError
+        Names the options that there are.
+    """
+    module = _module(Path(path))
+    writer = getattr(module, "write_folder", None) or getattr(module, "write", None)
+    allowed = getattr(writer, "__kwdefaults__", None) or {}
+    for name in options:
+        if name not in allowed:
+            known = ", ".join(allowed) or "none"
+            raise InputError(f"{_suffix(Path(path))} files have no option {name!r}; they have: {known}")
 
 
 def read(path: str | PathLike[str]) -> HexMesh:
@@ -163,7 +189,7 @@ def read(path: str | PathLike[str]) -> HexMesh:
             with open(path, "rb") as stream:
                 mesh = module.read(stream)
         _check_groups(mesh)
-        return mesh
+        return _with_interfaces(mesh)
     except InputError as error:
         raise InputError(f"cannot read {path}: {error}") from error
     except FileNotFoundError:
@@ -184,6 +210,26 @@ def _check_groups(mesh: HexMesh) -> None:
     for name, ids in mesh.parts.items():
         if ids.size and not 0 <= int(ids.min()) <= int(ids.max()) < len(mesh.hexes):
             raise InputError(f"part {name!r} names a hex that is not there")
+
+
+def _with_interfaces(mesh: HexMesh) -> HexMesh:
+    """Tell interfaces from boundaries: named after two parts, ``first__second``, and all of it inside the mesh."""
+    interfaces: dict[str, IntArray] = {}
+    twins = []
+    for name, quads in mesh.boundaries.items():
+        first, _, second = name.partition("__")
+        if first in mesh.parts and second in mesh.parts and len(quads):
+            if f"{second}__{first}" in interfaces:  # the same quads seen from the other part
+                twins.append(name)
+            else:
+                interfaces[name] = quads
+    if not interfaces:
+        return mesh
+    from .sides import count_users
+
+    interfaces = {n: q for n, q in interfaces.items() if (count_users(mesh.hexes, q, len(mesh.points)) == 2).all()}
+    boundaries = {name: quads for name, quads in mesh.boundaries.items() if name not in {*interfaces, *twins}}
+    return replace(mesh, boundaries=boundaries, interfaces=interfaces)
 
 
 def _verify(module: ModuleType, mesh: LabelledMesh, stream: BinaryIO, options: dict[str, Any]) -> None:

@@ -5,7 +5,9 @@ Place in the flow: a format module of :mod:`cadsweep.io`, the only one whose out
 A face has one patch here. Patches are the disjoint blocks of the boundaries, named by the rule of
 :meth:`~cadsweep.io.labels.Blocks.exclusive_names`; every name of a face stands in ``inGroups`` of its patch, so a
 boundary condition may be given for a name even where it spans several patches. Parts are cell zones (disjoint, by the
-same rule). Faces without a name are the patch ``defaultFaces``; quads inside the mesh are no patches and are left out.
+same rule). Faces without a name are the patch ``defaultFaces``; named quads inside the mesh, as interfaces are, are
+face zones. A patch that is named ``wall``, or ends in ``_wall``, is of the type ``wall``; others are of the type
+``patch``, or of what `patch_types` says.
 
 Order 1 only. A hex comes back turned, because OpenFOAM keeps faces and not corners. Reading knows text files.
 
@@ -19,6 +21,7 @@ from __future__ import annotations
 
 import logging
 import re
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,7 +33,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
-from .sides import corner_keys
+from .sides import corner_keys, cyclic
 from .text import write_rows
 
 logger = logging.getLogger(__name__)
@@ -42,17 +45,24 @@ FILES = frozenset({"points", "faces", "owner", "neighbour", "boundary", "cellZon
 """What may stand in a folder that is replaced."""
 
 
+ZONES = "face_zones"
+"""Where `LabelledMesh.info` keeps the named quads inside the mesh."""
+
+PATCH_TYPES = ("patch", "wall", "symmetry", "symmetryPlane", "empty", "wedge")
+
 TURNED = True
 """A hex comes back with other first corner."""
 
 
-def kept_groups(mesh: LabelledMesh) -> Groups:
-    """All boundaries (as patches or their groups), the patches of other names, and the disjoint parts."""
-    return {**disjoint_boundaries(mesh), **all_boundaries(mesh)}, disjoint_parts(mesh)
+def kept_groups(mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> Groups:
+    """All boundaries (as patches or their groups), the patches of other names, face zones, and the disjoint parts."""
+    del patch_types
+    zones = mesh.info.get(ZONES, {})
+    return {**disjoint_boundaries(mesh), **all_boundaries(mesh), **zones}, disjoint_parts(mesh)
 
 
 def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
-    """Leave out named quads inside the mesh, which are no patches, and give the boundary's quads without a name one.
+    """Take named quads inside the mesh for face zones, and give the boundary's quads without a name one.
 
     Raises
     ------
@@ -66,8 +76,11 @@ def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
     uses = np.bincount(codes[: len(sides)], minlength=len(first))
     quad_codes = codes[len(sides) :]
     inner = uses[quad_codes] != 1
-    if inner.any():
-        logger.warning("%d named quads inside the mesh are no OpenFOAM patches; they are left out", inner.sum())
+    zones: dict[str, IntArray] = {}
+    for name in mesh.faces.names if inner.any() else ():
+        ids = mesh.faces.named(name)
+        if inner[ids].any():
+            zones[name] = mesh.quads[ids[inner[ids]]]
     unnamed = uses == 1
     unnamed[quad_codes] = False
     extra = sides[np.sort(first[unnamed])]
@@ -77,7 +90,8 @@ def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
     n_kept = int((~inner).sum())
     sets[_distinct_name(DEFAULT_PATCH, mesh.faces.names)] = np.arange(n_kept, n_kept + len(extra))
     faces = make_blocks({name: ids for name, ids in sets.items() if len(ids)}, n_kept + len(extra))
-    return replace(mesh, quads=np.concatenate([mesh.quads[~inner], extra]), faces=faces)
+    quads = np.concatenate([mesh.quads[~inner], extra])
+    return replace(mesh, quads=quads, faces=faces, info={**mesh.info, ZONES: zones})
 
 
 def _distinct_name(name: str, taken: tuple[str, ...]) -> str:
@@ -86,9 +100,30 @@ def _distinct_name(name: str, taken: tuple[str, ...]) -> str:
     return name
 
 
-def write_folder(folder: Path, mesh: LabelledMesh) -> None:
-    """Write a labelled mesh into an empty folder."""
-    faces, owner, neighbour, patches = _ordered_faces(mesh)
+def patch_type(names: Collection[str], given: Mapping[str, str]) -> str:
+    """The type of a patch by its names: what was given for one of them, ``wall`` by its name, or ``patch``."""
+    for name in names:
+        if name in given:
+            return given[name]
+    walls = [name for name in names if name.lower() == "wall" or name.lower().endswith("_wall")]
+    return "wall" if walls else "patch"
+
+
+def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> None:
+    """Write a labelled mesh into an empty folder.
+
+    Parameters
+    ----------
+    patch_types : mapping of str to str, optional
+        Type of the patch of a boundary: ``wall``, ``patch``, ``symmetry``, ``symmetryPlane``, ``empty``, ``wedge``.
+    """
+    patch_types = patch_types or {}
+    for name, kind in patch_types.items():
+        if name not in mesh.faces.names:
+            raise InputError(f"there is no boundary '{name}' to be a {kind}; there are {', '.join(mesh.faces.names)}")
+        if kind not in PATCH_TYPES:
+            raise InputError(f"'{kind}' is no type of a patch; there are {', '.join(PATCH_TYPES)}")
+    faces, owner, neighbour, patches = ordered_faces(mesh)
     note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
     with open(folder / "points", "wb") as stream:
         stream.write(_head("vectorField", "points") + b"%d\n(\n" % len(mesh.points))
@@ -107,7 +142,7 @@ def write_folder(folder: Path, mesh: LabelledMesh) -> None:
     for name, groups, first, count in patches:
         inside = f"        inGroups        {len(groups)}({' '.join(groups)});\n" if groups else ""
         rows.append(
-            f"    {name}\n    {{\n        type            patch;\n{inside}"
+            f"    {name}\n    {{\n        type            {patch_type((name, *groups), patch_types)};\n{inside}"
             f"        nFaces          {count};\n        startFace       {first};\n    }}\n"
         )
     text = f"{len(rows)}\n(\n{''.join(rows)})\n"
@@ -122,6 +157,28 @@ def write_folder(folder: Path, mesh: LabelledMesh) -> None:
             stream.write(b")\n;\n}\n")
         stream.write(b")\n")
 
+    if mesh.info.get(ZONES):
+        _write_face_zones(folder, mesh.info[ZONES], faces[: len(neighbour)])
+
+
+def _write_face_zones(folder: Path, zones: Mapping[str, IntArray], inner: IntArray) -> None:
+    """Faces of the zones; a face that turns the other way than its quad is flipped."""
+    with open(folder / "faceZones", "wb") as stream:
+        stream.write(_head("regIOobject", "faceZones") + b"%d\n(\n" % len(zones))
+        for name, quads in zones.items():
+            _, codes = corner_keys(np.concatenate([inner, quads[:, :4]]))
+            face_of = np.full(int(codes.max()) + 1, -1, dtype=np.int64)
+            face_of[codes[: len(inner)]] = np.arange(len(inner))
+            ids = face_of[codes[len(inner) :]]
+            flipped = ~(cyclic(inner[ids]) == cyclic(quads[:, :4])).all(axis=1)
+            order = np.argsort(ids)
+            stream.write(f"{name}\n{{\n    type faceZone;\n    faceLabels List<label>\n{len(ids)}\n(\n".encode())
+            write_rows(stream, "%d\n", ids[order])
+            stream.write(f")\n;\n    flipMap List<bool>\n{len(ids)}\n(\n".encode())
+            write_rows(stream, "%d\n", flipped[order].astype(np.int64))
+            stream.write(b")\n;\n}\n")
+        stream.write(b")\n")
+
 
 def _head(kind: str, name: str, *, note: str = "") -> bytes:
     note = f'    note        "{note}";\n' if note else ""
@@ -131,7 +188,7 @@ def _head(kind: str, name: str, *, note: str = "") -> bytes:
     ).encode()
 
 
-def _ordered_faces(
+def ordered_faces(
     mesh: LabelledMesh,
 ) -> tuple[IntArray, IntArray, IntArray, list[tuple[str, tuple[str, ...], int, int]]]:
     """All faces in OpenFOAM's order, owners, neighbours, and patches (name, groups, first face, number)."""
@@ -198,6 +255,12 @@ def read_folder(folder: Path) -> HexMesh:
     if (folder / "cellZones").exists():
         for name, ids in re.findall(r"(\w+)\s*\{[^{}]*?\d+\s*\(([\d\s]*)\)[^{}]*\}", _list(folder, "cellZones")):
             parts[name] = np.array(ids.split(), dtype=np.int64)
+    if (folder / "faceZones").exists():
+        pattern = r"(\w+)\s*\{[^{}]*?faceLabels[^(]*\(([\d\s]*)\)[^{}]*?flipMap[^(]*\(([\w\s]*)\)[^{}]*\}"
+        for name, ids, flips in re.findall(pattern, _list(folder, "faceZones")):
+            rows_of = faces[np.array(ids.split(), dtype=np.int64)]
+            turned = np.array([word in {"1", "true", "yes", "on"} for word in flips.split()], dtype=bool)
+            boundaries.setdefault(name, []).append(np.where(turned[:, None], rows_of[:, ::-1], rows_of))
     return HexMesh(
         points=points, hexes=hexes, boundaries={k: np.concatenate(v) for k, v in boundaries.items()}, parts=parts
     )

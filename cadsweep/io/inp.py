@@ -6,7 +6,10 @@ boundary both as ``*NSET`` and as ``*SURFACE`` of element faces; no material, se
     *INCLUDE, INPUT=part.inp
     *SOLID SECTION, ELSET=part, MATERIAL=steel
 
-Elements are C3D8 or C3D20 (change ``TYPE`` for C3D8I, C3D20R, ...: the order of the nodes is the same). CalculiX reads
+Elements are C3D8 or C3D20, or what the option `element` says: C3D8I, C3D8R, C3D20R, ... have the same nodes. Several
+files go into one deck where numbers and names are apart: `first_node`, `first_element`, `prefix`. An interface is a
+surface on either side, ``a__b`` and ``b__a``, as ``*TIE`` and ``*CONTACT PAIR`` want them; a material, where the CAD
+model names one, is an element set ``material_<name>``. CalculiX reads
 20 characters of a number, so a coordinate of more is rounded to what fits, 13 digits at the least.
 
 Not handled: hex27 (CalculiX has no such element). Reading knows ``*NODE``, ``*ELEMENT``, ``*ELSET``, ``*NSET`` and
@@ -29,9 +32,12 @@ import numpy as np
 from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
+from .compare import Groups, all_boundaries, all_parts
 from .labels import LabelledMesh
-from .sides import quads_of_sides
+from .sides import find_sides, quads_of_sides
 from .text import write_rows
+
+_FITTING = {8: "C3D8, C3D8I, C3D8R", 20: "C3D20, C3D20R"}
 
 TYPES = {8: "C3D8", 20: "C3D20"}
 """The nodes of C3D20 stand in VTK's order: corners, bottom edges, top edges, upright edges."""
@@ -43,31 +49,102 @@ _HEAD = b"** cadsweep"
 _END = b"** end of the mesh"
 
 
-def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
-    """Write a labelled mesh."""
+def write(
+    stream: BinaryIO,
+    mesh: LabelledMesh,
+    *,
+    element: str | None = None,
+    first_node: int = 1,
+    first_element: int = 1,
+    prefix: str = "",
+) -> None:
+    """Write a labelled mesh.
+
+    Parameters
+    ----------
+    element : str, optional
+        Element type with the nodes that the mesh has: ``C3D8I``, ``C3D8R``, ``C3D20R``, ``DC3D8``, ...
+    first_node, first_element : int
+        Numbers of the first node and the first element.
+    prefix : str
+        Before every name of a set or a surface.
+    """
     size = mesh.hexes.shape[1]
     if size not in TYPES:
         raise InputError("CalculiX and Abaqus/Standard read no hex27; make the mesh with order=2, nodes=20")
+    kind = TYPES[size] if element is None else element.upper()
+    if _size_of(kind) != size:
+        raise InputError(f"an element of type {element} has not the {size} nodes of this mesh; {_FITTING[size]} have")
+    for what, first in (("node", first_node), ("element", first_element)):
+        if not 1 <= int(first) <= 10**9:
+            raise InputError(f"the first {what} is a number from 1 to 1e9, not {first}")
+    if not re.fullmatch(r"[A-Za-z_]\w*|", prefix):
+        raise InputError(f"the prefix {prefix!r} is no beginning of a name: a letter or _, then letters, digits and _")
     n = len(mesh.points)
     stream.write(_HEAD + b": nodes, elements, node sets and surfaces; to be included in a deck\n*NODE\n")
     numbers = np.array([_number(x) for x in mesh.points.reshape(-1).tolist()], dtype=object).reshape(n, 3)
-    write_rows(stream, "%d, %s, %s, %s\n", np.arange(1, n + 1), numbers)
+    write_rows(stream, "%d, %s, %s, %s\n", np.arange(first_node, n + first_node), numbers)
     # 16 entries a line at the most: C3D20 goes over two.
     row = "%d" + ", %d" * min(size, _PER_LINE - 1) + (",\n%d" + ", %d" * (size - _PER_LINE) if size > 15 else "") + "\n"
     for block, names in enumerate(mesh.volumes.members):
         ids = mesh.volumes.cells(block)
-        stream.write(f"*ELEMENT, TYPE={TYPES[size]}, ELSET={names[0]}\n".encode())
-        write_rows(stream, row, ids + 1, mesh.hexes[ids] + 1)
+        stream.write(f"*ELEMENT, TYPE={kind}, ELSET={prefix}{names[0]}\n".encode())
+        write_rows(stream, row, ids + first_element, mesh.hexes[ids] + first_node)
     for block, names in enumerate(mesh.volumes.members):
         for name in names[1:]:
-            _write_list(stream, f"*ELSET, ELSET={name}", mesh.volumes.cells(block) + 1)
+            _write_list(stream, f"*ELSET, ELSET={prefix}{name}", mesh.volumes.cells(block) + first_element)
+    for name, ids in _material_sets(mesh).items():
+        _write_list(stream, f"*ELSET, ELSET={prefix}{name}", ids + first_element)
     of, sides = mesh.sides if len(mesh.quads) else (np.empty(0, int), np.empty(0, int))
     for name in mesh.faces.names:
         ids = mesh.faces.named(name)
-        _write_list(stream, f"*NSET, NSET={name}", np.unique(mesh.quads[ids]) + 1)
-        stream.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n".encode())
-        write_rows(stream, "%d, S%d\n", of[ids] + 1, sides[ids] + 1)
+        _write_list(stream, f"*NSET, NSET={prefix}{name}", np.unique(mesh.quads[ids]) + first_node)
+        stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
+        write_rows(stream, "%d, S%d\n", of[ids] + first_element, sides[ids] + 1)
+    for name, quads in _other_sides(mesh).items():
+        owners, own = find_sides(mesh.hexes, quads, n)
+        stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
+        write_rows(stream, "%d, S%d\n", owners + first_element, own + 1)
     stream.write(_END + b"\n")
+
+
+def _material_sets(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """Hexes of every material by the name of its set."""
+    return {f"material_{name}": ids for name, ids in mesh.info.get("materials", {}).items()}
+
+
+def _other_sides(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """Quads of interfaces as the second part sees them, by the turned name."""
+    found: dict[str, IntArray] = {}
+    for name in mesh.faces.names:
+        first, _, second = name.partition("__")
+        if (
+            first in mesh.volumes.names
+            and second in mesh.volumes.names
+            and f"{second}__{first}" not in mesh.faces.names
+        ):
+            found[f"{second}__{first}"] = _turned(mesh.quads[mesh.faces.named(name)])
+    return found
+
+
+def _turned(quads: IntArray) -> IntArray:
+    """Quads (q, 4 or 8) that turn the other way."""
+    return quads[:, [0, 3, 2, 1, 7, 6, 5, 4][: quads.shape[1]]]
+
+
+def kept_groups(
+    mesh: LabelledMesh,
+    *,
+    element: str | None = None,
+    first_node: int = 1,
+    first_element: int = 1,
+    prefix: str = "",
+) -> Groups:
+    """All groups, interfaces from both sides, materials; with their prefix."""
+    del element, first_node, first_element
+    boundaries = {**all_boundaries(mesh), **_other_sides(mesh)}
+    parts = {**all_parts(mesh), **_material_sets(mesh)}
+    return {prefix + k: v for k, v in boundaries.items()}, {prefix + k: v for k, v in parts.items()}
 
 
 def _number(value: float) -> str:

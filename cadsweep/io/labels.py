@@ -180,18 +180,21 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
     if not is_finite:
         raise InputError("the mesh has coordinates that are not finite")
     _check_ids(hexes, len(points), "hexes", "nodes")
-    boundaries = _renamed(mesh.boundaries, max_name, reserved)
+    # An interface is a named set of quads as a boundary is: its name tells them apart, and its place inside the mesh.
+    named = {**mesh.boundaries, **mesh.interfaces}
+    boundaries = _renamed(named, max_name, reserved)
     n_corners = QUAD_SIZES[hexes.shape[1]]
     for name, quads in boundaries.items():
         if quads.ndim != 2 or quads.shape[1] not in n_corners:
             raise InputError(f"boundary {name!r} should have the shape (q, {n_corners[0]}), not {quads.shape}")
         _check_ids(quads, len(points), f"boundary {name!r}", "nodes")
     parts = _renamed(mesh.parts, max_name, reserved)
+    materials = _materials(mesh)
     for name, ids in parts.items():
         if ids.ndim != 1:
             raise InputError(f"part {name!r} should hold hex ids in one dimension, not {ids.shape}")
         _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
-    info = {**mesh.info, "colors": _recolored(mesh.info, mesh.boundaries, boundaries, mesh.parts, parts)}
+    info = {**mesh.info, "materials": materials, "colors": _recolored(mesh.info, named, boundaries, mesh.parts, parts)}
     boundaries, parts = _without_empty(boundaries, "boundary"), _without_empty(parts, "part")
     quads, faces = _face_blocks(boundaries, n_corners[0])
     faces = replace(faces, max_name=max_name)
@@ -230,6 +233,19 @@ def _recolored(info: Mapping[str, Any], *groups: Mapping[str, Any]) -> dict[str,
         for i, kind in ((0, "boundaries"), (2, "parts"))
         if kind in colors
     }
+
+
+def _materials(mesh: HexMesh) -> dict[str, IntArray]:
+    """Hexes of every material, by a name that travels."""
+    found: dict[str, list[IntArray]] = {}
+    given = mesh.info.get("materials") or {}
+    if not given and mesh.info.get("material"):
+        given = dict.fromkeys(mesh.parts, mesh.info["material"])
+    for part, material in given.items():
+        if part in mesh.parts and material:
+            found.setdefault(str(material), []).append(np.asarray(mesh.parts[part], dtype=np.int64))
+    names = portable_names(found, max_length=80, reserved=())
+    return {names[material]: np.unique(np.concatenate(ids)) for material, ids in found.items()}
 
 
 def _without_empty(groups: dict[str, IntArray], what: str) -> dict[str, IntArray]:

@@ -11,12 +11,12 @@ from typing import BinaryIO, cast
 
 from ..errors import InputError
 from ..mesh import HexMesh
-from . import msh22, msh41
+from . import fluent, msh22, msh41
 from .compare import ExpectedBytes, Groups, all_boundaries, all_parts, check_same, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh
 from .msh_read import read_content
 
-VERSIONS = ("4.1", "2.2")
+VERSIONS = ("4.1", "2.2", "fluent")
 
 
 def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool | None = None, version: str = "4.1") -> None:
@@ -26,7 +26,8 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool | None = None, v
     ----------
     binary : bool, optional
         4.1 is binary, 2.2 is text, unless said otherwise; 2.2 exists as text alone.
-    version : {"4.1", "2.2"}
+    version : {"4.1", "2.2", "fluent"}
+        Gmsh's two, or Fluent's format of the same suffix.
     """
     version = str(version)
     if version not in VERSIONS:
@@ -34,7 +35,9 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool | None = None, v
     if version == "4.1":
         msh41.write(stream, mesh, binary=binary is not False)
     elif binary:
-        raise InputError("MSH 2.2 is written as text; leave out binary, or write version 4.1")
+        raise InputError(f"MSH {version} is written as text; leave out binary, or write version 4.1")
+    elif version == "fluent":
+        fluent.write(stream, mesh)
     else:
         msh22.write(stream, mesh)
 
@@ -52,7 +55,11 @@ def verify(stream: BinaryIO, mesh: LabelledMesh, *, version: str = "4.1", binary
 
     Of a binary file every byte is compared with what it should be, without making a second mesh of it.
     """
-    if str(version) == "4.1" and binary is not False:
+    if str(version) == "fluent":  # which is not read here: what the disk holds is compared byte by byte
+        sink = ExpectedBytes(stream)
+        fluent.write(cast(BinaryIO, sink), mesh)
+        sink.finish()
+    elif str(version) == "4.1" and binary is not False:
         sink = ExpectedBytes(stream)
         msh41.write(cast(BinaryIO, sink), mesh)
         sink.finish()

@@ -90,6 +90,18 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     return candidates[sides[found] // 6], sides[found] % 6
 
 
+def count_users(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
+    """How many hexes (q,) have each of the quads (q, 4 or more) as a side: 1 on the boundary, 2 inside."""
+    marked = np.zeros(n_points, dtype=bool)
+    marked[quads[:, :4]] = True
+    shell = hexes[_count_marked(hexes, marked) >= 4, :8]
+    sides = np.flatnonzero(marked[shell][:, HEX_FACES].all(axis=2).ravel())
+    corners = shell[sides[:, None] // 6, HEX_FACES[sides % 6]]
+    _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
+    uses = np.bincount(codes[len(quads) :], minlength=int(np.max(codes, initial=-1)) + 1)
+    return uses[codes[: len(quads)]]
+
+
 def _turn_alike(some: IntArray, others: IntArray) -> np.ndarray:
     """Whether quads of the same corners turn the same way: after the same corner comes the same corner."""
     place = (some == others[:, :1]).argmax(axis=1)

@@ -24,6 +24,7 @@ run        seconds by stage, progress
 """
 
 from .candidates import SMOOTH_BELOW, figures, smoothed
+from .decomposing import decompose_part as decompose
 from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
@@ -35,6 +36,7 @@ __all__ = [
     "SMOOTH_BELOW",
     "Progress",
     "Sensitivity",
+    "decompose",
     "expand",
     "figures",
     "find_sweeps",

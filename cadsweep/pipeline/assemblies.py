@@ -6,6 +6,7 @@ by its own surfaces); those that share faces, edges or vertices are planned toge
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,19 +16,20 @@ from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
-from .attempts import open_and_find
-from .candidates import first_good
-from .making import make_mesh
 from .run import Run
 from .several import mesh_complex, plan_cells, side_by_side
 from .shared_hints import check_words, local_hints, resolve_wishes
-from .subsets import subset, touching_groups
+from .subsets import chosen_solids, separated, subset, touching_groups
 
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
 
-def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
-    """Mesh all cells of a part, conformally where they touch.
+MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
+"""Meshes a part of one solid by whatever way applies."""
+
+
+def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+    """Mesh all cells of a part, conformally where they touch unless the user wants them separate.
 
     Raises
     ------
@@ -42,19 +44,22 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run) -> HexMesh:
                 f"{name} is about one sweep, and '{part.name}' has {len(part.models)} solids: choose one with part=, "
                 "or use sizes and counts"
             )
+    part = chosen_solids(part, options)
     check_words(part, options)
+    if options.interfaces == "separate":
+        part = separated(part)
     groups = touching_groups(part)
     meshes = []
     for cells in groups:
         own = subset(part, cells)
-        meshes.append(_mesh_alone(own, options, run) if len(cells) == 1 else _mesh_together(own, options, run))
+        alone = len(cells) == 1
+        meshes.append(_mesh_alone(own, options, run, mesh_one) if alone else _mesh_together(own, options, run))
     if len(meshes) == 1:
         return meshes[0]
     mesh = side_by_side(meshes)
-    mesh.info["part"], mesh.info["seconds"] = part.name, run.seconds
     with run.stage("quality"):
-        mesh.info["quality"] = check_mesh(mesh, cad={})
-    return mesh
+        report = check_mesh(mesh, cad={})
+    return replace(mesh, info={**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report})
 
 
 def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
@@ -90,25 +95,15 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     return mesh_complex(found, options, run, wishes)
 
 
-def _mesh_alone(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
     """One solid by itself, its boundaries called after it where their user gave them no name."""
     name = part.models[0].name
-    own = options
+    hints = local_hints(part, options)
+    own = replace(options, sizes=hints.sizes or None, counts=hints.counts or None, interfaces="shared")
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
-    hints = local_hints(part, options)
-    own = replace(own, sizes=hints.sizes or None, counts=hints.counts or None)
-    with run.stage("recognition"):
-        opened, sweeps = open_and_find(part, None, None)
-    made = first_good(opened, sweeps, own, run, make_mesh)
-    assert made.mesh is not None
-    mesh = made.mesh
-    given = {
-        label
-        for face in opened.solids[0].faces
-        for names in (face.names, *(patch.names for patch in face.patches))
-        for label in names
-    }
+    mesh = mesh_one(part, own, run)
+    given = {label for face in part.solids[0].faces for label in face.names}
     return replace(
         mesh,
         boundaries={label if label in given else f"{name}_{label}": quads for label, quads in mesh.boundaries.items()},

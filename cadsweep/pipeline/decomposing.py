@@ -1,26 +1,32 @@
 """A solid that no sweep fits, cut into cells that all sweep and agree, and meshed cell by cell.
 
-The search (:mod:`cadsweep.decompose`) gives one set of cells after the other, the likeliest first; the first whose
+The search (:mod:`cadsweep.decomposition`) gives one set of cells after the other, the likeliest first; the first whose
 mesh does well is taken, and of several that do worse the best.
 """
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from math import pi
+from typing import Any
 
-from .. import decompose, recognition
+import numpy as np
+
+from .. import cad, decomposition, recognition
 from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..plan import Plan, list_ways, make_plan
 from ..sweep import Sweep
+from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
-from .parts import only_solid
-from .run import Run
-from .several import Complex, mesh_complex
+from .parts import load, only_solid
+from .run import Run, silent
+from .several import Complex, mesh_complex, plan_cells
 from .shared_hints import resolve_wishes
 
 log = logging.getLogger(__name__)
@@ -59,9 +65,9 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     """
     assert refused is not None
     solid = only_solid(part)
-    if not may_decompose(part, options) or not decompose.is_planar(solid):
+    if not may_decompose(part, options) or not decomposition.is_planar(solid):
         raise refused
-    search = decompose.Search(model=solid, recognise=recognise, make_plan=make_plan)
+    search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan)
     best: HexMesh | None = None
     failure: CadSweepError | None = None
     solutions = search.solutions()
@@ -89,21 +95,93 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
         return best
     if failure is not None or not isinstance(refused, NotSweepableError):
         raise failure or refused
-    raise decompose.explain(search, refused)
+    raise decomposition.explain(search, refused)
+
+
+def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    """Cut a part as its user asks, and mesh the cells; those that no sweep fits are cut further.
+
+    Raises
+    ------
+    InputError
+        A cut is not understood, or parts nothing.
+    NotSweepableError, SurfaceMeshError, ProjectionError, InvertedHexError
+        As for any cells.
+    """
+    if any(getattr(options, name) is not None for name in _ONE_SWEEP):
+        raise InputError("source, target, bias, fractions and rail_layers are about one sweep, and cuts make several")
+    with run.stage("decomposition"):
+        part = cad.apply_cuts(part, options.cuts or ())
+        found = plan_cells(part, run, decompose=options.decompose)
+    return mesh_complex(found, options, run, resolve_wishes(found.part, options))
+
+
+def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
+    """Cut a part into cells that all sweep and agree, as :func:`cadsweep.sweep_mesh` does unasked.
+
+    Parameters
+    ----------
+    source : Part, or whatever :func:`cadsweep.load` takes
+    cuts : sequence
+        Cuts of the user's own, made first, as the option ``cuts`` of :func:`cadsweep.sweep_mesh`.
+    params : dict or None
+        Parameters of a script.
+
+    Returns
+    -------
+    Part
+        Its ``solids`` are the cells, ``cuts`` says what was cut and why. A part that sweeps as it is comes back as it
+        is.
+
+    Raises
+    ------
+    NotSweepableError
+        No cuts were found; names the cell and the edges in the way.
+    """
+    part = load(source, params=params)
+    run = Run(on_progress=silent)
+    if cuts:
+        part = replace(cad.apply_cuts(part, cuts), cuts=tuple(f"asked for: {cut}" for cut in cuts))
+    elif len(part.solids) == 1:
+        try:
+            open_and_find(part, None, None)
+            return part
+        except NotSweepableError as refused:
+            if decomposition.is_planar(only_solid(part)):
+                return _planar_cells(part, refused)
+    before = part.notes
+    cells = plan_cells(part, run).part
+    made = tuple(note.removeprefix("cut along ") for note in cells.notes[len(before) :])
+    return replace(cells, cuts=(*part.cuts, *made))
+
+
+def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
+    """The first cells found, as OpenCASCADE's solids."""
+    search = decomposition.Search(model=only_solid(part), recognise=recognise, make_plan=make_plan)
+    for state in islice(search.solutions(), MOST_MESHED):
+        polygons = [
+            (np.array(facet.normal), [np.array([search.pool.points[v] for v in loop]) for loop in facet.loops])
+            for facet in search.cut_facets(state)
+        ]
+        cells = cad.cut_along(part, polygons)
+        if cells is not None and len(cells.solids) == len(state.cells):
+            reasons = tuple(dict.fromkeys(cut.reason for cut in state.cuts))
+            return replace(cells, cuts=reasons, notes=(*cells.notes, decomposition.say(search, state)))
+    raise decomposition.explain(search, refused)
 
 
 def _worst(mesh: HexMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 
-def cells_of(part: Part, search: decompose.Search, state: decompose.State) -> Part:
+def cells_of(part: Part, search: decomposition.Search, state: decomposition.State) -> Part:
     """The cells of a state as a part: all of them pieces of its one solid."""
     return replace(
         part,
         solids=tuple(search.look(cell).solid for cell in state.cells),
         owners=(0,) * len(state.cells),
-        notes=(*part.notes, decompose.say(search, state)),
+        notes=(*part.notes, decomposition.say(search, state)),
     )
 
 
-__all__ = ["cells_of", "may_decompose", "mesh_decomposed", "recognise"]
+__all__ = ["cells_of", "decompose_part", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]

@@ -6,13 +6,16 @@ as short there, and there alone, mend that at the price of a few more hexes; the
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 from .. import estimate, intervals, surface
 from ..brep import Part
 from ..errors import SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
-from .hints import Hints, resolve_hints
+from .hints import Hints
 from .run import Run
 
 MOST_HALVINGS = 3
@@ -20,9 +23,22 @@ MOST_HALVINGS = 3
 
 
 def mesh_boundary(
-    part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool
+    part: Part,
+    sweep: Sweep,
+    options: SweepOptions,
+    run: Run,
+    hints: Hints,
+    *,
+    streamed: bool,
+    check: Callable[[estimate.Estimate], None],
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Settle the counts and mesh caps and sides.
+
+    Parameters
+    ----------
+    hints : Hints
+    check : callable
+        Raises where the mesh, as it is expected or made, is too large; beside the limits of the options.
 
     Returns
     -------
@@ -36,27 +52,32 @@ def mesh_boundary(
     InputError, SurfaceMeshError
         As by the stages; a cap that cannot be meshed with shorter segments either.
     """
-    hints = resolve_hints(part, sweep, options)
     wished = dict(hints.sizes)
     demanded = {e for edges in hints.counts for e in edges}
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
-        counts = _count(part, sweep, options, run, Hints(sizes=wished, counts=hints.counts), streamed=streamed)
+        counts = _count(part, sweep, options, run, replace(hints, sizes=wished), streamed=streamed)
+        check(estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed))
         try:
             with run.stage("surface"):
-                surfaces = surface.mesh_surfaces(sweep, counts, bias=options.bias, fractions=options.fractions)
+                surfaces = surface.mesh_surfaces(
+                    sweep, counts, bias=options.bias, fractions=options.fractions, sizes=hints.inside
+                )
         except SurfaceMeshError as error:
             first = first or error
             shorter = {
                 e: sweep.solid.edges[e].length / (2 * int(counts.counts[e]))
                 for e in error.edges
-                if e not in hints.sizes and e not in demanded
+                if e not in hints.wished and e not in demanded
             }
             if not shorter:
                 raise first from None
             wished |= shorter
             continue
-        finer = len(wished) - len(hints.sizes)
+        made = estimate.estimate_made(sweep, counts, surfaces, scale=part.scale, streamed=streamed)
+        estimate.check_budget(made, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        check(made)
+        finer = sum(e not in hints.sizes or wished[e] < hints.sizes[e] for e in wished)
         return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
     assert first is not None
     raise first

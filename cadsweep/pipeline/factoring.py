@@ -11,9 +11,8 @@ from ..brep import Part
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
-from ..projection.caps import place_target
 from ..sweep import Intervals, Sweep
-from .dividing import mesh_boundary
+from .accuracy import accurate_boundary, check_coarse
 from .run import Run
 
 
@@ -21,11 +20,10 @@ def factor_sweep(
     part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False
 ) -> tuple[FactoredMesh, SurfaceMesh]:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
-    counts, surfaces, finer = mesh_boundary(part, sweep, options, run, streamed=streamed)
+    boundary = accurate_boundary(part, sweep, options, run, streamed=streamed)
+    check_coarse(boundary.deviation, options)
+    counts, surfaces, target = boundary.counts, boundary.surfaces, boundary.target
     with run.stage("projection"):
-        if sweep.closed:
-            surfaces.rings[-1] = surfaces.rings[0]
-        target = place_target(sweep, surfaces)
         placed = project_layers(
             surfaces.source.points,
             surfaces.source.quads,
@@ -54,7 +52,8 @@ def factor_sweep(
             "sweeps": [_describe(sweep, counts)],
             "names": dict(part.names),
             "colors": find_colors(sweep, name),
-            "notes": [*part.notes, *sweep.notes, *finer, *surfaces.notes, *target.notes],
+            "distance": boundary.deviation.distance * part.scale,
+            "notes": [*part.notes, *sweep.notes, *boundary.notes, *surfaces.notes, *target.notes],
             "seconds": run.seconds,
         },
     )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from .. import cad, intervals
+from ..arrays import FloatArray
 from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
@@ -24,10 +26,16 @@ class Hints:
         Wanted edge length, working units.
     counts : dict of tuple of int to int
         Demanded segments of edges together.
+    wished : frozenset of int
+        Edges of `sizes` that the user has named; the others are divided finer for another reason.
+    inside : callable or None
+        Wanted lengths (m,) at points (m, 3) of the source cap, working units.
     """
 
     sizes: dict[int, float]
     counts: dict[tuple[int, ...], int]
+    wished: frozenset[int] = frozenset()
+    inside: Callable[[FloatArray], FloatArray] | None = None
 
 
 def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
@@ -38,7 +46,8 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
     InputError
         Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
     """
-    return Hints(sizes=_sizes(part, options), counts=_counts(part, sweep, options))
+    sizes = _sizes(part, options)
+    return Hints(sizes=sizes, counts=_counts(part, sweep, options), wished=frozenset(sizes))
 
 
 def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> list[Sweep]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
@@ -56,10 +57,10 @@ def sweep_mesh(
     on_progress : callable or None
         Called with the stage and the done fraction of it.
     **options
-        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``layers``, ``bias``,
+        The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
         ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``max_hexes``, ``max_memory``, ``refine``.
+        ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
@@ -149,8 +150,7 @@ def expand(path: str | PathLike[str]) -> HexMesh:
         The file is missing, damaged, or something else.
     """
     mesh = load_factors(path).to_mesh()
-    mesh.info["quality"] = check_mesh(mesh)
-    return mesh
+    return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
 
 
 def stream_mesh(

@@ -23,7 +23,7 @@ from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
 from .attempts import find_candidates
 from .candidates import first_good
-from .decomposing import mesh_decomposed
+from .decomposing import mesh_decomposed, mesh_user_cut
 from .making import make_mesh
 from .parts import load
 from .run import Run
@@ -46,10 +46,18 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
     part = open_part(source, options, run)
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
+    if options.cuts:
+        return mesh_user_cut(part, options, run)
     if len(part.solids) > 1:
-        return mesh_assembly(part, options, run)
+        return mesh_assembly(part, options, run, mesh_solid)
+    return mesh_solid(part, options, run)
+
+
+def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+    """Mesh a part of one solid by the first way that does."""
     refused: CadSweepError | None = None
-    for way in (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut):
+    ways = (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut)
+    for way in ways if options.decompose else ways[:2]:
         try:
             return way(part, options, run, refused)
         except InputError:

@@ -17,7 +17,7 @@ from .. import cad, recognition, smoothing
 from ..blocks.finish import by_face, find_colors, make_references, name_faces, to_hex_mesh
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
-from ..decompose.curved import Found, Tools, find_cells
+from ..decomposition.curved import Found, Tools, find_cells
 from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
 from ..mesh import HexMesh
@@ -200,7 +200,7 @@ def finish(
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
-    mesh.info["quality"] = report
+    mesh = replace(mesh, info={**mesh.info, "quality": report})
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
     return mesh

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -144,10 +145,10 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     if not tried:
         raise failures[0] if isinstance(refused, NotSweepableError) else refused
     best = max(tried, key=lambda mesh: (mesh.info["quality"].valid, mesh.info["quality"].min_scaled_jacobian))
-    best.info["notes"] += [f"a better ranked stack was given up: {error}" for error in failures]
+    notes = [*best.info["notes"], *(f"a better ranked stack was given up: {error}" for error in failures)]
     if not isinstance(refused, NotSweepableError):
-        best.info["notes"].append(f"meshed as columns between caps, as its sweeps were given up: {refused}")
-    return best
+        notes.append(f"meshed as columns between caps, as its sweeps were given up: {refused}")
+    return replace(best, info={**best.info, "notes": notes})
 
 
 def _check_options(options: SweepOptions) -> None:
@@ -197,7 +198,6 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     )
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
-        mesh.info["notes"].append(
-            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
-        )
+        note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
+        return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
     return mesh

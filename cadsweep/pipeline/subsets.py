@@ -1,4 +1,4 @@
-"""Cells of a part that hang together, and a part with some of its cells alone."""
+"""Cells of a part that hang together, a part with some of its cells alone, and one whose solids share nothing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from dataclasses import replace
 
 import scipy
 
+from ..blocks.joined import neighbours_of
 from ..brep import Part
+from ..errors import InputError
+from ..options import SweepOptions
 
 
 def touching_groups(part: Part) -> list[list[int]]:
@@ -30,3 +33,58 @@ def subset(part: Part, cells: Sequence[int]) -> Part:
         owners=tuple(owners.index(part.owners[cell]) for cell in cells),
         models=tuple(part.models[owner] for owner in owners),
     )
+
+
+def chosen_solids(part: Part, options: SweepOptions) -> Part:
+    """The part with the solids that the user wants.
+
+    Raises
+    ------
+    InputError
+        A name that no solid has, or nothing is left.
+    """
+    names = [model.name for model in part.models]
+    for option, words in (("only", options.only), ("skip", options.skip)):
+        for word in words or ():
+            if word not in names:
+                raise InputError(f"{option}: no solid is called '{word}'; the solids are {', '.join(names[:20])}")
+    wanted = {name for name in options.only or names if name not in (options.skip or ())}
+    if not wanted:
+        raise InputError("only and skip leave no solid to be meshed")
+    cells = [cell for cell, owner in enumerate(part.owners) if names[owner] in wanted]
+    return part if len(cells) == len(part.solids) else subset(part, cells)
+
+
+def separated(part: Part) -> Part:
+    """The part with nothing shared between its solids; faces in contact are called after both, by pairs.
+
+    The contact of ``low`` and ``gasket`` is ``low__gasket_1`` on the first and ``low__gasket_2`` on the second: what a
+    tie or a contact of a solver asks for.
+    """
+    beyond = neighbours_of(part)
+    solids = []
+    for cell, solid in enumerate(part.solids):
+        owner = part.owners[cell]
+        faces = list(solid.faces)
+        for face in solid.faces:
+            other = beyond.get((cell, face.id))
+            if other is None or part.owners[other[0]] == owner:
+                continue
+            low, high = sorted((owner, part.owners[other[0]]))
+            called = f"{part.models[low].name}__{part.models[high].name}_{1 if owner == low else 2}"
+            faces[face.id] = replace(face, name=called, groups=face.names)
+        shift = {kind: owner * (1 + _largest(part, kind)) for kind in ("vertex_keys", "edge_keys", "face_keys")}
+        solids.append(
+            replace(
+                solid,
+                faces=tuple(faces),
+                vertex_keys=solid.vertex_keys + shift["vertex_keys"],
+                edge_keys=solid.edge_keys + shift["edge_keys"],
+                face_keys=solid.face_keys + shift["face_keys"],
+            )
+        )
+    return replace(part, solids=tuple(solids))
+
+
+def _largest(part: Part, kind: str) -> int:
+    return max(int(getattr(solid, kind).max()) for solid in part.solids)

@@ -11,9 +11,10 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from ..mesh import SurfaceMesh
+from ..arrays import FloatArray
+from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
 from .layout import build_layout
 from .matching import match_quads
@@ -23,8 +24,12 @@ from .sides import RingBuilder
 from .skeleton import CellBoundary, FaceMesh, Skeleton
 from .spacing import Fit, fit_linear_parts, place_layers
 from .target import divide_target_edges
+from .thickness import thin_share
 
 __all__ = ["CellBoundary", "FaceMesh", "Skeleton", "match_quads", "mesh_surfaces"]
+
+_THIN_SHARE = 0.2
+"""Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
 
 
 def mesh_surfaces(
@@ -33,6 +38,7 @@ def mesh_surfaces(
     *,
     bias: float | Sequence[float] | None = None,
     fractions: Sequence[float] | None = None,
+    sizes: Callable[[FloatArray], FloatArray] | None = None,
     fit: Fit = fit_linear_parts,
 ) -> SurfaceMesh:
     """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
@@ -47,6 +53,8 @@ def mesh_surfaces(
         first, or a pair, of the middle over the first and over the last.
     fractions : (n_layers + 1,) or None
         Explicit places of the layers from 0 to 1, instead of `bias`.
+    sizes : callable, optional
+        Wanted lengths (m,) at points (m, 3) of the source cap, where they are below the intervals' size.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
@@ -69,7 +77,7 @@ def mesh_surfaces(
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite).build()
+    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes).build()
     return SurfaceMesh(
         source=source,
         rings=builder.rings,
@@ -77,5 +85,19 @@ def mesh_surfaces(
         node_edges=node_edges,
         node_vertices=node_vertices,
         target_edge_points=divide_target_edges(sweep, source, builder.rings, fit),
-        notes=tuple(builder.notes),
+        notes=(*builder.notes, *_thickness_notes(source, layout.n_layers)),
     )
+
+
+def _thickness_notes(source: QuadMesh, n_layers: int) -> list[str]:
+    """Say where the part has one hexahedron through a thickness, which is too stiff where it bends."""
+    notes = []
+    if n_layers == 1:
+        notes.append("one layer of hexahedra from source to target: too stiff to bend, take layers=2 or more")
+    share = thin_share(source.points, source.quads, source.loops)
+    if share > _THIN_SHARE:
+        notes.append(
+            f"along {share:.0%} of the source's outline the wall is one hexahedron thick: too stiff to bend, "
+            "take a smaller size"
+        )
+    return notes

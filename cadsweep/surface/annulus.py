@@ -3,8 +3,9 @@ r"""Quads between the two loops of a face with one hole, without a mesher.
 Place in the flow: ``quads`` tries them beside gmsh's settings; what is better by its worst corner is
 taken. gmsh meets a wall that is one quad thick only by luck.
 
-Method: a thin wall gets one strip of quads, that with the best corners, found by dynamic programming
-round the wall. A quad of the strip takes a segment of each loop, or two segments of one loop, around
+Method: a thin wall gets one strip of quads, that with the best corners, found by dynamic programming round the wall;
+where the strip goes round without a corner it is halved along its middle, since one quad does not bend as it should. A
+quad of the strip takes a segment of each loop, or two segments of one loop, around
 a corner, and a node of the other::
 
         h0--h1       h0          h0--h1--h2
@@ -76,7 +77,8 @@ def fill_wall(loops: Sequence[FloatArray], opposite: FloatArray | None = None) -
         quads = _best_strip(outer, hole, flat[: len(outer)], flat[hole_ids])
         if quads is None:
             return None
-        return np.empty((0, 2)), np.concatenate([ids[: len(outer)], hole_ids])[quads]
+        strip = np.concatenate([ids[: len(outer)], hole_ids])[quads]
+        return _halved(strip, loops) if _is_ring(strip, len(outer)) else (np.empty((0, 2)), strip)
     if len(outer) != len(hole):
         return None
     hole_ids = np.roll(hole_ids, -_best_turn(outer, hole))
@@ -86,6 +88,22 @@ def fill_wall(loops: Sequence[FloatArray], opposite: FloatArray | None = None) -
     rows = np.concatenate([ids[: len(outer)], len(ids) + np.arange(len(inner)), hole_ids]).reshape(-1, len(outer))
     after = np.roll(rows, -1, axis=1)
     return inner, np.stack([rows[:-1], after[:-1], after[1:], rows[1:]], axis=-1).reshape(-1, 4)
+
+
+def _is_ring(strip: IntArray, n_outer: int) -> bool:
+    """Whether every quad of a strip has two nodes on either loop."""
+    return bool(((strip < n_outer).sum(axis=1) == 2).all())
+
+
+def _halved(strip: IntArray, loops: Sequence[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """Two rings for one: a wall that is one quad thick does not bend as it should."""
+    n, n_outer = sum(len(loop) for loop in loops), len(loops[0])
+    a, b, c, d = strip.T  # a and b on the outer loop
+    other = np.empty(n_outer, dtype=np.int64)
+    other[a], other[b] = d, c
+    points = np.concatenate(loops)
+    middles = (points[:n_outer] + points[other]) / 2
+    return middles, np.concatenate([np.stack([a, b, n + b, n + a], axis=1), np.stack([n + a, n + b, c, d], axis=1)])
 
 
 def _worst_sines(corners: FloatArray) -> FloatArray:

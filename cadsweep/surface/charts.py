@@ -11,35 +11,16 @@ Not handled: faces that neither chart shows without overlap (most of a sphere).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..sweep import DirectedEdge
-from .crossings import loops_cross
+from .chart import Chart, inner_places, is_simple, signed_area, worst_squeeze
+from .conformal import SQUEEZED, conformal_chart
 from .transfinite import join_chains
-
-
-@dataclass(frozen=True, kw_only=True)
-class Chart:
-    """A face laid out in a plane, counter-clockwise as seen along the sweep.
-
-    Attributes
-    ----------
-    boundary : tuple of (m, 2) float64
-        Places of the boundary nodes, loop by loop.
-    boundary_uv : (b, 2) float64
-        Their parameters on the surface.
-    lift : callable
-        Places (m, 2) to points (m, 3) on the surface and their parameters (m, 2).
-    """
-
-    boundary: tuple[FloatArray, ...]
-    boundary_uv: FloatArray
-    lift: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def charts_of(
@@ -48,6 +29,8 @@ def charts_of(
     fractions: Mapping[int, FloatArray],
     nodes: Sequence[IntArray],
     known: FloatArray,
+    *,
+    size: float,
 ) -> Iterator[Chart]:
     """Charts of a face, the most faithful first.
 
@@ -59,6 +42,8 @@ def charts_of(
     nodes : boundary nodes of each loop, perhaps turned against `loops` by a few places
     known : (n, 3) float64
         Points of all nodes so far.
+    size : float
+        Wanted length of the quads.
     """
     points = [known[ids] for ids in nodes]
     uv = [_loop_uv(face, loop, fractions, p) for loop, p in zip(loops, points, strict=True)]
@@ -68,9 +53,20 @@ def charts_of(
         if chart is not None:
             yield chart
         return
-    candidates = [_unrolled(face, points, uv), _seen_along(face, points, uv, exact=False)]
-    charts = [chart for chart in candidates if chart is not None and _is_simple(chart.boundary)]
-    yield from sorted(charts, key=lambda chart: _distortion(chart, points))
+    unrolled = _unrolled(face, points, uv)
+    if unrolled is not None and is_simple(unrolled.boundary):
+        charts = [unrolled]
+    else:
+        charts, unrolled = [], None
+    seen = _seen_along(face, points, uv, exact=False)
+    if seen is not None and is_simple(seen.boundary):
+        charts.append(seen)
+    charts.sort(key=lambda chart: _distortion(chart, points))
+    if charts and _squeeze(charts[0], unrolled, face, points) > SQUEEZED:
+        conformal = conformal_chart(face.surface, unrolled or charts[0], np.concatenate(points), size)
+        if conformal is not None:
+            yield conformal
+    yield from charts
 
 
 def _loop_uv(
@@ -114,7 +110,12 @@ def _seen_along(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArra
         parameters = surface.project(above)
         return (above if exact else surface.evaluate(parameters)), parameters
 
-    return Chart(boundary=tuple((p - origin) @ frame for p in points), boundary_uv=np.concatenate(uv), lift=lift)
+    return Chart(
+        boundary=tuple((p - origin) @ frame for p in points),
+        boundary_uv=np.concatenate(uv),
+        lift=lift,
+        isometric=exact,
+    )
 
 
 def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]) -> Chart | None:
@@ -140,10 +141,16 @@ def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]
     return Chart(boundary=tuple(part * factor for part in uv), boundary_uv=border, lift=lift)
 
 
-def signed_area(polygon: FloatArray) -> float:
-    """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
-    x, y = (polygon - polygon.mean(axis=0)).T
-    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+def _squeeze(chart: Chart, unrolled: Chart | None, face: Face, points: Sequence[FloatArray]) -> float:
+    """Greatest ratio of a chart's stretches in two directions; of a view, from the normals, where these are at hand."""
+    if unrolled is None or chart is unrolled:
+        return worst_squeeze(chart)
+    places = inner_places(unrolled)
+    if not len(places):
+        return 1.0
+    area = sum((_vector_area(p) for p in points), start=np.zeros(3))
+    cosines = -face.surface.normals(unrolled.lift(places)[1]) @ (area / np.linalg.norm(area))
+    return float(1.0 / max(1e-9, float(np.min(cosines))))
 
 
 def _distortion(chart: Chart, points: Sequence[FloatArray]) -> float:
@@ -155,10 +162,3 @@ def _distortion(chart: Chart, points: Sequence[FloatArray]) -> float:
         ratios.append(chart_steps / steps)
     stretch: FloatArray = np.concatenate(ratios)
     return float(np.max(stretch) / max(float(np.min(stretch)), 1e-12))
-
-
-def _is_simple(loops: Sequence[FloatArray]) -> bool:
-    """Whether the outlines turn the right way, and no two of their segments cross."""
-    if signed_area(loops[0]) <= 0 or any(signed_area(loop) >= 0 for loop in loops[1:]):
-        return False
-    return not loops_cross(loops)

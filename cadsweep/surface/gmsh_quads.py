@@ -19,11 +19,13 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
+from .background import Background
 from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles
 
 _TRIANGLE, _QUAD = 2, 3
+_CORNERS = {_QUAD: 4, _TRIANGLE: 3}
 _FULL_QUADS = 3
 
 
@@ -84,7 +86,10 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
 
 
 def mesh_polygon(
-    loops: Sequence[FloatArray], setting: Setting, opposite: FloatArray | None = None
+    loops: Sequence[FloatArray],
+    setting: Setting,
+    opposite: FloatArray | None = None,
+    background: Background | None = None,
 ) -> tuple[FloatArray, IntArray]:
     """Mesh a polygon with holes with quads alone.
 
@@ -95,6 +100,8 @@ def mesh_polygon(
     setting : Setting
     opposite : (b,) float64, optional
         Angles of the boundary nodes on the cap that the quads are swept to, NaN where they are as here.
+    background : Background, optional
+        Wanted lengths inside; without it they are those of the boundary, interpolated.
 
     Returns
     -------
@@ -124,7 +131,8 @@ def mesh_polygon(
         "Mesh.RecombinationAlgorithm": setting.recombination,
         "Mesh.RecombineAll": 1,
         "Mesh.Renumber": 0,
-        "Mesh.MeshSizeExtendFromBoundary": 1,
+        "Mesh.MeshSizeExtendFromBoundary": background is None,
+        "Mesh.MeshSizeFromPoints": background is None,
         "Mesh.RandomSeed": 1,
     }
     if setting.size_factor < 1:
@@ -132,9 +140,39 @@ def mesh_polygon(
         options["Mesh.MeshSizeMax"] = setting.size_factor * float(np.median(steps)) / scale
     with gmsh_session("cap", options) as gmsh:
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
+        if background is not None:
+            _set_background(gmsh, background, origin, scale)
         gmsh.model.mesh.generate(2)
         inner, quads = _read_quads(gmsh, surface, len(boundary))
     return mend_flat_corners(loops, inner * scale + origin, quads, opposite)
+
+
+def triangulate(loops: Sequence[FloatArray], background: Background) -> tuple[FloatArray, IntArray]:
+    """Triangles (t, 3), counter-clockwise, of a polygon with holes, and the nodes (n, 2) inside; see `mesh_polygon`.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The boundary crosses itself, or gmsh failed.
+    """
+    if loops_cross(loops):
+        raise SurfaceMeshError("the boundary of the cap crosses itself at this size: try a smaller one")
+    boundary = np.concatenate(loops)
+    origin, scale = boundary.min(axis=0), float(np.max(np.ptp(boundary, axis=0)))
+    options = {
+        "Mesh.Algorithm": 6,
+        "Mesh.Renumber": 0,
+        "Mesh.MeshSizeExtendFromBoundary": 0,
+        "Mesh.MeshSizeFromPoints": 0,
+        "Mesh.RandomSeed": 1,
+    }
+    with gmsh_session("cap", options) as gmsh:
+        surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
+        _set_background(gmsh, background, origin, scale)
+        gmsh.model.mesh.generate(2)
+        points, inner, cells = _read_cells(gmsh, surface, len(boundary))
+    triangles = _counter_clockwise(points, cells[_TRIANGLE])
+    return inner * scale + origin, np.ascontiguousarray(triangles)
 
 
 def _tie_breaker(n: int) -> FloatArray:
@@ -166,16 +204,28 @@ def _add_polygon(gmsh: Any, loops: Sequence[FloatArray]) -> int:
     return int(surface)
 
 
-def _read_quads(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, IntArray]:
+def _set_background(gmsh: Any, background: Background, origin: FloatArray, scale: float) -> None:
+    """Have gmsh interpolate the wanted lengths; the view goes with the session's model."""
+    corners = ((background.places - origin) / scale)[background.triangles]
+    sizes = background.sizes[background.triangles] / scale
+    rows = np.concatenate([corners[:, :, 0], corners[:, :, 1], np.zeros_like(sizes), sizes], axis=1)
+    view = gmsh.view.add("sizes")
+    gmsh.view.addListData(view, "ST", len(rows), rows.ravel())
+    field = gmsh.model.mesh.field.add("PostView")
+    gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
+    gmsh.model.mesh.field.setAsBackgroundMesh(field)
+
+
+def _read_cells(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, FloatArray, dict[int, IntArray]]:
+    """All nodes, boundary first, those inside, and the quads and triangles."""
     types, _, nodes = gmsh.model.mesh.getElements(2, surface)
     found = {int(t): np.asarray(n, dtype=np.int64) for t, n in zip(types, nodes, strict=True)}
-    quads = found.get(_QUAD, np.empty(0, dtype=np.int64)).reshape(-1, 4)
-    triangles = found.get(_TRIANGLE, np.empty(0, dtype=np.int64)).reshape(-1, 3)
+    cells = {kind: found.get(kind, np.empty(0, dtype=np.int64)).reshape(-1, n) for kind, n in _CORNERS.items()}
     tags, xyz, _ = gmsh.model.mesh.getNodes()
     tags = np.asarray(tags, dtype=np.int64)
     xy = np.empty((int(np.max(tags)) + 1, 2))
     xy[tags] = np.asarray(xyz).reshape(-1, 3)[:, :2]
-    used = np.unique(np.concatenate([quads.ravel(), triangles.ravel()]))
+    used = np.unique(np.concatenate([c.ravel() for c in cells.values()]))
     inner = used[used > n_boundary]
     if len(used) - len(inner) != n_boundary:
         raise SurfaceMeshError(f"gmsh lost {n_boundary - (len(used) - len(inner))} boundary nodes")
@@ -183,14 +233,19 @@ def _read_quads(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, I
     number[1 : n_boundary + 1] = np.arange(n_boundary)
     number[inner] = n_boundary + np.arange(len(inner))
     points = xy[np.concatenate([np.arange(1, n_boundary + 1), inner])]
-    quads, triangles = _counter_clockwise(points, number[quads]), _counter_clockwise(points, number[triangles])
+    return points, xy[inner], {kind: number[c] for kind, c in cells.items()}
+
+
+def _read_quads(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, IntArray]:
+    points, inner, cells = _read_cells(gmsh, surface, n_boundary)
+    quads, triangles = (_counter_clockwise(points, cells[kind]) for kind in (_QUAD, _TRIANGLE))
     if len(triangles):
         without = remove_triangles(points, quads, triangles)
         if without is None:
             raise SurfaceMeshError(f"gmsh left {len(triangles)} triangles")
         quads = without
     _check_border(quads, n_boundary)
-    return xy[inner], np.ascontiguousarray(quads)
+    return inner, np.ascontiguousarray(quads)
 
 
 def _counter_clockwise(points: FloatArray, cells: IntArray) -> IntArray:

@@ -11,7 +11,7 @@ cap of several faces are divided once, so the faces conform.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -24,7 +24,9 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, Sweep
 from .annulus import THIN, fill_wall, wall_thickness
-from .charts import Chart, charts_of
+from .background import Background, count_interpolated, make_background, typical_length
+from .chart import Chart, surface_background
+from .charts import charts_of
 from .gmsh_quads import mesh_polygon, settings_for
 from .relax import corner_sines, relax_quads
 from .rim import lay_rows, smooth_loops
@@ -40,6 +42,10 @@ _FLAT = 1e-6
 """Worst corner sine below which quads are refused."""
 _POOR = 0.1
 """Worst corner sine of quads around which a face that is refused should be divided finer."""
+_FINER_OUTLINE = 2.0
+"""The size over the outline's typical segment beyond which quads grow towards the size inside."""
+_WORTH = 0.6
+"""Part of the quads that growing ones must spare to be worth their irregular nodes."""
 _GOOD_ROWS = 0.4
 """Worst corner sine from which on quads with a row along a smooth rim are taken."""
 
@@ -65,10 +71,14 @@ class CapBuilder:
         ring: FloatArray,
         loops: Sequence[IntArray],
         opposite: FloatArray,
+        *,
+        sizes: Callable[[FloatArray], FloatArray] | None = None,
     ) -> None:
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
+        self.size = intervals.size
+        self.sizes = sizes
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -193,6 +203,30 @@ class CapBuilder:
             wall = self._wall(face, loops, known, thin=False)
         return wall if wall is not None and _better(wall, patch) else patch
 
+    def _charts(
+        self, face: Face, loops: Sequence[Sequence[DirectedEdge]], nodes: Sequence[IntArray], known: FloatArray
+    ) -> Iterator[Chart]:
+        points = [known[ids] for ids in nodes]
+        return charts_of(face, loops, self.fractions, nodes, known, size=self._largest(points))
+
+    def _largest(self, loops: Sequence[FloatArray]) -> float:
+        """Wanted length inside a face, away from its outline.
+
+        An outline that is divided coarsely goes before the size. So does one that is divided a little finer all
+        around, for its curves: a few larger quads in the middle of a section would gain nothing.
+        """
+        outline = typical_length(loops)
+        return outline if outline >= self.size / _FINER_OUTLINE else self.size
+
+    def _background(self, chart: Chart, loops: Sequence[FloatArray]) -> Background | None:
+        """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
+        largest = self._largest(loops)
+        if self.sizes is not None or chart.conformal:
+            return surface_background(chart, largest, sizes=self.sizes)
+        background = make_background(chart.boundary, largest=largest)
+        few = background.count_quads(chart.boundary) < _WORTH * count_interpolated(chart.boundary)
+        return background if few else None
+
     def _rows(self, face: Face, loops: Sequence[Sequence[DirectedEdge]], known: FloatArray) -> FacePatch | None:
         """Lay a row of quads along smooth rims and mesh the rest with gmsh, or None where that does not go."""
         smooth = smooth_loops(self.sweep, loops)
@@ -200,7 +234,7 @@ class CapBuilder:
             return None
         nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
         best: FacePatch | None = None
-        for chart in charts_of(face, loops, self.fractions, nodes, known):
+        for chart in self._charts(face, loops, nodes, known):
             rows = lay_rows(chart.boundary, smooth, partial(_normals_at, face, chart))
             if rows is None:
                 continue
@@ -233,7 +267,7 @@ class CapBuilder:
         if len(loops) != 2:
             return None
         nodes = [self._chain_nodes(loop)[:-1] for loop in loops]
-        for chart in charts_of(face, loops, self.fractions, nodes, known):
+        for chart in self._charts(face, loops, nodes, known):
             if thin and wall_thickness(chart.boundary) >= THIN and len(nodes[0]) != len(nodes[1]):
                 return None
             filled = fill_wall(chart.boundary, self._opposite_of(np.concatenate(nodes)))
@@ -256,12 +290,13 @@ class CapBuilder:
         limit = min((np.sin(a) for loop in loops for a in loop_angles(face, loop) if a < np.pi / 2), default=1.0)
         reasons: list[str] = []
         best: FacePatch | None = None
-        for chart in charts_of(face, loops, self.fractions, nodes, known):
+        for chart in self._charts(face, loops, nodes, known):
+            background = self._background(chart, [known[ids] for ids in nodes])
             for setting in settings_for(chart.boundary):
                 if setting.size_factor < 1 and best is not None and best.expected >= GOOD_ENOUGH / 2:
                     break  # many more quads are no way to make fair ones good
                 try:
-                    inner, quads = mesh_polygon(chart.boundary, setting, self._opposite_of(boundary))
+                    inner, quads = mesh_polygon(chart.boundary, setting, self._opposite_of(boundary), background)
                 except SurfaceMeshError as error:
                     reasons.append(str(error))
                     continue

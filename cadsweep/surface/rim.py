@@ -21,7 +21,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..sweep import DirectedEdge, Sweep
-from .charts import signed_area
+from .chart import signed_area
 from .crossings import loops_cross
 from .spacing import SMOOTH
 

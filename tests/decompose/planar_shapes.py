@@ -2,7 +2,7 @@
 
 from itertools import product
 
-from cadsweep.decompose.planar import Pool
+from cadsweep.decomposition.planar import Pool
 
 #: Corners of a box by number, 4 x + 2 y + z; its faces, seen from outside counter-clockwise.
 BOX = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from planar_shapes import hollow_box, unit_box
 
-from cadsweep.decompose.dividing import Plane, divide
+from cadsweep.decomposition.dividing import Plane, divide
 
 
 def plane(normal, offset):

@@ -8,7 +8,7 @@ pytest.importorskip("cadquery")
 import cadquery as cq
 
 from cadsweep import load
-from cadsweep.decompose.search import Search
+from cadsweep.decomposition.search import Search
 from cadsweep.plan import list_ways, make_plan
 from cadsweep.recognition.find import search_sweeps
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,8 @@ def test_orders_and_lengths_of_names_are_those_of_the_code(tmp_path, row):
     suffix = row[0].split()[0].strip("`")
     if suffix == ".pvtu":
         pytest.skip("written by a run over several ranks")
-    options = {"version": "2.2"} if "2.2" in row[0] else {}
+    version = re.search(r'version="(.*)"', row[0])
+    options = {"version": version[1]} if version else {}
     kept = []
     for nodes in (8, 20, 27):
         path = tmp_path / (suffix if suffix == "polyMesh" else f"part{nodes}{suffix}")
@@ -38,7 +40,8 @@ def test_orders_and_lengths_of_names_are_those_of_the_code(tmp_path, row):
             io.write(bent_box(nodes), path, **options)
         except InputError:
             continue
-        assert io.read(path).hexes.shape[1] == nodes
+        if options != {"version": "fluent"}:  # which is not read
+            assert io.read(path).hexes.shape[1] == nodes
         kept.append(nodes)
     assert [int(n) for n in row[2].split(",")] == kept
     module = importlib.import_module(f"cadsweep.io.{io._MODULES['.polymesh' if suffix == 'polyMesh' else suffix]}")

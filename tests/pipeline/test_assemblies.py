@@ -160,3 +160,22 @@ def test_what_cannot_be_swept_is_named_with_what_it_touches():
     ball = cq.Workplane().sphere(1).translate((1, 1, 3))
     with pytest.raises(NotSweepableError, match="'ball'"):
         cs.sweep_mesh(assembly(base=block(2, 2, 2), ball=ball))
+
+
+def test_separate_solids_share_no_node_and_name_their_contacts_in_pairs():
+    mesh = cs.sweep_mesh(two_plates(), size=1.0, interfaces="separate")
+    nodes = [np.unique(mesh.hexes[ids]) for ids in mesh.parts.values()]
+    assert not len(np.intersect1d(*nodes))
+    assert not mesh.interfaces
+    for k, part in enumerate(mesh.parts, start=1):
+        quads = mesh.boundaries[f"low__high_{k}"]
+        assert np.isin(quads, np.unique(mesh.hexes[mesh.parts[part]])).all()
+        assert np.allclose(mesh.points[quads][..., 2], 2.0)
+
+
+def test_some_solids_alone_are_meshed_by_name():
+    whole = assembly(low=block(4, 4, 1), middle=block(4, 4, 1, (0, 0, 1)), high=block(4, 4, 1, (0, 0, 2)))
+    assert set(cs.sweep_mesh(whole, size=1.0, only=["low", "middle"]).parts) == {"low", "middle"}
+    assert list(cs.sweep_mesh(whole, size=1.0, skip=["middle"]).parts) == ["low", "high"]
+    with pytest.raises(InputError, match="middle"):
+        cs.sweep_mesh(whole, skip=["centre"])

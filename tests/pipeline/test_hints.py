@@ -34,7 +34,7 @@ def segments(part, solid, mesh, edge):
 def counted(part, /, **options):
     """Mesh a part; the sweep, the mesh, and a function that counts the segments of an edge."""
     used, sweep = chosen(part, **options)
-    mesh = cs.sweep_mesh(part, **options)
+    mesh = cs.sweep_mesh(part, allow_coarse=True, **options)
     return sweep, mesh, lambda edge: segments(used, sweep.solid, mesh, edge)
 
 

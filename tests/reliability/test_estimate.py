@@ -1,5 +1,6 @@
 """What a mesh costs is known before it is made, and what is too much is refused with the size that fits."""
 
+import math
 import re
 from types import SimpleNamespace
 
@@ -80,6 +81,25 @@ def test_a_streamed_mesh_needs_memory_for_its_cap_alone():
     streamed = estimate_size(plate_sweep(), size=0.1, layers=10**6, streamed=True)
     assert whole.n_hexes == streamed.n_hexes
     assert streamed.n_bytes < whole.n_bytes / 10
+
+
+@pytest.mark.parametrize("layers", [None, 2])
+def test_beyond_five_million_a_size_for_a_tenth_is_named(layers):
+    # A plate of 10 x 10 x 2 at size 0.02 has 250,000 quads and 100 layers; at 0.005 there are 4 million quads.
+    expected = estimate_size(plate_sweep(), size=0.02 if layers is None else 0.005, layers=layers)
+    with pytest.raises(InputError, match=r"GB.*5,000,000.*for a tenth.*max_hexes") as caught:
+        check_budget(expected, max_memory=math.inf)
+    size = float(re.search(r"try size (\S+) for a tenth", str(caught.value))[1])
+    smaller = estimate_size(plate_sweep(), size=size, layers=layers)
+    assert 0.05 * expected.n_hexes < smaller.n_hexes <= 0.1 * expected.n_hexes
+    for limit in (expected.n_hexes, math.inf):
+        check_budget(expected, max_hexes=limit, max_memory=math.inf)
+    with pytest.raises(InputError, match="beyond the limit"):
+        check_budget(expected, max_hexes=expected.n_hexes - 1, max_memory=math.inf)
+
+
+def test_a_streamed_mesh_has_no_limit_of_its_own():
+    check_budget(estimate_size(plate_sweep(), size=0.01, streamed=True), max_memory=math.inf)
 
 
 def test_modest_meshes_pass():

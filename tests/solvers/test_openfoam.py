@@ -48,3 +48,44 @@ def test_checkmesh_is_not_content_with_everything(openfoam, tmp_path):
     mesh = box()
     mesh.points[mesh.hexes[7, 6]] += [0.0, 0.0, -2.0]
     assert openfoam.check(mesh, tmp_path) != []
+
+
+def test_zones_of_an_assembly(openfoam, tmp_path):
+    """Parts are cell zones, the interface a face zone, for checkMesh as for us."""
+    from test_io_options import two_solids
+
+    from cadsweep import io
+
+    case = openfoam.make_case(tmp_path / "case")
+    io.write(two_solids(), case / "constant" / "polyMesh", patch_types={"source": "wall"})
+    said = openfoam.run(case, "checkMesh", "-allGeometry")
+    assert "Mesh OK." in said
+    assert "face zones:       1" in said
+    assert "cell zones:       2" in said
+
+
+def test_fluent_files_are_read_by_openfoam(openfoam, tmp_path):
+    import shutil
+
+    import numpy as np
+    from test_io_options import two_solids
+
+    from cadsweep import io
+
+    if shutil.which("fluent3DMeshToFoam") is None:
+        pytest.skip("fluent3DMeshToFoam is missing")
+    mesh = two_solids()
+    case = openfoam.make_case(tmp_path / "case")
+    io.write(mesh, case / "mesh.msh", version="fluent")
+    openfoam.run(case, "fluent3DMeshToFoam", str(case / "mesh.msh"))
+    back = io.read(case / "constant" / "polyMesh")
+    assert back.quality().valid
+    assert back.quality().volume == pytest.approx(mesh.quality().volume, rel=1e-12)
+    disjoint = {name: len(quads) for name, quads in mesh.boundaries.items() if name != "walls"}
+    assert {name: len(quads) for name, quads in back.boundaries.items()} == disjoint
+    assert {name: len(ids) for name, ids in back.parts.items()} == {"low": 12, "high": 12}
+    zones = (case / "constant" / "polyMesh" / "faceZones").read_text()
+    assert "low__high" in zones
+    for name, quads in back.boundaries.items():
+        there = back.points[quads].mean(axis=(0, 1))
+        assert np.allclose(there, mesh.points[mesh.boundaries[name]].mean(axis=(0, 1)))

@@ -32,12 +32,12 @@ def doubled_area(polygon):
 @pytest.mark.parametrize(
     ("loops", "n_quads", "least"),
     [
-        # Octagons in one ring, turned against one another: corners of 67.5 degrees.
-        ([circle(8, 1.0), circle(8, 0.7, 0.01)[::-1]], 8, 0.9),
+        # Octagons turned against one another: corners of 67.5 degrees; two rings, since one does not bend.
+        ([circle(8, 1.0), circle(8, 0.7, 0.01)[::-1]], 16, 0.9),
         ([circle(24, 1.0), circle(24, 0.4)[::-1]], None, 0.9),
         # Squares of four segments and two: a whole square at every corner.
         (frame(4, 2), 12, 1 - 1e-12),
-        (frame(1, 1), 4, np.sqrt(0.5) - 1e-12),
+        (frame(1, 1), 8, np.sqrt(0.5) - 1e-12),
     ],
 )
 def test_walls_are_filled_to_their_boundary(loops, n_quads, least):

@@ -81,8 +81,8 @@ def test_a_browser_draws_the_page_and_does_not_complain(page, tmp_path):
 
 def test_the_page_has_the_colours_and_names_of_the_cad(tmp_path):
     mesh = painted_block()
-    mesh.info["names"] = {"side_1": "Seite größer", "steel_37": "steel 37"}
-    mesh.info["material"] = "steel_37"
+    names = {"side_1": "Seite größer", "steel_37": "steel 37"}
+    mesh = replace(mesh, info={**mesh.info, "names": names, "material": "steel_37"})
     text = write_report(mesh, tmp_path / "page.html").read_text(encoding="utf-8")
     assert '"color":"#ff0000"' in text
     assert '"color":"#00ff00"' in text

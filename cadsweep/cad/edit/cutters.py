@@ -66,6 +66,12 @@ class _Found:
     edges: dict[int, float] = field(default_factory=dict)
 
 
+def extended_face(solid: Solid, face: int) -> tuple[Any, ...]:
+    """A face's surface extended through the solid; none where it is of a kind that is not extended."""
+    made = _Cutters(solid, frozenset()).surface_of(solid.faces[face])
+    return () if made is None else made.tools
+
+
 def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> list[Cutter]:
     """List what may part a cell, the most promising first.
 

@@ -31,9 +31,12 @@ class PartGeometry:
     ----------
     shape : TopoDS_Shape
         The part: one solid, or a compound of solids that share what they touch in.
+    closed : float
+        Width of gaps between solids that were closed, which leaves edges as far from vertices and faces.
     """
 
-    def __init__(self, shape: Any) -> None:
+    def __init__(self, shape: Any, *, closed: float = 0.0) -> None:
+        self.closed = closed
         self._maps = {kind: index_map(shape, kind) for kind in (VERTEX, EDGE, FACE)}
         self._curves: dict[int, tuple[EdgeCurve, str]] = {}
         self._surfaces: dict[int, Geometry] = {}

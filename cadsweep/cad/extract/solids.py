@@ -124,13 +124,14 @@ def extract_solid(
     ends = local[shared.ends[edge_keys]]
     box = bounds(shape, tight=True)
     size = float(np.linalg.norm(box[1] - box[0]))
-    gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], size, units)
+    largest_gap = max(_LARGEST_GAP * size, shared.closed)
+    gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)
     wires = [_wires(face, maps[1]) for face in holder.faces]
     surfaces = [
         _face_surface(face, own, curves, geometry=shared.surface(face))
         for face, own in zip(holder.faces, wires, strict=True)
     ]
-    frames = [_face_frames(surface, j, samples, _LARGEST_GAP * size) for j, surface in enumerate(surfaces)]
+    frames = [_face_frames(surface, j, samples, largest_gap) for j, surface in enumerate(surfaces)]
     for surface in surfaces:
         numbers, found = border_gaps(surface, samples, size)
         gaps[numbers] = np.maximum(gaps[numbers], found)
@@ -294,11 +295,11 @@ def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], 
     return shift
 
 
-def _end_gaps(samples: EdgeSamples, vertices: FloatArray, size: float, units: Units) -> FloatArray:
+def _end_gaps(samples: EdgeSamples, vertices: FloatArray, largest_gap: float, units: Units) -> FloatArray:
     """How far edges end off their vertices (n_edges, 2, 3); refuse what is far off."""
     gaps = np.linalg.norm(samples.points[:, ::2] - vertices, axis=2).max(axis=1, initial=0.0)
-    if not (gaps <= _LARGEST_GAP * size).all():
-        edge = int(np.argmax(~(gaps <= _LARGEST_GAP * size)))
+    if not (gaps <= largest_gap).all():
+        edge = int(np.argmax(~(gaps <= largest_gap)))
         raise CadError(
             f"edge {edge} ends {gaps[edge] * units.scale:.3g} off its vertices, near "
             f"({units.place(vertices[edge, 0])}), so the model is damaged. Export it again from its CAD program."

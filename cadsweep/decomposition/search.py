@@ -22,7 +22,7 @@ from ..brep import Face, Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
 from .dividing import Plane, divide, narrowest
-from .planar import Cell, Pair, Pool, from_solid
+from .planar import Cell, Facet, Pair, Pool, from_solid
 from .solids import to_solid
 from .vectors import cross, dot, minus, to_vector, unit
 
@@ -244,6 +244,11 @@ class Search:
                     found.append((low - reached, plane, f"a plane between features, parallel to {face.label()}"))
                 reached = max(reached, high)
         return found
+
+    def cut_facets(self, state: State) -> list[Facet]:
+        """The facets of all cuts of a state, each once."""
+        used = dict.fromkeys(f for cell in state.cells for f, _ in cell)
+        return [self.pool.facets[f] for f in used if self.pool.facets[f].origin < 0]
 
     def name_of(self, f: int) -> str:
         """How messages call the plane of a facet."""

@@ -1,0 +1,102 @@
+"""SU2 mesh, ``.su2``: text, hexahedra and markers of quads.
+
+Place in the flow: a format module of :mod:`cadsweep.io`.
+
+A quad has one marker here. Where boundaries overlap, the disjoint blocks are written under the names of
+:meth:`~cadsweep.io.labels.Blocks.exclusive_names`. The format knows one zone a file: parts are not kept. Interfaces
+would be markers inside the flow, which SU2 refuses: they are left out.
+
+Order 1 only.
+
+References
+----------
+SU2 documentation, "Mesh file"; element types are those of VTK: 12 a hexahedron, 9 a quad.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import BinaryIO
+
+import numpy as np
+
+from ..arrays import IntArray
+from ..errors import InputError
+from ..mesh import HexMesh
+from .compare import Groups, disjoint_boundaries
+from .labels import DEFAULT_PART, LabelledMesh, check_nodes
+from .sides import count_users
+from .text import write_rows
+
+_HEX, _QUAD = 12, 9
+
+
+def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
+    """Write a labelled mesh."""
+    if mesh.hexes.shape[1] != 8:
+        raise InputError("SU2's elements are of order 1; make the mesh with order=1")
+    n, m = len(mesh.points), len(mesh.hexes)
+    stream.write(b"NDIME= 3\nNELEM= %d\n" % m)
+    write_rows(stream, f"{_HEX}" + " %d" * 9 + "\n", mesh.hexes, np.arange(m))
+    stream.write(b"NPOIN= %d\n" % n)
+    write_rows(stream, "%r %r %r %d\n", mesh.points, np.arange(n))
+    markers = _markers(mesh)
+    stream.write(b"NMARK= %d\n" % len(markers))
+    for name, quads in markers.items():
+        stream.write(f"MARKER_TAG= {name}\nMARKER_ELEMS= {len(quads)}\n".encode())
+        write_rows(stream, f"{_QUAD} %d %d %d %d\n", quads)
+
+
+def _markers(mesh: LabelledMesh) -> dict[str, IntArray]:
+    """Disjoint boundaries, those inside the mesh left out."""
+    found = disjoint_boundaries(mesh)
+    return {name: q for name, q in found.items() if np.all(count_users(mesh.hexes, q, len(mesh.points)) == 1)}
+
+
+def kept_groups(mesh: LabelledMesh) -> Groups:
+    """Disjoint boundaries; the hexahedra are one part."""
+    return _markers(mesh), {DEFAULT_PART: np.arange(len(mesh.hexes))}
+
+
+def read(stream: BinaryIO) -> HexMesh:
+    """Read hexahedra and markers."""
+    text = re.sub(r"%.*", "", stream.read().decode("ascii", "replace"))
+    if _number(text, "NDIME") != 3:
+        raise InputError("it is not of three dimensions")
+    hexes = _rows(text, "NELEM", _number(text, "NELEM"), _HEX, 8)
+    points = _table(text, "NPOIN", _number(text, "NPOIN"))
+    boundaries = {}
+    for match in re.finditer(r"MARKER_TAG\s*=\s*(\S+)\s*MARKER_ELEMS\s*=\s*(\d+)", text):
+        boundaries[match[1]] = _rows(text[match.start() :], "MARKER_ELEMS", int(match[2]), _QUAD, 4)
+    if len(boundaries) != _number(text, "NMARK"):
+        raise InputError("a marker is missing: it is cut short")
+    for cells in (hexes, *boundaries.values()):
+        check_nodes(cells, len(points))
+    return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts={DEFAULT_PART: np.arange(len(hexes))})
+
+
+def _number(text: str, keyword: str) -> int:
+    match = re.search(rf"{keyword}\s*=\s*(\d+)", text)
+    if match is None:
+        raise InputError(f"it has no {keyword}")
+    return int(match[1])
+
+
+def _lines(text: str, keyword: str, n: int) -> list[list[str]]:
+    match = re.search(rf"{keyword}\s*=[^\n]*\n", text)
+    assert match is not None
+    lines = [line.split() for line in text[match.end() :].split("\n", n)[:n]]
+    if len(lines) < n or any("=" in "".join(line) for line in lines[-1:]):
+        raise InputError(f"it has fewer lines after {keyword} than it says: it is cut short")
+    return lines
+
+
+def _rows(text: str, keyword: str, n: int, kind: int, size: int) -> IntArray:
+    lines = _lines(text, keyword, n)
+    if any(line[:1] != [str(kind)] for line in lines):
+        raise InputError(f"it has elements after {keyword} that are not of type {kind}; meshes of hexahedra are read")
+    return np.array([line[1 : size + 1] for line in lines], dtype=np.int64).reshape(-1, size)
+
+
+def _table(text: str, keyword: str, n: int) -> np.ndarray:
+    return np.array([line[:3] for line in _lines(text, keyword, n)], dtype=np.float64).reshape(-1, 3)

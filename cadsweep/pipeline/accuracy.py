@@ -1,0 +1,281 @@
+"""The boundary's mesh as near to the CAD model as is asked for: measured, and divided finer where it is too coarse.
+
+Without a tolerance and without a size the boundary may lose `MOST_LOST` of volume and area and be off by `MOST_OFF` of
+the part's size; with a size the user has the last word. Each round divides what sags: edges around the sweep and along
+it for the sides, and the inside of caps, by the square root of how much too far they are off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .. import estimate
+from ..arrays import FloatArray
+from ..brep import Part
+from ..errors import InputError, SurfaceMeshError
+from ..mesh import SurfaceMesh
+from ..options import SweepOptions
+from ..projection.caps import PlacedCap, place_target
+from ..quality.deviation import Deviation, measure_deviation
+from ..sweep import Intervals, Sweep
+from .dividing import mesh_boundary
+from .hints import Hints, resolve_hints
+from .run import Run
+
+MOST_LOST = 0.005
+"""Part of volume and area that a mesh may lose or gain where nothing is asked for."""
+MOST_OFF = 1 / 200
+"""Distance from the CAD faces, in sizes of the part, where nothing is asked for."""
+MOST_HEXES = 200_000
+"""Hexahedra up to which a part is divided finer by itself."""
+COARSE = 0.05
+"""Part of volume or area beyond which a mesh is not the part."""
+MOST_ROUNDS = 4
+_MARGIN = 1.1
+_LEAST_GAIN = 0.95
+_MOST_FINER = 3.0
+"""Factor by which the edges of a cap are divided finer in one round."""
+_SHARE = 0.1
+"""A direction that sags less than this part of what is allowed stays as it is."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Boundary:
+    """Caps and sides of a sweep, meshed and measured.
+
+    Attributes
+    ----------
+    counts : Intervals
+    surfaces : SurfaceMesh
+    target : PlacedCap
+    deviation : Deviation
+    notes : tuple of str
+    """
+
+    counts: Intervals
+    surfaces: SurfaceMesh
+    target: PlacedCap
+    deviation: Deviation
+    notes: tuple[str, ...]
+
+
+def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool) -> Boundary:
+    """Mesh caps and sides as near to the CAD faces as is asked for.
+
+    Raises
+    ------
+    InputError, SurfaceMeshError, ProjectionError
+        As by the stages; a boundary that is too coarse to be the part's.
+    """
+    hints = resolve_hints(part, sweep, options)
+    limit = _limit(part, sweep, options)
+    best = _make(part, sweep, options, run, hints, streamed=streamed)
+    notes: list[str] = []
+    for _ in range(MOST_ROUNDS if limit is not None else 0):
+        assert limit is not None
+        wishes = _finer(sweep, best, hints, limit, fixed=() if _layers_follow(options) else sweep.rails)
+        if wishes is None:
+            break
+        try:
+            made = _make(part, sweep, options, run, wishes, streamed=streamed, most=limit.most)
+        except _TooManyError:
+            break
+        except SurfaceMeshError as error:
+            notes.append(f"finer quads for a nearer boundary could not be made: {error}")
+            break
+        gain = _shortfall(made.deviation, limit) / _shortfall(best.deviation, limit)
+        if gain >= 1.0:
+            break
+        best, hints = made, wishes
+        if gain > _LEAST_GAIN:
+            break  # what is asked for stands in the way
+    if limit is not None:
+        notes += _unmet(part, best.deviation, limit, options)
+    return replace(best, notes=(*best.notes, *notes))
+
+
+def check_coarse(deviation: Deviation, options: SweepOptions) -> None:
+    """Refuse a boundary that is another part's.
+
+    Raises
+    ------
+    InputError
+        Another sweep or other quads would be as coarse: it is the sizes.
+    """
+    worst = max(abs(deviation.volume), abs(deviation.area))
+    if worst > COARSE and not (options.allow_coarse or options.allow_inverted):
+        raise InputError(
+            f"the mesh is too coarse to be the part: its volume is {deviation.volume:+.1%} off the CAD's and its area "
+            f"{deviation.area:+.1%}; take a smaller size or more layers, say a tolerance, or allow it with "
+            "allow_coarse=True (--allow-coarse)"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Limit:
+    """What is asked of a boundary: distance, working units; part of volume and area; hexahedra."""
+
+    distance: float
+    lost: float
+    most: int | None
+
+
+class _TooManyError(Exception):
+    """More hexahedra than a part is given by itself."""
+
+
+def _layers_follow(options: SweepOptions) -> bool:
+    return options.layers is None and options.fractions is None
+
+
+def _shortfall(deviation: Deviation, limit: _Limit) -> float:
+    """How far a boundary is from what is asked for: above 1 it is too far off."""
+    return max(
+        deviation.distance / limit.distance, abs(deviation.volume) / limit.lost, abs(deviation.area) / limit.lost
+    )
+
+
+def _limit(part: Part, sweep: Sweep, options: SweepOptions) -> _Limit | None:
+    if options.tolerance is not None:
+        return _Limit(distance=options.tolerance / part.scale, lost=np.inf, most=None)
+    if options.size is not None:
+        return None
+    return _Limit(distance=MOST_OFF * sweep.solid.size, lost=MOST_LOST, most=MOST_HEXES)
+
+
+def _make(
+    part: Part,
+    sweep: Sweep,
+    options: SweepOptions,
+    run: Run,
+    hints: Hints,
+    *,
+    streamed: bool,
+    most: int | None = None,
+) -> Boundary:
+    counts, surfaces, notes = mesh_boundary(
+        part, sweep, options, run, hints, streamed=streamed, check=lambda made: _check_most(made, most)
+    )
+    with run.stage("projection"):
+        if sweep.closed:
+            surfaces.rings[-1] = surfaces.rings[0]
+        target = place_target(sweep, surfaces)
+    with run.stage("surface"):
+        deviation = measure_deviation(sweep, surfaces, target.points, target.faces)
+    return Boundary(counts=counts, surfaces=surfaces, target=target, deviation=deviation, notes=tuple(notes))
+
+
+def _check_most(expected: estimate.Estimate, most: int | None) -> None:
+    if most is not None and expected.n_hexes > most:
+        raise _TooManyError
+
+
+def _excess(deviation: Deviation, limit: _Limit) -> float:
+    """Factor by which all segments of curved faces should be shorter for the sake of volume and area."""
+    lost = max(abs(deviation.volume), abs(deviation.area))
+    return float(np.sqrt(_MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
+
+
+def _finer(sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int]) -> Hints | None:
+    """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided."""
+    deviation, solid = made.deviation, sweep.solid
+    excess = _excess(deviation, limit)
+    inside = _inside_sizes(deviation, limit, excess)
+    factors = _side_factors(sweep, deviation, limit, excess)
+    for e, factor in ({} if inside is None else _cap_factors(sweep, made.counts, inside)).items():
+        factors[e] = max(factors.get(e, 1.0), factor)
+    demanded = {e for edges in hints.counts for e in edges} | hints.wished
+    factors = {e: f for e, f in factors.items() if e not in demanded and e not in fixed}
+    if not factors and inside is None:
+        return None
+    sizes = dict(hints.sizes)
+    for e, factor in factors.items():
+        present = solid.edges[e].length / max(1, int(made.counts.counts[e]))
+        sizes[e] = min(sizes.get(e, np.inf), present / factor)
+    return replace(hints, sizes=sizes, inside=_least(hints.inside, inside))
+
+
+def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: float) -> dict[int, float]:
+    """By how much segments of the edges around sides that sag should be shorter."""
+    factors: dict[int, float] = {}
+    for side in sweep.linking_sides:
+        sag = deviation.sides.get(side.face)
+        if sag is None:
+            continue
+        whole = max(sag.around + sag.along, sag.inside)
+        needed = max(float(np.sqrt(_MARGIN * whole / limit.distance)) if whole > limit.distance else 1.0, excess)
+        for own, chains in ((sag.around, (side.bottom, side.top)), (sag.along, (side.left, side.right))):
+            if needed > 1.0 and own > _SHARE * whole:
+                for edge, _ in (directed for chain in chains for directed in chain):
+                    factors[edge] = max(factors.get(edge, 1.0), needed)
+    for span in (span for loop in sweep.spans for span in loop):
+        together = max(factors.get(e, 1.0) for e in span)
+        if together > 1.0:
+            factors |= dict.fromkeys(span, together)
+    return factors
+
+
+def _cap_factors(sweep: Sweep, counts: Intervals, inside: Callable[[FloatArray], FloatArray]) -> dict[int, float]:
+    """By how much segments around caps of one loop should be shorter: one that is a grid is divided by its edges."""
+    factors: dict[int, float] = {}
+    for loops in (sweep.solid.faces[f].loops for f in sweep.source):
+        if len(loops) > 1:
+            continue
+        edges = [sweep.solid.edges[e] for e in loops[0].edges]
+        wanted = inside(np.array([edge.midpoint for edge in edges]))
+        for edge, size in zip(edges, wanted, strict=True):
+            length = edge.length / max(1, int(counts.counts[edge.id]))
+            if size < length:
+                factors[edge.id] = max(factors.get(edge.id, 1.0), min(length / float(size), _MOST_FINER))
+    return factors
+
+
+def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callable[[FloatArray], FloatArray] | None:
+    """Wanted lengths at points of the source, from the quads that sag too much there; None where none does."""
+    sags, lengths = deviation.cap_sags, deviation.cap_lengths
+    if not len(sags):
+        return None
+    factor = np.sqrt(np.maximum(_MARGIN * sags / limit.distance, 1e-12))
+    if excess > 1.0:
+        factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
+    if not (factor > 1.05).any():
+        return None
+    wanted = np.where(factor > 1.0, lengths / factor, np.inf)
+    tree = cKDTree(deviation.cap_middles)
+
+    def sizes(points: FloatArray) -> FloatArray:
+        _, near = tree.query(points, k=min(4, len(wanted)))
+        return np.asarray(wanted[near.reshape(len(points), -1)].min(axis=1))
+
+    return sizes
+
+
+def _least(
+    one: Callable[[FloatArray], FloatArray] | None, other: Callable[[FloatArray], FloatArray] | None
+) -> Callable[[FloatArray], FloatArray] | None:
+    if one is None or other is None:
+        return one or other
+    return lambda points: np.minimum(one(points), other(points))
+
+
+def _unmet(part: Part, deviation: Deviation, limit: _Limit, options: SweepOptions) -> list[str]:
+    """Say so where the boundary stays farther off than is asked for."""
+    reached = deviation.distance * part.scale
+    if options.tolerance is not None:
+        if deviation.distance <= limit.distance:
+            return []
+        return [
+            f"the boundary is off its faces by {reached:.3g}, and {options.tolerance:g} was asked for: "
+            "counts, layers or sizes that were asked for, too, or the limit of hexahedra stand in the way"
+        ]
+    lost = max(abs(deviation.volume), abs(deviation.area))
+    if lost <= limit.lost and deviation.distance <= limit.distance:
+        return []
+    return [
+        f"volume and area are {lost:.2%} off the CAD's and a face by {reached:.3g}: nearer would take more than "
+        f"{MOST_HEXES:,} hexahedra, or more than the counts and layers that were asked for; say a tolerance or a size"
+    ]

@@ -1,0 +1,172 @@
+"""How far the boundary of a sweep lies off the CAD faces, and which way it sags there.
+
+Place in the flow: ``pipeline`` measures a boundary mesh before the inside is placed, and divides finer what is too
+coarse.
+
+Method: nodes lie on their faces, so a mesh is off where its quads sag: at the middles of their sides and inside. Plane
+faces are left out; on their rims it is the faces beside them that say how far the chords are off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Surface
+from ..mesh import SurfaceMesh
+from ..sweep import Sweep
+
+_INSIDE = ((0.5, 0.5), (0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8))
+"""Places inside a quad of a cap: a bump may be smaller than it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SideDeviation:
+    """What a linking side sags, working units.
+
+    Attributes
+    ----------
+    around, along : float
+        Greatest distance of the middles of segments around the sweep, and along it.
+    inside : float
+        Greatest distance of the middles of quads.
+    """
+
+    around: float
+    along: float
+    inside: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Deviation:
+    """How far a boundary mesh is off, working units.
+
+    Attributes
+    ----------
+    distance : float
+        Greatest distance that was measured.
+    faces : dict of int to float
+        Greatest distance of each curved face.
+    sides : dict of int to SideDeviation
+        Of each curved linking side, by face.
+    cap_middles : (m, 3) float64
+        Middles of the source's quads, where one of its faces or of the target's is curved.
+    cap_sags : (m,) float64
+        Greatest distance of each, on either cap.
+    cap_lengths : (m,) float64
+        Mean length of its sides on the source.
+    volume, area : float
+        Of the mesh over the CAD's, less one.
+    """
+
+    distance: float
+    faces: dict[int, float]
+    sides: dict[int, SideDeviation]
+    cap_middles: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    cap_sags: FloatArray = field(default_factory=lambda: np.empty(0))
+    cap_lengths: FloatArray = field(default_factory=lambda: np.empty(0))
+    volume: float = 0.0
+    area: float = 0.0
+
+
+def measure_deviation(
+    sweep: Sweep, surfaces: SurfaceMesh, target_points: FloatArray, target_faces: IntArray
+) -> Deviation:
+    """Measure a boundary mesh against its faces.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    surfaces : SurfaceMesh
+    target_points : (n, 3) float64
+        The source's nodes on the target cap.
+    target_faces : (q,) int64
+        Target face of every quad.
+    """
+    solid, source, rings = sweep.solid, surfaces.source, surfaces.rings
+    after = np.concatenate([np.roll(loop, -1) for loop in _loops(source.loops)])
+    sides: dict[int, SideDeviation] = {}
+    faces: dict[int, float] = {}
+    for f in np.unique(surfaces.side_faces):
+        if solid.faces[f].kind == "plane":
+            continue
+        surface = solid.faces[f].surface
+        layer, column = np.nonzero(surfaces.side_faces == f)
+        corners = np.stack(
+            [
+                rings[layer, column],
+                rings[layer, after[column]],
+                rings[layer + 1, after[column]],
+                rings[layer + 1, column],
+            ]
+        )
+        found = [
+            float(np.max(surface.distance((corners[list(ends)]).mean(axis=0))))
+            for ends in ((0, 1), (3, 2), (0, 3), (1, 2), (0, 1, 2, 3))
+        ]
+        sides[int(f)] = SideDeviation(around=max(found[:2]), along=max(found[2:4]), inside=found[4])
+        faces[int(f)] = max(found)
+    caps = [(source.faces, source.points[source.quads])]
+    if not sweep.closed:
+        caps.append((target_faces, target_points[source.quads]))
+    sags = np.zeros(len(source.quads))
+    curved = np.zeros(len(source.quads), dtype=bool)
+    for owners, corners in caps if not sweep.closed else ():
+        for f in np.unique(owners):
+            if solid.faces[f].kind == "plane":
+                continue
+            mine = np.flatnonzero(owners == f)
+            off = _cap_sags(solid.faces[f].surface, corners[mine])
+            sags[mine] = np.maximum(sags[mine], off)
+            curved[mine] = True
+            faces[int(f)] = max(faces.get(int(f), 0.0), float(off.max()))
+    corners = source.points[source.quads]
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
+    quads = [
+        np.stack([rings[:-1], rings[:-1, after], rings[1:, after], rings[1:]], axis=2).reshape(-1, 4, 3),
+        *(() if sweep.closed else (source.points[source.quads][:, ::-1], target_points[source.quads])),
+    ]
+    volume, area = _volume_and_area(np.concatenate(quads))
+    closed_caps = (*sweep.source, *sweep.target) if sweep.closed else ()
+    cad_area = sum(face.area for face in solid.faces if face.id not in closed_caps)
+    return Deviation(
+        distance=max(faces.values(), default=0.0),
+        faces=faces,
+        sides=sides,
+        cap_middles=corners[curved].mean(axis=1),
+        cap_sags=sags[curved],
+        cap_lengths=lengths[curved],
+        volume=volume / solid.volume - 1.0,
+        area=area / cad_area - 1.0,
+    )
+
+
+def _loops(loops: tuple[IntArray, ...]) -> list[IntArray]:
+    """Places of each loop's nodes in the ring."""
+    ends = np.cumsum([len(loop) for loop in loops])
+    return list(np.split(np.arange(ends[-1]), ends[:-1]))
+
+
+def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
+    """Greatest distance (m,) of quads (m, 4, 3) from their surface."""
+    places = [
+        (1 - u) * (1 - v) * corners[:, 0]
+        + u * (1 - v) * corners[:, 1]
+        + u * v * corners[:, 2]
+        + (1 - u) * v * corners[:, 3]
+        for u, v in _INSIDE
+    ]
+    places += [(corners[:, j] + corners[:, (j + 1) % 4]) / 2 for j in range(4)]
+    distances: FloatArray = surface.distance(np.concatenate(places)).reshape(len(places), len(corners)).max(axis=0)
+    return distances
+
+
+def _volume_and_area(corners: FloatArray) -> tuple[float, float]:
+    """Volume inside outward quads (m, 4, 3), exact for bilinear ones, and their area, by their diagonals."""
+    a, b, c, d = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
+    triangles = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))  # both ways to cut a quad: their mean is the bilinear one
+    volume = sum(float(np.einsum("md,md->", p, np.cross(q, r))) for p, q, r in triangles) / 12.0
+    area = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
+    return volume, area

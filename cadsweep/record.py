@@ -1,0 +1,94 @@
+"""What is known of a mesh besides its arrays: :class:`MeshRecord`.
+
+Place in the flow: the pipeline fills it, files keep some of it, reports show it. ``HexMesh.info`` is it, read as a
+mapping of what is known; ``HexMesh.record`` has its fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .arrays import IntArray
+    from .quality import QualityReport
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshRecord(Mapping[str, Any]):
+    """The making of a mesh: a read-only mapping of those of its fields that are known.
+
+    ``record | {"notes": [...]}`` is a new record with another value.
+
+    Attributes
+    ----------
+    part : str or None
+        What the CAD model calls the part.
+    material : str or None
+        Its material, where it is one.
+    materials : mapping of str to str, or None
+        Materials of the solids of an assembly, by name.
+    cad_volume : float or None
+        Volume of the CAD model, model units.
+    cad_volume_doubt : float or None
+        How uncertain that is, where faces of the model miss each other.
+    sweeps : sequence of mapping, or None
+        For every sweep its ``source`` and ``target`` (names of faces, or ids), ``layers``, and ``span_layers`` or
+        ``cell``, where there is such a thing.
+    names : mapping of str to str, or None
+        Declared name to the name that the user gave.
+    colors : mapping or None
+        Those of the CAD model, ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
+    notes : sequence of str, or None
+        What was done to the model and the mesh on the way, a readable line each.
+    seconds : mapping of str to float, or None
+        Wall time by stage.
+    quality : QualityReport or None
+        What the checks found, once they have been made.
+    coarse_nodes : (n,) int64, or None
+        Of a refined mesh: for every node of the mesh before, which node of this one it is.
+    extra : mapping
+        Whatever else somebody wants to keep with the mesh.
+    """
+
+    part: str | None = None
+    material: str | None = None
+    materials: Mapping[str, str] | None = None
+    cad_volume: float | None = None
+    cad_volume_doubt: float | None = None
+    sweeps: Sequence[Mapping[str, Any]] | None = None
+    names: Mapping[str, str] | None = None
+    colors: Mapping[str, Mapping[str, str]] | None = None
+    notes: Sequence[str] | None = None
+    seconds: Mapping[str, float] | None = None
+    quality: QualityReport | None = None
+    coarse_nodes: IntArray | None = None
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> MeshRecord:
+        """The record with these values; a record is itself."""
+        if isinstance(values, MeshRecord):
+            return values
+        known = {key: value for key, value in values.items() if key in _KNOWN}
+        return cls(**known, extra={key: value for key, value in values.items() if key not in _KNOWN})
+
+    def __getitem__(self, key: str) -> Any:
+        value = getattr(self, key) if key in _KNOWN else self.extra[key]
+        if value is None:
+            raise KeyError(key)
+        return value
+
+    def __iter__(self) -> Iterator[str]:
+        yield from (key for key in _KNOWN if getattr(self, key) is not None)
+        yield from self.extra
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __or__(self, changes: Mapping[str, Any]) -> MeshRecord:
+        return MeshRecord.of({**self, **changes})
+
+
+_KNOWN = tuple(known.name for known in fields(MeshRecord) if known.name != "extra")

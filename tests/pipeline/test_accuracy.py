@@ -1,0 +1,86 @@
+"""How near the mesh's boundary comes to the CAD model: asked for, by default, and where it is too far."""
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+
+cq = pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+pytestmark = pytest.mark.cad
+
+RADIUS, HEIGHT = 10.0, 6.0
+
+
+@pytest.fixture(scope="module")
+def bar():
+    return cs.load(cq.Workplane().circle(RADIUS).extrude(HEIGHT))
+
+
+def off_cylinder(mesh):
+    """Greatest distance of the mantle's chords from the cylinder, from the nodes alone."""
+    mantle = [quads for quads in mesh.boundaries.values() if np.ptp(mesh.points[quads][..., 2]) > 0]
+    ends = np.concatenate([np.stack([q, np.roll(q, -1, axis=1)], axis=-1).reshape(-1, 2) for q in mantle])
+    middles = mesh.points[ends].mean(axis=1)
+    return float(RADIUS - np.hypot(middles[:, 0], middles[:, 1]).min())
+
+
+@pytest.mark.parametrize("tolerance", [0.2, 0.02])
+def test_a_tolerance_is_kept_and_not_by_far(bar, tolerance):
+    mesh = cs.sweep_mesh(bar, tolerance=tolerance, size=4.0, layers=2)
+    assert mesh.info["distance"] == pytest.approx(off_cylinder(mesh), abs=1e-9)
+    # Counts are whole and even: of the sagitta r (1 - cos(pi / n)), half of what is asked for is not undercut.
+    assert 0.4 * tolerance < mesh.info["distance"] <= tolerance
+
+
+def test_layers_follow_the_tolerance_round_a_bend(elbow):
+    mesh = cs.sweep_mesh(elbow, tolerance=0.01, size=2.0)
+    # The outermost rail has a radius of 12 and turns by a right angle: chords that sag 0.01 turn by 2 acos(1 - s / r).
+    assert mesh.structure.n_layers >= (np.pi / 2) / (2 * np.arccos(1 - 0.01 / 12)) - 1e-9
+    assert mesh.info["distance"] <= 0.01
+
+
+def test_what_was_asked_for_stands_and_is_said(bar):
+    mesh = cs.sweep_mesh(bar, tolerance=1e-4, size=4.0, counts={"edges:%CIRCLE": 16}, layers=1)
+    assert any("was asked for" in note for note in mesh.info["notes"])
+    assert mesh.info["distance"] == pytest.approx(RADIUS * (1 - np.cos(np.pi / 16)))
+
+
+def test_a_mesh_that_is_another_part_has_to_be_allowed(bar):
+    # An octagon has 10 % less area than its circle.
+    coarse = {"counts": {"edges:%CIRCLE": 8}, "layers": 2}
+    with pytest.raises(cs.CadSweepError, match=r"-10.0%.*allow_coarse"):
+        cs.sweep_mesh(bar, **coarse)
+    mesh = cs.sweep_mesh(bar, allow_coarse=True, **coarse)
+    assert mesh.info["quality"].volume == pytest.approx(8 / 2 * RADIUS**2 * np.sin(np.pi / 4) * HEIGHT)
+
+
+@pytest.fixture(scope="module")
+def dome():
+    """A hexagonal plate with a freeform dome as high as it is wide (20)."""
+    corners = [(10 * np.cos(a), 10 * np.sin(a)) for a in np.arange(6) * np.pi / 3]
+    plate = cq.Workplane().polyline(corners).close().extrude(3)
+    rim = cq.Workplane().workplane(offset=3).polyline(corners).close().wire().vals()[0]
+    ridge = [cq.Vector(r * x, r * y, 3 + 20 * (1 - r * r)) for r in (0.35, 0.65) for x, y in corners]
+    top = cq.Face.makeNSidedSurface(rim.Edges(), [cq.Vector(0, 0, 23), *ridge])
+    others = [face for face in plate.faces().vals() if face.Center().z < 3 - 1e-6]
+    return cs.load(cq.Workplane(cq.Solid.makeSolid(cq.Shell.makeShell([*others, top]))))
+
+
+def test_a_dome_as_high_as_wide_is_all_there_and_its_quads_are_alike(dome):
+    mesh = cs.sweep_mesh(dome)
+    report = mesh.info["quality"]
+    assert report.valid
+    assert abs(report.volume / mesh.info["cad_volume"] - 1.0) < 0.005
+    n = mesh.structure.n_nodes
+    lengths = []
+    for cap in (mesh.points[:n], mesh.points[-n:]):
+        quads = mesh.structure.quads
+        corners = cap[quads]
+        if np.ptp(corners[..., 2]) > 5.0:
+            lengths.append(np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2))
+    (found,) = lengths
+    middle = np.median(found)
+    assert middle / 2.5 < found.min()
+    assert found.max() < 2.5 * middle

@@ -1,0 +1,88 @@
+"""Cells as solids: written, read again, meshed as an assembly; cuts that the user asks for."""
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+import cadquery as cq
+from click.testing import CliRunner
+
+import cadsweep as cs
+from cadsweep.cli.group import cadsweep
+
+pytestmark = pytest.mark.cad
+
+
+def boxes_cross():
+    """Three bars that cross in one place."""
+    return cq.Workplane().box(30, 8, 8).union(cq.Workplane().box(8, 30, 8)).union(cq.Workplane().box(8, 8, 30))
+
+
+def test_cells_are_pieces_of_the_part_that_touch():
+    part = cs.load(boxes_cross())
+    cells = cs.decompose(part)
+    assert len(cells.solids) > 1
+    assert set(cells.owners) == {0}
+    assert len(cells.cuts) >= 1
+    assert sum(solid.volume for solid in cells.solids) == pytest.approx(part.solids[0].volume, rel=1e-9)
+    keys, times = np.unique(np.concatenate([solid.face_keys for solid in cells.solids]), return_counts=True)
+    assert set(times) == {1, 2}
+    shared = set(keys[times == 2].tolist())
+    for solid in cells.solids:
+        for face, key in zip(solid.faces, solid.face_keys.tolist(), strict=True):
+            assert (face.key == "") == (key in shared)
+
+
+def test_a_part_that_sweeps_comes_back_as_it_is():
+    part = cs.load(cq.Workplane().box(1, 2, 3))
+    assert cs.decompose(part) is part
+
+
+def test_written_cells_mesh_as_an_assembly(tmp_path):
+    source, pieces = tmp_path / "cross.step", tmp_path / "pieces.step"
+    cq.exporters.export(boxes_cross(), str(source))
+    done = CliRunner().invoke(cadsweep, ["cut", str(source), "-o", str(pieces), "--json"])
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    volume = 8**3 + 6 * 11 * 8**2
+    assert sum(cell["volume"] for cell in data["cells"]) == pytest.approx(volume, rel=1e-9)
+    assert data["cuts"]
+    again = cs.load(pieces)
+    assert len(again.solids) == len(data["cells"])
+    mesh = cs.sweep_mesh(again, size=4.0)
+    assert mesh.info["quality"].valid
+    assert mesh.interfaces
+    assert mesh.info["quality"].volume == pytest.approx(volume, rel=1e-9)
+
+
+def test_a_plane_of_the_user_cuts_where_it_says():
+    block = cq.Workplane().box(10, 10, 10).translate((1000.0, 0, 0))
+    mesh = cs.sweep_mesh(block, cuts=["plane x=1002"], size=2.0)
+    assert mesh.info["quality"].valid
+    assert np.any(np.isclose(mesh.points[:, 0], 1002.0))
+    assert list(mesh.parts) == ["solid"]
+    assert not mesh.interfaces
+
+
+def test_a_face_of_the_user_is_extended():
+    step = cq.Workplane().box(10, 10, 10).cut(cq.Workplane().box(5, 10, 5).translate((2.5, 0, 2.5)))
+    cells = cs.decompose(step, cuts=["<Z[-2]"])
+    assert sorted(solid.volume for solid in cells.solids) == pytest.approx([250.0, 500.0])
+
+
+@pytest.mark.parametrize(
+    ("cut", "says"),
+    [
+        ("plane z=99", "parts no solid"),
+        ("plane q", "write 'plane z=3'"),
+        ("face 99", "face 99"),
+        ("nowhere.step", "no such file"),
+    ],
+)
+def test_cuts_that_are_none_are_refused(cut, says):
+    with pytest.raises(cs.InputError, match=says):
+        cs.sweep_mesh(cq.Workplane().box(1, 1, 1), cuts=[cut])
