@@ -90,11 +90,12 @@ def main() -> None:
     by_fit = (at[0] - at[1]) / (2 * step)
     print(f"{result.n_cases} cases of {base.n_hexes} hexahedra; work {work.min():.1f} to {work.max():.1f} mJ")
     print(f"fit off by {np.abs(off).max():.2%} at most; by the mesh {by_mesh:.4f}, by the fit {by_fit:.4f} mJ/mm")
-    draw(points, base.boundaries, radius, angle, work, fit)
+    draw(points, base.boundaries, (radius, angle), fit)
 
 
-def draw(points, boundaries, radius, angle, work, fit) -> None:
+def draw(points, boundaries, cases, fit) -> None:
     """Three variants of the mesh, seen across the bend, and the response surface."""
+    radius, angle = cases
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
     quads = np.concatenate(list(boundaries.values()))
     for number, color in zip((0, 22, 39), ("#7a5195", "#1f5fa8", "#d45087"), strict=True):
