@@ -134,9 +134,12 @@ class StackMesh:
         The boundary, outward.
     faces : (q,) int64
         Face of the solid that each of them lies on.
+    edge_nodes : dict of int to (k,) int64
+        Nodes along every edge of the solid, from its start to its end.
     """
 
     points: FloatArray
     hexes: IntArray
     quads: IntArray
     faces: IntArray
+    edge_nodes: dict[int, IntArray] = field(default_factory=dict)

@@ -8,6 +8,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .edit.cutters import Cutter
 
 __all__ = [
+    "ANNULI_NOTE",
     "apply_cuts",
     "arrange",
     "cut_along",

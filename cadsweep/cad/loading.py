@@ -67,12 +67,14 @@ def load(
     """
     if touch is not None and not 0.0 <= touch < math.inf:
         raise InputError(f"touch is a distance, in model units: {touch!r} is none.")
-    model = read_model(source, params=params)
+    read = read_model(source, params=params)
     from .heal.assembly import make_assembly
-    from .heal.clean import make_part
+    from .heal.clean import make_part, stage
+    from .heal.loose import separate_solids
     from .read.parts import choose_part, n_solids
 
-    model = choose_part(model, part)
+    with stage(read, "sewing loose faces"):
+        model = choose_part(separate_solids(read), part)
     return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch, on_progress=on_progress)
 
 
@@ -83,6 +85,10 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
         if path.is_dir():
             raise InputError(f"{path}: this is a folder; name a file in it.")
         suffix = path.suffix.lower()
+        if suffix in (".fcstd", ".fcstd1"):
+            raise InputError(
+                f"{path}: FreeCAD documents are not read: export the part as STEP (File, Export) and take that."
+            )
         if suffix not in SCRIPTS + FILES:
             raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")
         if not path.is_file():

@@ -13,6 +13,7 @@ Not handled: names of edges.
 from __future__ import annotations
 
 import colorsys
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -81,14 +82,27 @@ def write_step(part: Part, path: Path) -> list[str]:
                 TDataStd_Name.Set_s(sub, TCollection_ExtendedString(face.name))
             if face.color is not None:
                 colors.SetColor(sub, _color(face.color), XCAFDoc_ColorType.XCAFDoc_ColorSurf)
-    with quiet_opencascade(), _sub_shape_names():
-        writer = STEPCAFControl_Writer()
-        writer.SetNameMode(True)
-        writer.SetColorMode(True)
-        done = writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
-        if not done or writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-            raise CadError(f"OpenCASCADE could not write {path}: is the folder there, writable and not full?")
+    _write(document, path)
     return names
+
+
+def _write(document: Any, path: Path) -> None:
+    """Write to a file beside, and put it in place when it is whole: on a full disk OpenCASCADE says nothing."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.step")
+    try:
+        with quiet_opencascade(), _sub_shape_names():
+            writer = STEPCAFControl_Writer()
+            writer.SetNameMode(True)
+            writer.SetColorMode(True)
+            done = writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
+            done = done and writer.Write(str(beside)) == IFSelect_ReturnStatus.IFSelect_RetDone
+        if not done or b"END-ISO-10303-21" not in beside.read_bytes()[-100:]:
+            raise CadError(f"OpenCASCADE could not write {path}: is the folder there, writable and not full?")
+        beside.replace(path)
+    except OSError as error:
+        raise CadError(f"{path} cannot be written: {error.strerror or error}.") from error
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def cell_shapes(part: Part) -> list[Any]:

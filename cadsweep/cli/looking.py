@@ -10,7 +10,7 @@ import click
 
 from .making import PART, TOUCH, checked_options, sweep_options
 from .show import print_info
-from .types import Assignment, is_script, parse_cap, parse_parameter
+from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 
 
@@ -70,19 +70,44 @@ def info(
 
 
 @click.command(short_help="Check a mesh file.")
-@click.argument("mesh_file", metavar="MESH")
+@click.argument("mesh_files", metavar="MESH...", nargs=-1, required=True)
+@click.option("--strict", is_flag=True, help="One line a file, and only of what is wrong: for hooks and CI.")
+@click.option("--min-scaled-jacobian", type=float, metavar="X", help="A mesh whose worst hexahedron is below fails.")
+@click.option("--max-aspect", type=Positive(), metavar="X", help="A mesh with a more stretched hexahedron fails.")
 @limits
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object a file.")
 @QUIET
-def check(*, mesh_file: str, timeout: float, max_memory: float | None, as_json: bool, quiet: bool) -> int:
-    """Show every quality and validity figure of a mesh file; exit code 0 if the mesh is valid, 1 if not."""
-    data = run("check_file", mesh_file, timeout=timeout, max_memory=max_memory, quiet=quiet)
-    text = data.pop("text")
-    if as_json:
-        click.echo(json.dumps(data))
-    elif not quiet:
-        click.echo(text)
-    return 0 if data["valid"] else 1
+def check(
+    *,
+    mesh_files: tuple[str, ...],
+    strict: bool,
+    min_scaled_jacobian: float | None,
+    max_aspect: float | None,
+    timeout: float,
+    max_memory: float | None,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Show every quality and validity figure of mesh files; exit code 0 if all are valid and within limits, else 1."""
+    all_well = True
+    for mesh_file in mesh_files:
+        data = run("check_file", mesh_file, timeout=timeout, max_memory=max_memory, quiet=quiet or strict)
+        text = data.pop("text")
+        wrong = list(data["problems"])
+        worst, aspect = data["min_scaled_jacobian"], data["metrics"]["aspect"]["max"]
+        if min_scaled_jacobian is not None and not (worst is not None and worst >= min_scaled_jacobian):
+            wrong.append(f"the worst scaled Jacobian is {worst}, below {min_scaled_jacobian}")
+        if max_aspect is not None and not (aspect is not None and aspect <= max_aspect):
+            wrong.append(f"the largest aspect ratio is {aspect}, above {max_aspect}")
+        all_well &= not wrong
+        if as_json:
+            click.echo(json.dumps({"file": mesh_file, **data, "passed": not wrong, "failures": wrong}))
+        elif strict and not quiet:
+            for problem in wrong:
+                click.echo(f"{mesh_file}: {problem}")
+        elif not quiet:
+            click.echo("\n".join([text, *(f"limit: {problem}" for problem in wrong[len(data["problems"]) :])]))
+    return 0 if all_well else 1
 
 
 @click.command(short_help="Show a mesh.")

@@ -13,11 +13,13 @@ several solids  more than one solid                     cells that touch on one 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from .. import cad
 from ..brep import Part
-from ..errors import CadSweepError, InputError
+from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
@@ -69,8 +71,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
-    """By one sweep."""
+    """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
+    if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
+        with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
+            return mesh_stacks_instead(part, options, run, NotSweepableError("no sweep of the part as it is"))
     mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
     assert mesh is not None
     return mesh

@@ -8,23 +8,25 @@ cap of a sweep, and ``stacks`` gives every node its heights.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from .. import cad, intervals, stacks, surface
+from .. import cad, estimate, intervals, stacks, surface
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
-from ..mesh import HexMesh
+from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
 from ..stack import Stack
-from ..sweep import Sweep
+from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish
+from .stack_hints import resolve_stack_hints, weigh_layers
+from .stack_plane import mesh_plane
 
 log = logging.getLogger(__name__)
 
@@ -78,7 +80,7 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             found.append(stack)
     found.sort(key=lambda stack: (-stack.score, stack.n_columns))
     reasons += [_reason(direction, why) for direction, why in refused]
-    return found, reasons or ["no face of it is plane, and no edge straight"]
+    return found, reasons or ["along no direction: no face of it is plane, and no edge straight"]
 
 
 def _reason(direction: np.ndarray, why: str) -> str:
@@ -127,7 +129,6 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
             found, _ = _search(only_solid(part))
             if not found:
                 raise refused
-    _check_options(options)
     tried: list[HexMesh] = []
     failures: list[CadSweepError] = []
     for stack in found[:MOST_STACKS]:
@@ -151,24 +152,30 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     return replace(best, info={**best.info, "notes": notes})
 
 
-def _check_options(options: SweepOptions) -> None:
-    """Refuse what means nothing to a stack."""
-    for name in ("bias", "fractions", "rail_layers", "sizes", "counts"):
-        if getattr(options, name):
-            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns")
-    if options.order != 1:
-        raise InputError("a stack of columns has order 1")
-
-
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
+    for name in ("fractions", "bias", "tolerance"):
+        if getattr(options, name) is not None:
+            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
     assert not isinstance(sheets, str)
+    hints = resolve_stack_hints(part, stack, sheets, options)
+    size = None if options.size is None else options.size / part.scale
+
+    def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+        with run.stage("intervals"):
+            counts = intervals.assign_intervals(
+                stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
+            )
+        return counts, lambda: surface.mesh_surfaces(stack.plan, counts)
+
+    counts, _ = attempt(hints.sizes)
     with run.stage("intervals"):
-        size = None if options.size is None else options.size / part.scale
-        counts = intervals.assign_intervals(stack.plan, size=size, layers=1)
-        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers)
-    with run.stage("surface"):
-        quads = surface.mesh_surfaces(stack.plan, counts).source
+        weigh_layers(sheets, hints, counts.size)
+        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
+        full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
+        expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
+        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+    quads, finer = mesh_plane(stack, hints, attempt, run)
     with run.stage("assembly"):
         built = stacks.build_mesh(stack, levels, quads)
     faces = stack.solid.faces
@@ -179,6 +186,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         quads=built.quads,
         quad_cells=np.zeros(len(built.quads), dtype=np.int64),
         quad_faces=built.faces,
+        edge_nodes={int(stack.solid.edge_keys[e]): nodes for e, nodes in built.edge_nodes.items()},
         roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
     )
     mesh = finish(
@@ -186,7 +194,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         joined,
         options,
         run,
-        notes=stack.notes,
+        notes=[*stack.notes, *finer],
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],

@@ -11,7 +11,9 @@ along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
+planar     how good the quads of the arrangement are
 nodes      heights of all nodes
+lines      nodes along the edges of the part
 blocks     hexahedra, and the face of every boundary quad
 ========== =====================================================================
 """
@@ -19,6 +21,7 @@ blocks     hexahedra, and the face of every boundary quad
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
+from .planar import find_poor_edges
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_directions, find_stations, read_sides, sample_normals
 
@@ -28,6 +31,7 @@ __all__ = [
     "assign_levels",
     "build_mesh",
     "find_directions",
+    "find_poor_edges",
     "find_sheets",
     "find_stations",
     "make_stack",

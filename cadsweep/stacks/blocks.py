@@ -16,6 +16,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack, StackMesh
+from .lines import nodes_on_edges
 from .nodes import Heights, place_nodes
 
 
@@ -47,6 +48,7 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
         hexes=np.concatenate(hexes).astype(np.int64),
         quads=np.concatenate([q for q, _ in caps + walls]),
         faces=np.concatenate([f for _, f in caps + walls]),
+        edge_nodes=nodes_on_edges(stack, levels, mesh, numbers.row, points),
     )
 
 
@@ -65,6 +67,10 @@ class _Numbers:
 
     below: IntArray
     above: IntArray
+
+    def row(self, level: int, begins: bool) -> IntArray:
+        """Those of one level."""
+        return (self.above if begins else self.below)[level]
 
 
 def _number(stack: Stack, mesh: QuadMesh, heights: Heights, layers: list[IntArray]) -> tuple[_Numbers, FloatArray]:

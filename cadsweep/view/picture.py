@@ -87,14 +87,17 @@ def add_mesh(
     else:
         plotter.add_mesh(surface, color=_PLAIN, **style)
     if show_boundaries and names:
-        _add_boundaries(plotter, mesh, [legible(color) for color in colors])
+        _add_boundaries(plotter, mesh, [legible(color) for color in colors], kept)
 
 
-def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str]) -> None:
+def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str], kept: np.ndarray | None) -> None:
     """Draw the rim of every boundary in its colour, and a legend of the names."""
     pv = import_pyvista()
+    seen = np.zeros(mesh.n_nodes, dtype=bool)
+    seen[mesh.hexes[:, :8] if kept is None else mesh.hexes[kept, :8]] = True
     for quads, color in zip(mesh.boundaries.values(), colors, strict=True):
         rim = outline(quads[:, :4])
+        rim = rim[seen[rim].all(axis=1)]  # nothing is left of the half that was taken away
         if len(rim):
             lines = pv.PolyData(mesh.points, lines=np.column_stack([np.full(len(rim), 2), rim]).ravel())
             plotter.add_mesh(lines, color=color, line_width=4)

@@ -153,15 +153,15 @@ def test_solids_of_an_assembly_have_names_of_their_own_paths_and_colours(cq, loa
     assert any("bolt_1 to bolt_2" in note for note in part.notes)
 
 
-@pytest.mark.parametrize("suffix", ["step", "brep", "iges"])
-def test_files_of_several_solids_are_read_with_all_of_them(cq, load, suffix, tmp_path):
+@pytest.mark.parametrize("form", ["step", "brep", "iges of solids", "iges of faces"])
+def test_files_of_several_solids_are_read_with_all_of_them(cq, load, form, tmp_path):
     whole = several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0, 0), (1, 1, 2)))
-    path = tmp_path / f"two.{suffix}"
-    if suffix == "iges":
+    path = tmp_path / f"two.{form.split()[0]}"
+    if form.startswith("iges"):
         from OCP.IGESControl import IGESControl_Controller, IGESControl_Writer
 
         IGESControl_Controller.Init_s()
-        writer = IGESControl_Writer("MM", 1)
+        writer = IGESControl_Writer("MM", 1 if form.endswith("solids") else 0)
         writer.AddShape(whole.wrapped)
         assert writer.Write(str(path))
     else:
@@ -170,6 +170,16 @@ def test_files_of_several_solids_are_read_with_all_of_them(cq, load, suffix, tmp
     assert sorted(solid.volume * part.scale**3 for solid in part.solids) == pytest.approx([1, 2], rel=1e-6)
     assert len(shared(part, "face")) == 1
     assert_shares_exactly(part)
+
+
+def test_loose_faces_of_solids_side_by_side_and_round_ones_are_told_apart(cq, load):
+    plate = cq.Workplane().box(6, 6, 3).faces(">Z").workplane().hole(2)
+    pin = cq.Workplane().circle(1).extrude(3).translate((0, 0, -1.5))
+    away = cq.Workplane().sphere(1).translate((9, 0, 0))
+    part = load(cq.Compound.makeCompound([face for w in (plate, pin, away) for face in w.faces().vals()]))
+    volumes = [6 * 6 * 3 - 3 * math.pi, 3 * math.pi, 4 / 3 * math.pi]
+    assert [solid.volume for solid in part.solids] == pytest.approx(volumes, rel=1e-9)
+    assert {part.solids[0].faces[f].kind for f, _ in shared(part, "face")} == {"cylinder"}
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])

@@ -105,6 +105,16 @@ def test_cells_without_a_shape_are_made_of_their_planes(cq, tmp_path):
     assert [solid.volume for solid in again.solids] == pytest.approx([solid.volume for solid in part.solids], rel=1e-12)
 
 
+def test_where_a_file_cannot_be_written_nothing_is_left(pinned, tmp_path):
+    from cadsweep.cad import load, write_step
+
+    part = load(pinned)
+    with pytest.raises(CadError, match="missing"):
+        write_step(part, tmp_path / "missing" / "pieces.step")
+    write_step(part, tmp_path / "pieces.step")
+    assert [file.name for file in tmp_path.iterdir()] == ["pieces.step"]
+
+
 def test_a_round_cell_without_a_shape_is_refused(cq, tmp_path):
     from dataclasses import replace
 

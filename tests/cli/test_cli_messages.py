@@ -71,3 +71,29 @@ def test_a_misspelled_command_gets_the_nearest_one(word, meant):
     )
     assert done.returncode == 2
     assert f"did you mean '{meant}'?" in done.stderr
+
+
+def test_check_holds_meshes_to_limits(tmp_path):
+    import numpy as np
+
+    from cadsweep.cells import HEX_FACES
+    from cadsweep.io import write
+    from cadsweep.mesh import HexMesh
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]) * 1.0
+    for name, stretch in (("cube", 1.0), ("bar", 5.0)):
+        mesh = HexMesh(points=points * [1, 1, stretch], hexes=np.arange(8)[None], boundaries={"all": HEX_FACES})
+        write(mesh, tmp_path / f"{name}.vtu")
+
+    def check(*args):
+        return subprocess.run(
+            [sys.executable, "-m", "cadsweep", "check", *args],
+            capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path,
+        )  # fmt: skip
+
+    done = check("cube.vtu", "bar.vtu", "--strict", "--min-scaled-jacobian", "0.3")
+    assert (done.returncode, done.stdout) == (0, "")
+    done = check("cube.vtu", "bar.vtu", "--strict", "--max-aspect", "2")
+    assert done.returncode == 1
+    assert done.stdout.startswith("bar.vtu: the largest aspect ratio is 5")
+    assert len(done.stdout.splitlines()) == 1

@@ -64,7 +64,7 @@ def test_a_column_that_runs_out_is_refused_at_its_edge():
     part = wedge.union(cq.Workplane().box(2, 2, 6).translate((1.5, -2.5, 0)))
     part = part.cut(cq.Workplane("YZ").circle(0.4).extrude(1).translate((0, -2.5, 0.8)))
     with pytest.raises(cs.NotSweepableError) as refused:
-        cs.sweep_mesh(part)
+        cs.find_sweeps(part)
     assert any("run out on each other at edge" in reason for reason in refused.value.reasons)
 
 
@@ -73,3 +73,27 @@ def test_layers_demanded_are_those_of_the_whole_height():
     assert mesh.info["sweeps"][0]["layers"] == 9
     with pytest.raises(cs.InputError, match="layers"):
         cs.sweep_mesh(pocketed(), size=1.0, layers=1)
+
+
+def test_counts_and_layers_of_single_edges_are_as_asked():
+    part = cs.load(pocketed())
+    middles = np.array([edge.midpoint for edge in part.solids[0].edges])
+    top, post = (int(np.argmin(np.linalg.norm(middles - at, axis=1))) for at in ((-2.5, 1, 3.5), (-3.5, 1, 3)))
+    mesh = cs.sweep_mesh(part, size=1.0, counts={f"edge {top}": 5}, rail_layers={f"edge {post}": 3})
+    x, y, z = mesh.points.T
+    on_top = np.isclose(z, 3.5) & np.isclose(y, 1.0) & (np.abs(x + 2.5) < 1.0 + 1e-9)
+    on_post = np.isclose(x, -3.5) & np.isclose(y, 1.0) & (z > 2.5 - 1e-9) & (z < 3.5 + 1e-9)
+    assert (on_top.sum(), on_post.sum()) == (5 + 1, 3 + 1)
+    with pytest.raises(cs.InputError, match="does not run along"):
+        cs.sweep_mesh(part, size=1.0, rail_layers={f"edge {top}": 3})
+
+
+@pytest.mark.parametrize("nodes", [20, 27])
+def test_order_2_follows_bores_and_cones(nodes):
+    part = block(12, 12, 4).faces(">Z").workplane().cskHole(3, 6, 90).faces("<Z").workplane().rect(9, 2).cutBlind(-0.5)
+    mesh = cs.sweep_mesh(part, size=1.5, order=2, nodes=nodes)
+    report = mesh.quality()
+    assert report.valid, report.problems
+    assert mesh.info["cad_volume"] == pytest.approx(part.val().Volume(), rel=1e-6)
+    straight = cs.sweep_mesh(part, size=1.5).quality()
+    assert abs(report.volume - part.val().Volume()) < 0.05 * abs(straight.volume - part.val().Volume())

@@ -19,6 +19,7 @@ from OCP.gp import gp_Pnt
 from ...brep import Face, Part, Solid
 from ...errors import CadError
 from ..shapes import SolidShape
+from .notes import ANNULI_NOTE
 from .splitting import split_faces
 
 _STRAIGHT = pi / 6
@@ -54,7 +55,7 @@ def divide_annuli(part: Part) -> Part | None:
     n_divided = sum(bool(pair) for pair in lines)
     if len(divided.faces) != len(solid.faces) + n_divided or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
         return None
-    return replace(part, solids=(divided,), notes=(*part.notes, f"plane faces with a hole divided: {n_divided}"))
+    return replace(part, solids=(divided,), notes=(*part.notes, f"{ANNULI_NOTE}: {n_divided}"))
 
 
 def _is_annulus(face: Face) -> bool:

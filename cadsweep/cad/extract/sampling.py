@@ -28,6 +28,8 @@ class EdgeSamples(NamedTuple):
 
     Attributes
     ----------
+    parameters : (n_edges, 3) float64
+        The curves' own parameters at `AT`.
     points, tangents : (n_edges, 3, 3) float64
         At `AT`; unit tangents from start to end.
     end_tangents : (n_edges, 2, 3) float64
@@ -35,6 +37,7 @@ class EdgeSamples(NamedTuple):
     lengths : (n_edges,) float64
     """
 
+    parameters: FloatArray
     points: FloatArray
     tangents: FloatArray
     end_tangents: FloatArray
@@ -48,7 +51,7 @@ class EdgeSamples(NamedTuple):
 def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
     """Evaluate every edge at `AT`."""
     n = len(curves)
-    out = EdgeSamples(np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 2, 3)), np.empty(n))
+    out = EdgeSamples(np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((n, 3, 3)), np.empty((n, 2, 3)), np.empty(n))
     lines = [(j, curve, curve.geometry) for j, curve in enumerate(curves) if isinstance(curve.geometry, Line)]
     if lines:
         straight = [j for j, _, _ in lines]
@@ -57,6 +60,7 @@ def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
         first, last = np.array([(curve.first, curve.last) for _, curve, _ in lines]).T
         # As `EdgeCurve.parameters` has them, so that 0 and 1 give the ends exactly.
         at = first[:, None] * (1.0 - AT) + last[:, None] * AT
+        out.parameters[straight] = at
         speed = np.linalg.norm(direction, axis=1)
         out.points[straight] = origin[:, None] + at[..., None] * direction[:, None]
         tangents = direction / speed[:, None]
@@ -65,7 +69,7 @@ def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
         out.lengths[straight] = speed * (last - first)
     for j, curve in enumerate(curves):
         if not isinstance(curve.geometry, Line):
-            out.points[j], out.tangents[j] = curve.frames(AT)
+            out.parameters[j], out.points[j], out.tangents[j] = curve.frames(AT)
             out.end_tangents[j] = curve.end_tangents
             out.lengths[j] = curve.length
     return out
@@ -102,7 +106,7 @@ def sample_face(surface: FaceSurface, edges: EdgeSamples) -> FaceSamples:
         normals = dict.fromkeys(numbers, np.broadcast_to(normal, (3, 3)))
         normals[MIDDLE] = normal
     else:
-        uv = np.concatenate([surface.edge_uv(e, AT) for e in numbers])
+        uv = surface.edges_uv(numbers, edges.parameters[numbers], edges.points[numbers])
         gaps = np.linalg.norm(surface.evaluate(uv) - points, axis=1)
         normals = dict(zip(numbers, surface.normals(uv).reshape(-1, 3, 3), strict=True))
         normals[MIDDLE] = surface.normals(surface.box.mean(axis=0)[None])

@@ -98,10 +98,12 @@ def _spline(curve: Any, row: Any) -> tuple[BSpline, float | None]:
         curve.SetNotPeriodic()
     n = curve.NbPoles()
     weights = np.array([curve.Weight(j) for j in range(1, n + 1)]) if curve.IsRational() else None
+    places = [curve.Pole(j) for j in range(1, n + 1)]
+    flat = row is _row2
     spline = BSpline(
         degree=curve.Degree(),
         knots=np.array(list(curve.KnotSequence())),
-        poles=np.array([row(curve.Pole(j)) for j in range(1, n + 1)]),
+        poles=np.array([(p.X(), p.Y()) if flat else (p.X(), p.Y(), p.Z()) for p in places]),
         weights=weights,
     )
     return spline, period
@@ -246,7 +248,8 @@ def _spline_surface(surface: Any) -> surfaces.Spline:
         if periods[1] is not None:
             surface.SetVNotPeriodic()
     n_u, n_v = surface.NbUPoles(), surface.NbVPoles()
-    poles = np.array([[_row3(surface.Pole(i, j)) for j in range(1, n_v + 1)] for i in range(1, n_u + 1)])
+    places = [surface.Pole(i, j) for i in range(1, n_u + 1) for j in range(1, n_v + 1)]
+    poles = np.array([(p.X(), p.Y(), p.Z()) for p in places]).reshape(n_u, n_v, 3)
     weights = None
     if surface.IsURational() or surface.IsVRational():
         weights = np.array([[surface.Weight(i, j) for j in range(1, n_v + 1)] for i in range(1, n_u + 1)])

@@ -235,15 +235,16 @@ class EdgeCurve:
 
     def tangents(self, fractions: FloatArray) -> FloatArray:
         """Unit tangents (m, 3) at arc-length fractions (m,), in the direction start to end."""
-        return self.frames(fractions)[1]
+        return self.frames(fractions)[2]
 
-    def frames(self, fractions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points and unit tangents, each (m, 3), at arc-length fractions (m,).
+    def frames(self, fractions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The curve's own parameters (m,), points and unit tangents, each (m, 3), at arc-length fractions (m,).
 
         Where the speed vanishes (a cusp of the parametrisation) the chord to a point nearby stands in.
         """
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
-        points, tangents = self.geometry.derivatives(self.parameters(fractions), 1)
+        parameters = self.parameters(fractions)
+        points, tangents = self.geometry.derivatives(parameters, 1)
         norms = np.linalg.norm(tangents, axis=1)
         mean_speed = self.length / (self.last - self.first)
         for j in np.flatnonzero(norms <= 1e-9 * mean_speed):
@@ -251,7 +252,7 @@ class EdgeCurve:
             tangents = np.array(tangents)
             tangents[j] = pair[1] - pair[0]
             norms[j] = np.linalg.norm(tangents[j])
-        return points, tangents / np.where(norms > 0, norms, 1.0)[:, None]
+        return parameters, points, tangents / np.where(norms > 0, norms, 1.0)[:, None]
 
     @cached_property
     def end_tangents(self) -> FloatArray:

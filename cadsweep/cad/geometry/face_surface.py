@@ -11,7 +11,7 @@ face (by a margin of its box), as the *surface* is asked for, not the trimmed fa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,7 +21,8 @@ import scipy
 from ...arrays import FloatArray
 from .curves import EdgeCurve, Parametric
 from .nearest import nearest_on_spline
-from .surfaces import Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
+from .surfaces import Cone, Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
+from .vectors import cross_rows
 
 _GRID = 33
 """Places of the grid along each parameter, at least."""
@@ -107,7 +108,7 @@ class FaceSurface:
         for share in (0.0, 1e-6, 1e-4, 1e-2):
             inside = uv[todo] + share * (middle - uv[todo])
             _, by_u, by_v = self.geometry.derivatives(inside)
-            cross = np.cross(by_u, by_v)
+            cross = cross_rows(by_u, by_v)
             norm = np.linalg.norm(cross, axis=1)
             scale = np.linalg.norm(by_u, axis=1) * np.linalg.norm(by_v, axis=1)
             normals[todo] = cross / np.where(norm > 0, norm, 1.0)[:, None]
@@ -264,26 +265,61 @@ class FaceSurface:
         KeyError
             The edge does not bound the face.
         """
-        fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
         curve = self.curves[edge].curve
-        parameters = curve.parameters(fractions)
+        parameters = curve.parameters(np.atleast_1d(np.asarray(fractions, dtype=float)))
         points = curve.geometry.derivatives(parameters)[0]
+        return self.edges_uv([edge], parameters[None], points[None])
+
+    def edges_uv(self, edges: Sequence[int], parameters: FloatArray, points: FloatArray) -> FloatArray:
+        """Parameters of several edges of this face, one after the other.
+
+        Parameters
+        ----------
+        edges : sequence of n int
+        parameters : (n, m) float64
+            Each edge's own.
+        points : (n, m, 3) float64
+            The edge at these.
+
+        Returns
+        -------
+        (n m, 2) float64
+        """
+        flat = points.reshape(-1, 3)
         if isinstance(self.geometry, Plane):
-            return self.geometry.project(points)
-        in_parameters, shift = self.curves[edge].in_parameters
+            return self.geometry.project(flat)
+        known = [self.curves[edge].in_parameters for edge in edges]
+        if any(curve is None for curve, _ in known):
+            return np.concatenate(
+                [
+                    self._unrolled(self.in_branch(self.project(own)))
+                    if curve is None
+                    else self._near(own, curve.derivatives(at)[0] + shift)
+                    for (curve, shift), at, own in zip(known, parameters, points, strict=True)
+                ]
+            )
+        guess = np.concatenate(
+            [
+                curve.derivatives(at)[0] + shift
+                for (curve, shift), at in zip(known, parameters, strict=True)
+                if curve is not None
+            ]
+        )
+        return self._near(flat, guess)
+
+    def _near(self, points: FloatArray, guess: FloatArray) -> FloatArray:
+        """Parameters (m, 2) of points (m, 3) of the surface in the branch of a guess."""
+        if isinstance(self.geometry, Spline):
+            return self._descended(points, guess)[0]
         exact = self._exact
-        if in_parameters is None:
-            uv = self.in_branch(self.project(points))
-            return self._unrolled(uv)
-        guess = in_parameters.derivatives(parameters)[0] + shift
         if exact is None:
-            if isinstance(self.geometry, Spline):
-                return self._descended(points, guess)[0]
             return self._refine(points, guess, n_steps=4)
         uv = exact(points)
         for j, period in enumerate(self.periods):
             if period is not None:
                 uv[:, j] += period * np.round((guess[:, j] - uv[:, j]) / period)
+        if isinstance(self.geometry, Cone) and self.geometry.half_angle == 0.0:
+            return uv
         # At an apex or a pole the angle is free, and only the parameter curve knows it.
         _, by_u, by_v = self.geometry.derivatives(guess)
         for j, partial in enumerate((by_u, by_v)):

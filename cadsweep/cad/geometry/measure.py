@@ -12,8 +12,7 @@ until sums of two orders agree, as the area of a flat ellipse's side needs many 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from itertools import pairwise
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +28,7 @@ from .convert import read_curve_2d, read_surface
 from .curves import EdgeCurve, Parametric
 from .face_surface import EdgeOnFace, FaceSurface
 from .surfaces import Cone, Geometry, Plane, Torus, knots_of
+from .vectors import cross_rows
 
 
 class _Rule(NamedTuple):
@@ -39,6 +39,7 @@ class _Rule(NamedTuple):
     n_parts: int
 
 
+@lru_cache
 def _rule(order: int, n_parts: int) -> _Rule:
     nodes, weights = np.polynomial.legendre.leggauss(order)
     return _Rule((nodes + 1) / 2, weights / 2, n_parts)
@@ -187,27 +188,26 @@ def _edge_samples(surface: FaceSurface, edge: int, forward: bool, rule: _Rule) -
 
 def _inner(surface: FaceSurface, uv: FloatArray, origin: FloatArray, rule: _Rule) -> FloatArray:
     """Integrals (m, 8) over u, from the box's left side to each of `uv`, of the integrands."""
-    left = surface.box[0, 0]
     stops = _panels(surface, rule.n_parts)
-    out = np.zeros((len(uv), 8))
-    for a, b in pairwise(stops):
-        # Beyond the last panel's end the parameters of an edge may run on by a rounding error.
-        upper = uv[:, 0] if b == stops[-1] else np.minimum(uv[:, 0], b)
-        lower = np.full(len(uv), a)
-        some = (upper > lower) | (a == left)
-        width = (upper - lower)[some]
-        at = np.empty((int(some.sum()), len(rule.nodes), 2))
-        at[..., 0] = lower[some, None] + width[:, None] * rule.nodes
-        at[..., 1] = uv[some, None, 1]
-        values = _integrands(surface, at.reshape(-1, 2), origin).reshape(*at.shape[:2], 8)
-        out[some] += width[:, None] * np.einsum("mgk,g->mk", values, rule.weights)
-    return out
+    # Beyond the last panel's end the parameters of an edge may run on by a rounding error.
+    ends = np.append(stops[1:-1], np.inf)
+    width = np.minimum(uv[:, :1], ends) - stops[:-1]
+    some = width > 0
+    some[:, 0] = True
+    point, panel = np.nonzero(some)  # of each point the panels that lie before it, the first one always
+    width = width[point, panel]
+    at = np.empty((len(point), len(rule.nodes), 2))
+    at[..., 0] = stops[panel, None] + width[:, None] * rule.nodes
+    at[..., 1] = uv[point, None, 1]
+    values = _integrands(surface, at.reshape(-1, 2), origin).reshape(*at.shape[:2], 8)
+    sums = width[:, None] * np.einsum("mgk,g->mk", values, rule.weights)
+    return np.asarray(np.add.reduceat(sums, np.flatnonzero(panel == 0), axis=0)) if len(uv) else np.zeros((0, 8))
 
 
 def _integrands(surface: FaceSurface, uv: FloatArray, origin: FloatArray) -> FloatArray:
     points, by_u, by_v = surface.geometry.derivatives(uv)
     arm = points - origin
-    normal = np.cross(by_u, by_v)
+    normal = cross_rows(by_u, by_v)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     return np.concatenate([size, arm * size, normal, np.einsum("md,md->m", arm, normal)[:, None]], axis=1)
 

@@ -9,6 +9,7 @@ edge that is an isoparametric line gets its exact curve, taken from the surface.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -67,8 +68,7 @@ def _quarter_whole_surfaces(traced: Traced) -> None:
     found = False
     for face in subshapes(traced.shape, FACE):
         surface = BRep_Tool.Surface_s(face)
-        uses = [sum(edge.IsSame(other) for other in explore(face, EDGE)) for edge in subshapes(face, EDGE)]
-        if uses != [2, 2]:
+        if [n for _, n in _uses(face)] != [2, 2]:
             continue
         u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
         u, v = (u0 + u1) / 2, (v0 + v1) / 2
@@ -88,13 +88,18 @@ def _quarter_whole_surfaces(traced: Traced) -> None:
         traced.replace(reshape.Apply(traced.shape), reshape.Apply)
 
 
+def _uses(face: Any) -> list[tuple[Any, int]]:
+    """The edges of a face, each with how often it runs through it: twice on a seam."""
+    numbers = index_map(face, EDGE)
+    counts = Counter(numbers.FindIndex(edge) for edge in explore(face, EDGE))
+    return [(edge, counts[j + 1]) for j, edge in enumerate(mapped(numbers, EDGE))]
+
+
 def _check_divided(shape: Any, old_faces: Any) -> None:
     """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
     for number, face in enumerate(subshapes(shape, FACE)):
-        uses = [edge for edge in explore(face, EDGE) if not BRep_Tool.Degenerated_s(edge)]
-        for edge in subshapes(face, EDGE):
-            is_seam = sum(edge.IsSame(other) for other in uses) > 1
-            if is_seam or len(subshapes(edge, VERTEX)) < 2:
+        for edge, n_uses in _uses(face):
+            if n_uses > 1 or len(subshapes(edge, VERTEX)) < 2:
                 raise CadError(
                     f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
                     "Split it in the CAD program, for example by drawing the section in two halves."

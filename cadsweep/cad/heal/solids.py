@@ -9,19 +9,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools
 from OCP.ShapeFix import ShapeFix_Shape
 from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopoDS import TopoDS
+from OCP.TopoDS import TopoDS, TopoDS_Shell
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
 from .tracing import Traced
 from .validate import check_closed, faults, place, signed_volume
 
-_SEWING = 1e-5
+SEWING = 1e-5
 """Gap between faces that sewing closes, as a share of the part's size."""
 
 
@@ -36,7 +37,7 @@ def take_solid(traced: Traced) -> list[str]:
     notes = []
     solids = subshapes(traced.shape, SOLID)
     if not solids:
-        notes.append(_sew(traced))
+        notes.append(sew(traced))
         solids = subshapes(traced.shape, SOLID)
     elif len(subshapes(traced.shape, FACE)) > len(subshapes(solids[0], FACE)):
         n_loose = len(subshapes(traced.shape, FACE)) - len(subshapes(solids[0], FACE))
@@ -45,13 +46,13 @@ def take_solid(traced: Traced) -> list[str]:
     return notes
 
 
-def _sew(traced: Traced) -> str:
+def sew(traced: Traced) -> str:
     """Sew the faces of the shape to one closed shell and promote it to a solid."""
     faces = subshapes(traced.shape, FACE)
     if not faces:
         raise CadError("there is no solid and no face in it, only wires, edges or points. Extrude it to a solid first.")
     box = bounds(traced.shape)
-    sewing = BRepBuilderAPI_Sewing(max(_SEWING * float(abs(box[1] - box[0]).max()), 1e-7))
+    sewing = BRepBuilderAPI_Sewing(max(SEWING * float(abs(box[1] - box[0]).max()), 1e-7))
     for face in faces:
         sewing.Add(face)
     sewing.Perform()
@@ -64,6 +65,8 @@ def _sew(traced: Traced) -> str:
             f"one face only, the first at {place(free[0])}. A face is missing, or faces do not meet."
         )
     shells = [] if sewn is None or sewn.IsNull() else subshapes(sewn, SHELL)
+    if not shells and len(faces) == 1 and sewn is not None and not sewn.IsNull():
+        shells = [_shell_of(sewn)]  # a whole sphere or torus is closed by itself, and there was nothing to sew
     if len(shells) != 1:
         raise CadError(
             f"there is no solid, and its {len(faces)} faces make {len(shells)} shells instead of one closed shell."
@@ -75,6 +78,14 @@ def _sew(traced: Traced) -> str:
         lambda sub: sewing.Modified(sub) if sub.ShapeType() == FACE else sewing.ModifiedSubShape(sub),
     )
     return f"{len(faces)} loose faces sewn and promoted to a solid"
+
+
+def _shell_of(face: Any) -> Any:
+    builder, shell = BRep_Builder(), TopoDS_Shell()
+    builder.MakeShell(shell)
+    builder.Add(shell, face)
+    shell.Closed(True)
+    return shell
 
 
 def mend(traced: Traced) -> list[str]:

@@ -47,6 +47,9 @@ def read_object(source: Any) -> Model | None:
         if color is not None:
             model.colors = color_of(model.shape, color)
         return model
+    built = getattr(source, "part", None)
+    if wrapped is None and hasattr(built, "wrapped"):  # a builder of build123d holds what it has built
+        return read_object(built)
     if hasattr(source, "vals") and hasattr(source, "workplane"):
         return _read_workplane(source, name)
     if hasattr(source, "wrapped") and wrapped is None:

@@ -1,0 +1,99 @@
+"""Loose faces of several solids told apart: IGES files, and others, often hold nothing but faces.
+
+Place in the flow: after reading, where a model has faces and no solid. Sewn all at once, the faces of two solids that
+touch become one shell through both.
+
+Method: the faces of a solid stand together in a file. Along the file, edges are paired with those that lie on them;
+wherever none is left alone, a closed shell is complete, and the next solid begins.
+
+Not handled: files that mix the faces of their solids, and voids, whose shells are taken for solids of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ...arrays import FloatArray, IntArray
+from ..read.model import Model
+from ..shapes import EDGE, FACE, SOLID, bounds, compound, explore, subshapes
+from .solids import SEWING, sew
+from .tracing import Traced
+
+
+def separate_solids(model: Model) -> Model:
+    """Sew the faces of a model of loose faces to several solids, where they are those of several; else as it is.
+
+    Raises
+    ------
+    CadError
+        Faces that close a volume cannot be sewn.
+    """
+    if subshapes(model.shape, SOLID):
+        return model
+    groups = _closed_groups(list(explore(model.shape, FACE)))
+    if len(groups) < 2:
+        return model
+    solids, notes = [], list(model.notes)
+    for faces in groups:
+        traced = Traced(compound(faces))
+        notes.append(sew(traced))
+        solids.append(traced.shape)
+    return replace(model, shape=compound(solids), notes=notes)
+
+
+def _closed_groups(faces: list[Any]) -> list[list[Any]]:
+    """Runs of faces each of which closes a volume; none where faces are left over."""
+    uses = [[edge for edge in explore(face, EDGE) if not BRep_Tool.Degenerated_s(edge)] for face in faces]
+    edges = [edge for own in uses for edge in own]
+    if not edges or not all(uses) or any(BRep_Tool.Curve_s(edge, 0.0, 1.0) is None for edge in edges):
+        return []
+    points = _middles_and_ends(edges)
+    if not np.isfinite(points).all():  # refused by name later
+        return []
+    places = _places(points, SEWING * _size(faces))
+    groups: list[list[Any]] = []
+    alone: set[int] = set()
+    begin = first = 0
+    for number, own in enumerate(uses):
+        for place in places[first : first + len(own)].tolist():
+            alone ^= {place}
+        first += len(own)
+        if not alone:
+            groups.append(faces[begin : number + 1])
+            begin = number + 1
+    return [] if alone else groups
+
+
+def _middles_and_ends(edges: list[Any]) -> FloatArray:
+    """For each edge its middle and the mean of its ends (n, 6), the same whichever way it runs."""
+    points = []
+    for edge in edges:
+        curve = BRepAdaptor_Curve(edge)
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        places = [curve.Value(first + at * (last - first)) for at in (0.0, 0.5, 1.0)]
+        a, middle, b = (np.array([p.X(), p.Y(), p.Z()]) for p in places)
+        points.append(np.concatenate([middle, (a + b) / 2.0]))
+    return np.array(points)
+
+
+def _places(points: FloatArray, tolerance: float) -> IntArray:
+    """Equal numbers (n,) for edges that lie on each other, by their middles and ends (n, 6)."""
+    pairs = cKDTree(points).query_pairs(2.0 * tolerance, output_type="ndarray")
+    links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+
+
+def _size(faces: list[Any]) -> float:
+    box = bounds(compound(faces))
+    return float(abs(box[1] - box[0]).max())
+
+
+__all__ = ["separate_solids"]

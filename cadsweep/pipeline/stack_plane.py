@@ -1,0 +1,89 @@
+"""The arrangement of a stack meshed: again with shorter segments where that fails, or where quads are poor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from .. import stacks
+from ..errors import SurfaceMeshError
+from ..mesh import QuadMesh, SurfaceMesh
+from ..stack import Stack
+from ..sweep import Intervals, Sweep
+from .dividing import MOST_HALVINGS
+from .run import Run
+from .stack_hints import StackHints
+
+MOST_REFINED = 2
+"""How often the segments around poor quads are halved."""
+
+MOST_GROWTH = 3.0
+"""Quads, as a multiple of those before, beyond which better ones are too dear."""
+
+Attempt = Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
+
+
+def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> tuple[QuadMesh, list[str]]:
+    """Mesh the arrangement, again with segments twice as short around cells whose quads are poor, while that helps.
+
+    Parameters
+    ----------
+    stack : Stack
+    hints : StackHints
+    attempt : callable
+        Sizes of edges to their counts, and what meshes the boundary of the prism with these.
+    run : Run
+
+    Raises
+    ------
+    SurfaceMeshError
+        A cell cannot be meshed with shorter segments either.
+    """
+    counts, surfaces, notes = _until_meshed(stack.plan, hints.sizes, hints.counts, attempt, run)
+    best, sizes = surfaces.source, dict(hints.sizes)
+    poor, worst = stacks.find_poor_edges(stack, best)
+    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
+    for _ in range(MOST_REFINED):
+        shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
+        if not shorter:
+            break
+        sizes |= shorter
+        try:
+            counts, surfaces, more = _until_meshed(stack.plan, sizes, hints.counts, attempt, run)
+        except SurfaceMeshError:
+            break  # what there is has been meshed already
+        poor, found = stacks.find_poor_edges(stack, surfaces.source)
+        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) or found <= worst:
+            break
+        best, worst = surfaces.source, found
+        notes = [
+            f"{len(sizes) - len(hints.sizes)} outlines divided finer than their size asks, for better quads",
+            *more,
+        ]
+    return best, notes
+
+
+def _until_meshed(
+    sweep: Sweep, sizes: dict[int, float], demanded: Iterable[tuple[int, ...]], attempt: Attempt, run: Run
+) -> tuple[Intervals, SurfaceMesh, list[str]]:
+    """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
+    wished = dict(sizes)
+    fixed = {e for edges in demanded for e in edges} | set(sizes)
+    first: SurfaceMeshError | None = None
+    for _ in range(1 + MOST_HALVINGS):
+        counts, mesh = attempt(wished)
+        try:
+            with run.stage("surface"):
+                surfaces = mesh()
+        except SurfaceMeshError as error:
+            first = first or error
+            shorter = {
+                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
+            }
+            if not shorter:
+                raise first from None
+            wished |= shorter
+            continue
+        finer = len(wished) - len(sizes)
+        return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
+    assert first is not None
+    raise first
