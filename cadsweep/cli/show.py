@@ -19,6 +19,8 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
     if summary["cad_volume"]:
         off = summary["volume"] / summary["cad_volume"] - 1
         lines.append(f"volume: {summary['volume']:.6g}, CAD {summary['cad_volume']:.6g} ({off:+.2%})")
+    if summary.get("distance") is not None:
+        lines.append(f"boundary: at most {summary['distance']:.3g} off the CAD faces")
     for sweep in summary["sweeps"]:
         spans = sweep.get("span_layers", [])
         parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""

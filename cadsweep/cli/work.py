@@ -98,6 +98,7 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
             "parts": {name: len(hexes) for name, hexes in mesh.parts.items()},
             "volume": report.volume,
             "cad_volume": mesh.info.get("cad_volume"),
+            "distance": mesh.info.get("distance"),
             "seconds": mesh.info.get("seconds", {}),
             "sweeps": mesh.info.get("sweeps", []),
             "material": mesh.info.get("material"),
