@@ -391,7 +391,7 @@ def test_pieces_of_a_cut_solid_share_their_cut_with_each_other_and_its_lines_wit
     lid_on_pin = math.pi / 4
     assert areas == pytest.approx({(0, 1): 4 - lid_on_pin, (0, 2): math.pi, (1, 2): lid_on_pin}, rel=1e-9)
     assert_shares_exactly(part)
-    again = imprint([s.write_brep.shape for s in part.solids], owners=part.owners, models=part.models)
+    again = imprint([s.kernel.shape for s in part.solids], owners=part.owners, models=part.models)
     assert [len(solid.faces) for solid in again.solids] == [len(solid.faces) for solid in part.solids]
     for kind in ("vertex", "edge", "face"):
         for i, j in itertools.combinations(range(4), 2):
@@ -402,7 +402,7 @@ def test_a_model_whose_solids_share_faces_already_is_read_as_it_is(cq, load, tmp
     from cadsweep.cad.shapes import compound
 
     first = load(several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0.5, 0)), box(cq, (0, 0, 1), (0.5, 0.5, 1))))
-    cq.Shape.cast(compound([s.write_brep.shape for s in first.solids])).exportBrep(str(tmp_path / "joined.brep"))
+    cq.Shape.cast(compound([s.kernel.shape for s in first.solids])).exportBrep(str(tmp_path / "joined.brep"))
     part = load(tmp_path / "joined.brep")
     assert [len(solid.faces) for solid in part.solids] == [len(solid.faces) for solid in first.solids]
     assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (0, 2), (1, 2))] == [1, 1, 0]
