@@ -33,6 +33,8 @@ class MeshRecord(Mapping[str, Any]):
         Volume of the CAD model, model units.
     cad_volume_doubt : float or None
         How uncertain that is, where faces of the model miss each other.
+    distance : float or None
+        Greatest distance of the boundary's straight-sided quads from the CAD faces, measured, model units.
     sweeps : sequence of mapping, or None
         For every sweep its ``source`` and ``target`` (names of faces, or ids), ``layers``, and ``span_layers`` or
         ``cell``, where there is such a thing.
@@ -57,6 +59,7 @@ class MeshRecord(Mapping[str, Any]):
     materials: Mapping[str, str] | None = None
     cad_volume: float | None = None
     cad_volume_doubt: float | None = None
+    distance: float | None = None
     sweeps: Sequence[Mapping[str, Any]] | None = None
     names: Mapping[str, str] | None = None
     colors: Mapping[str, Mapping[str, str]] | None = None

@@ -113,7 +113,7 @@ def write_report(
     sections = [
         f"<h1>{name}</h1>{_verdict(report)}{made}",
         f'<div class="bar" id="bar"></div><div id="view"></div><p>{escape(remark)}</p>',
-        f'<div class="columns"><div><h2>Mesh</h2>{_table(_figures(report) + _material(mesh))}</div>',
+        f'<div class="columns"><div><h2>Mesh</h2>{_table(_figures(report) + _distance(mesh) + _material(mesh))}</div>',
         f"<div><h2>Scaled Jacobian</h2>{_histogram(report)}</div></div>",
         f'<div class="columns"><div><h2>Sweep</h2>{_sweeps(mesh)}</div>',
         f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div>",
@@ -168,6 +168,11 @@ def _figures(report: QualityReport) -> list[tuple[str, str]]:
         ("mean scaled Jacobian", f"{report.mean_scaled_jacobian:.4f}"),
         ("volume", f"{report.volume:.8g}"),
     ]
+
+
+def _distance(mesh: HexMesh) -> list[tuple[str, str]]:
+    distance = mesh.info.get("distance")
+    return [] if distance is None else [("greatest distance from the CAD faces", f"{distance:.3g}")]
 
 
 def _material(mesh: HexMesh) -> list[tuple[str, str]]:

@@ -11,10 +11,11 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .. import estimate
 from ..arrays import FloatArray
+from ..blocks.reference import volume_doubt
 from ..brep import Part
 from ..errors import InputError, SurfaceMeshError
 from ..mesh import SurfaceMesh
@@ -98,21 +99,50 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
     return replace(best, notes=(*best.notes, *notes))
 
 
-def check_coarse(deviation: Deviation, options: SweepOptions) -> None:
-    """Refuse a boundary that is another part's.
+def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 0.0) -> None:
+    """Refuse a boundary that is another part's; one that is still to be curved or refined comes nearer.
+
+    Parameters
+    ----------
+    deviation : Deviation
+    options : SweepOptions
+    doubt : float
+        Part of its volume that the model itself leaves open.
 
     Raises
     ------
     InputError
         Another sweep or other quads would be as coarse: it is the sizes.
     """
-    worst = max(abs(deviation.volume), abs(deviation.area))
-    if worst > COARSE and not (options.allow_coarse or options.allow_inverted):
-        raise InputError(
-            f"the mesh is too coarse to be the part: its volume is {deviation.volume:+.1%} off the CAD's and its area "
-            f"{deviation.area:+.1%}; take a smaller size or more layers, say a tolerance, or allow it with "
-            "allow_coarse=True (--allow-coarse)"
-        )
+    allowed = options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine
+    if not allowed and max(abs(deviation.volume) - doubt, abs(deviation.area)) > COARSE:
+        raise _coarse(f"its volume is {deviation.volume:+.1%} off the CAD's and its area {deviation.area:+.1%}")
+
+
+def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
+    """Refuse a mesh of order 2 that is another part's.
+
+    Parameters
+    ----------
+    volume : float
+        Of the curved mesh, working units.
+
+    Raises
+    ------
+    InputError
+    """
+    known = sweep.solid.volume
+    off = volume / known - 1.0
+    allowed = options.allow_coarse or options.allow_inverted or options.refine
+    if not allowed and abs(off) > COARSE + volume_doubt(sweep.solid) / known:
+        raise _coarse(f"its volume is {off:+.1%} off the CAD's")
+
+
+def _coarse(how: str) -> InputError:
+    return InputError(
+        f"the mesh is too coarse to be the part: {how}; take a smaller size or more layers, say a tolerance, or "
+        "allow it with allow_coarse=True (--allow-coarse)"
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +174,8 @@ def _limit(part: Part, sweep: Sweep, options: SweepOptions) -> _Limit | None:
         return _Limit(distance=options.tolerance / part.scale, lost=np.inf, most=None)
     if options.size is not None:
         return None
-    return _Limit(distance=MOST_OFF * sweep.solid.size, lost=MOST_LOST, most=MOST_HEXES)
+    doubt = volume_doubt(sweep.solid) / sweep.solid.volume
+    return _Limit(distance=MOST_OFF * sweep.solid.size, lost=max(MOST_LOST, doubt), most=MOST_HEXES)
 
 
 def _make(
@@ -245,7 +276,7 @@ def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callabl
     if not (factor > 1.05).any():
         return None
     wanted = np.where(factor > 1.0, lengths / factor, np.inf)
-    tree = cKDTree(deviation.cap_middles)
+    tree = scipy.spatial.cKDTree(deviation.cap_middles)
 
     def sizes(points: FloatArray) -> FloatArray:
         _, near = tree.query(points, k=min(4, len(wanted)))

@@ -21,7 +21,7 @@ from .several import mesh_complex, plan_cells, side_by_side
 from .shared_hints import check_words, local_hints, resolve_wishes
 from .subsets import chosen_solids, separated, subset, touching_groups
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]

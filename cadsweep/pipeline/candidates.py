@@ -22,6 +22,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
+from .accuracy import check_curved
 from .refusing import refusal
 from .run import Run
 
@@ -179,10 +180,12 @@ def refuse(report: QualityReport, options: SweepOptions, part: Part, sweep: Swee
     Raises
     ------
     CadSweepError
-        The mesh is not valid, and the user does not allow that.
+        The mesh is not valid, or too coarse to be the part, and the user does not allow that.
     """
     if not report.valid and not options.allow_inverted:
         raise refusal(report, part, sweep)
+    if options.order > 1:
+        check_curved(report.volume / part.scale**3, sweep, options)
 
 
 def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
@@ -217,6 +220,7 @@ def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
         "parts": {factored.part: report.n_hexes},
         "volume": report.volume,
         "cad_volume": info["cad_volume"],
+        "distance": info["distance"],
         "seconds": info["seconds"],
         "sweeps": info["sweeps"],
         "material": info.get("material"),

@@ -35,7 +35,7 @@ MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
 _FEW = 2
 """Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
 
 
 def recognise(solid: Solid) -> list[Sweep]:
@@ -114,7 +114,8 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         As for any cells.
     """
     if any(getattr(options, name) is not None for name in _ONE_SWEEP):
-        raise InputError("source, target, bias, fractions and rail_layers are about one sweep, and cuts make several")
+        names = f"{', '.join(_ONE_SWEEP[:-1])} and {_ONE_SWEEP[-1]}"
+        raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
         part = cad.apply_cuts(part, options.cuts or ())
         found = plan_cells(part, run, decompose=options.decompose)

@@ -21,7 +21,7 @@ def factor_sweep(
 ) -> tuple[FactoredMesh, SurfaceMesh]:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     boundary = accurate_boundary(part, sweep, options, run, streamed=streamed)
-    check_coarse(boundary.deviation, options)
+    check_coarse(boundary.deviation, options, doubt=volume_doubt(sweep.solid) / sweep.solid.volume)
     counts, surfaces, target = boundary.counts, boundary.surfaces, boundary.target
     with run.stage("projection"):
         placed = project_layers(

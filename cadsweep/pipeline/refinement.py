@@ -181,6 +181,7 @@ def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.
         for sweep in coarse.info["sweeps"]
     ]
     info.pop("quality", None)
+    info.pop("distance", None)  # of the coarse mesh
     return replace(
         coarse,
         sweep=placed,

@@ -35,6 +35,7 @@ KEYS = {
     "n_inverted",
     "volume",
     "cad_volume",
+    "distance",
     "seconds",
     "sweeps",
 }

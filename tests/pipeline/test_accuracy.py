@@ -84,3 +84,9 @@ def test_a_dome_as_high_as_wide_is_all_there_and_its_quads_are_alike(dome):
     middle = np.median(found)
     assert middle / 2.5 < found.min()
     assert found.max() < 2.5 * middle
+
+
+def test_order_two_is_judged_by_its_curved_sides(bar):
+    # Parabolas through the middles of eight arcs leave less than a thousandth of the circle.
+    mesh = cs.sweep_mesh(bar, counts={"edges:%CIRCLE": 8}, layers=1, order=2)
+    assert abs(mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0) < 1e-3

@@ -154,7 +154,7 @@ def test_what_the_mesh_brings_along_cannot_be_asked_for(tmp_path):
 
 
 def test_a_variant_that_the_mesh_does_not_fit_is_refused():
-    mesh = cs.sweep_mesh(elbow(angle=90.0), size=0.5, layers=2)
+    mesh = cs.sweep_mesh(elbow(angle=90.0), size=0.5, layers=2, allow_coarse=True)
     with pytest.raises(CadSweepError):  # two layers around three quarters cut through the middle
         cs.sweep_mesh(elbow(radius=1.05, angle=350.0), like=mesh)
 
