@@ -34,6 +34,11 @@ MOST_MESHED = 4
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
 
 
+def is_planar(part: Part) -> bool:
+    """Whether all faces of the one solid are planes."""
+    return decomposition.is_planar(only_solid(part))
+
+
 def may_decompose(part: Part, options: SweepOptions) -> bool:
     """Whether cuts may be looked for: what the user asks of one sweep cannot be had of several."""
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
@@ -49,9 +54,9 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     SurfaceMeshError, ProjectionError, InvertedHexError
         Cells were found, and none of their meshes is valid.
     """
-    assert refused is not None
     solid = only_solid(part)
-    if not may_decompose(part, options) or not decomposition.is_planar(solid):
+    refused = refused or NotSweepableError("its columns make poor hexahedra")
+    if not may_decompose(part, options):
         raise refused
     search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan)
     best: HexMesh | None = None
@@ -134,7 +139,7 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
             open_and_find(part, None, None)
             return part
         except NotSweepableError as refused:
-            if decomposition.is_planar(only_solid(part)):
+            if is_planar(part):
                 return _planar_cells(part, refused)
     before = part.notes
     cells = plan_cells(part, run).part
@@ -171,4 +176,4 @@ def cells_of(part: Part, search: decomposition.Search, state: decomposition.Stat
     )
 
 
-__all__ = ["cells_of", "decompose_part", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]
+__all__ = ["cells_of", "decompose_part", "is_planar", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]

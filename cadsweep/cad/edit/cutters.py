@@ -103,7 +103,7 @@ class _Cutters:
         self.found: dict[tuple[float, ...], _Found] = {}
 
     def all(self) -> list[Cutter]:
-        """Planes between holes that go different ways, then batches, then single ones by the edges that they resolve."""
+        """Planes between holes that go different ways, then batches, then single ones by the edges they resolve."""
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
