@@ -182,6 +182,20 @@ def test_loose_faces_of_solids_side_by_side_and_round_ones_are_told_apart(cq, lo
     assert {part.solids[0].faces[f].kind for f, _ in shared(part, "face")} == {"cylinder"}
 
 
+def test_a_list_of_shapes_of_any_kind_is_one_part(cq, load):
+    low, high = box(cq, (0, 0, 0)), box(cq, (0, 0, 1))
+    low.faces("<Z").tag("foot")
+    named = cq.Assembly(name="all").add(box(cq, (0, 0, 2)), name="lid")
+    part = load([low, high.val(), named, box(cq, (5, 0, 0)).val().wrapped])
+    assert [solid.name for solid in part.solids] == ["solid_1", "solid_2", "lid", "solid_3"]
+    assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (1, 2), (0, 3))] == [1, 1, 0]
+    assert [face.name for face in part.solids[0].faces if face.name] == ["foot"]
+    with pytest.raises(InputError, match="item 1 of the list is a str"):
+        load([low, "file.step"])
+    with pytest.raises(InputError, match="empty"):
+        load([])
+
+
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
 def test_working_units_are_those_of_the_whole_part(cq, load, scale):
     part = load(several(cq, *[box(cq, (k * scale, 0, 0), (scale, scale, scale)) for k in range(3)]))
