@@ -13,10 +13,9 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import floor, log10
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -292,12 +291,6 @@ def _label(what: str, number: int, name: str | None, kind: str, place: str) -> s
     return f"{what} {number}{named} ({kind} at {place})"
 
 
-class BrepWriter(Protocol):
-    """Writes faces of a solid, in working units, for a mesher that reads BREP files."""
-
-    def __call__(self, path: Path, faces: Sequence[int]) -> None: ...
-
-
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Solid:
     """One solid: vertices, edges and faces by id, every edge shared by exactly two faces.
@@ -312,7 +305,9 @@ class Solid:
         Diagonal of the bounding box.
     tolerance : float
         Largest gap that the model allows between a vertex or an edge and its faces.
-    write_brep : BrepWriter
+    kernel : object
+        What ``cad`` has to find again of the solid, its shape in the CAD kernel; None, or whatever else, to everybody
+        else.
     vertex_keys, edge_keys, face_keys : int64 arrays
         Ids within the whole part: equal keys in two solids mean the same, shared entity.
     name : str or None
@@ -331,7 +326,7 @@ class Solid:
     volume: float
     size: float
     tolerance: float = 0.0
-    write_brep: BrepWriter
+    kernel: object = None
     vertex_keys: IntArray
     edge_keys: IntArray
     face_keys: IntArray

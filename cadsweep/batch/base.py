@@ -15,7 +15,7 @@ from typing import Any
 
 from ..errors import CadSweepError
 from ..isolation import Worker, leftovers
-from .records import case_folder
+from .records import case_folder, locked
 from .study import Study
 
 NODES = "nodes.npy"
@@ -38,8 +38,11 @@ def make_base(study: Study, folder: Path, *, max_memory: float, on_progress: Any
         It cannot be meshed, so that no case can.
     """
     path = base_path(study, folder)
-    if path.exists():
-        return path
+    with locked(folder / ".base.lock", wait=(lambda: on_progress("base", None)) if on_progress else None):
+        return path if path.exists() else _make(study, path, max_memory, on_progress)
+
+
+def _make(study: Study, path: Path, max_memory: float, on_progress: Any) -> Path:
     first = study.cases[0]
     options = {key: value for key, value in first.options.items() if key not in ("order", "nodes", "refine")}
     try:

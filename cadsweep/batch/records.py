@@ -7,10 +7,13 @@ folder, at any moment and after any kill, finds cases that are done, and others 
 from __future__ import annotations
 
 import csv
+import fcntl
 import io
 import json
 import logging
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -60,10 +63,19 @@ def read_records(folder: Path, study: Study, *, keep_failed: bool = True) -> dic
 
 
 class Table:
-    """The results as CSV and JSON files, both whole at any moment."""
+    """The results as CSV and JSON files, both whole at any moment.
 
-    def __init__(self, study: Study, folder: Path, records: dict[str, dict[str, Any]]) -> None:
+    Parameters
+    ----------
+    records : dict
+        By the keys of the cases; grows.
+    shared : bool
+        Others work on the study as well: what they have finished is read whenever the files are written.
+    """
+
+    def __init__(self, study: Study, folder: Path, records: dict[str, dict[str, Any]], *, shared: bool = False) -> None:
         self.records = records
+        self._study, self._folder, self._shared = study, folder, shared
         self.csv_path, self.json_path = folder / "results.csv", folder / "results.json"
         self._cases = study.cases
         self._params = list(dict.fromkeys(key for case in study.cases for key in case.params))
@@ -78,6 +90,15 @@ class Table:
 
     def write(self) -> None:
         """Write both files."""
+        if not self._shared:
+            self._write_rows()
+            return
+        # One after the other, each with what is there by then: the last one's table has all.
+        with locked(self._folder / ".table.lock"):
+            self.records.update(read_records(self._folder, self._study))
+            self._write_rows()
+
+    def _write_rows(self) -> None:
         rows = [self.records[case.key] for case in self._cases if case.key in self.records]
         _write(self.json_path, json.dumps(rows, indent=1))
         text = io.StringIO()
@@ -107,3 +128,25 @@ def _write(path: Path, text: str) -> None:
 
     with replaced_file(path) as file:
         file.write(text.encode("utf-8"))
+
+
+@contextmanager
+def locked(path: Path, *, wait: Callable[[], None] | None = None) -> Iterator[None]:
+    """Hold a lock file; the lock goes with its process, however that ends.
+
+    Parameters
+    ----------
+    path : Path
+    wait : callable or None
+        Called every half second while another process holds it.
+    """
+    with open(path, "a", encoding="ascii") as lock:
+        while True:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if wait is not None:
+                    wait()
+                time.sleep(0.5 if wait is not None else 0.05)
+        yield

@@ -7,7 +7,7 @@ import os
 import queue
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from typing import Any
 
 from ..errors import InputError
 from .base import make_base, write_together
-from .records import CASES, Table, read_records, write_record
+from .records import CASES, Table, read_records
 from .study import Case, Study
-from .work import run_case
+from .work import claimed_case
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +103,8 @@ def run_study(
     jobs: int = 1,
     again: bool = False,
     retry_failed: bool = False,
+    shard: tuple[int, int] | None = None,
+    dask: str | None = None,
     on_case: OnCase | None = None,
 ) -> StudyResult:
     """Mesh the cases of a study that have not been meshed, and write the table of all.
@@ -118,49 +120,72 @@ def run_study(
         Do all cases, whatever is there.
     retry_failed : bool
         Do the failed ones again.
+    shard : (int, int) or None
+        (I, N): do every N-th case from the I-th on (counted from 1). Any number of shards may be at work in a folder at
+        once; the result has the records of this one, the table those of all cases that are done.
+    dask : str or None
+        Address of a dask scheduler whose workers do the cases; they must see the folder under the same name.
     on_case : callable or None
 
     Raises
     ------
     InputError
-        The folder cannot be made, or another run is at work in it.
+        The folder cannot be made, or another run is at work in it; there is no such shard.
+    CadSweepError
+        The scheduler is not there.
     """
+    cases = study.cases if shard is None else _cases_of(study, *shard)
     folder = (folder or study.folder).resolve()
     try:
         (folder / CASES).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the folder {folder}: {error.strerror}; choose another with --output") from error
-    with _alone(folder):
+    with _at_work(folder, alone=shard is None):
         records = {} if again else read_records(folder, study, keep_failed=not retry_failed)
-        n_resumed = len(records)
-        table = Table(study, folder, records)
+        table = Table(study, folder, records, shared=shard is not None)
+        done = {case.key for case in cases if case.key in records}
         table.write()
-        tell = _Teller(study, records, on_case)
+        tell = _Teller(cases, records, on_case)
         tell(None)
-        for case, record in _run_cases([c for c in study.cases if c.key not in records], study, folder, jobs):
-            write_record(folder, case, record)
+        todo = [case for case in cases if case.key not in done]
+        anew = again or retry_failed
+        if dask is not None:
+            from .remote import run_remotely
+
+            made = run_remotely(todo, study, folder, dask, anew=anew)
+        else:
+            made = _run_cases(todo, study, folder, jobs, anew=anew)
+        for case, record in made:
             table.add(case, record)
             tell(record)
         table.write()
         together = None
-        if study.same_mesh:
+        if study.same_mesh and all(case.key in table.records for case in study.cases):
             together = write_together(study, folder, [table.records[case.key] for case in study.cases])
     return StudyResult(
-        records=tuple(table.records[case.key] for case in study.cases),
-        n_resumed=n_resumed,
+        records=tuple(table.records[case.key] for case in cases),
+        n_resumed=len(done),
         table=table.csv_path,
         json=table.json_path,
         together=together,
     )
 
 
+def _cases_of(study: Study, number: int, of: int) -> tuple[Case, ...]:
+    """The cases of a shard."""
+    if not 1 <= number <= of:
+        raise InputError(f"there is no shard {number} of {of}: shards are 1/{of} to {of}/{of}")
+    return study.cases[number - 1 :: of]
+
+
 class _Teller:
     """Counts the ends of cases for whoever asked."""
 
-    def __init__(self, study: Study, records: dict[str, dict[str, Any]], on_case: OnCase | None) -> None:
-        self._total = len(study.cases)
-        self._failed = sum(record["status"] != "ok" for record in records.values())
-        self._done = len(records)
+    def __init__(self, cases: Sequence[Case], records: dict[str, dict[str, Any]], on_case: OnCase | None) -> None:
+        known = [records[case.key] for case in cases if case.key in records]
+        self._total = len(cases)
+        self._failed = sum(record["status"] != "ok" for record in known)
+        self._done = len(known)
         self._on_case = on_case
 
     def __call__(self, record: dict[str, Any] | None) -> None:
@@ -173,11 +198,11 @@ class _Teller:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Let one run at a time work in a folder; the lock goes with its process, however that ends."""
+def _at_work(folder: Path, *, alone: bool) -> Iterator[None]:
+    """Let one run at a time work in a folder, or any number of shards; the lock goes with its process."""
     try:
         with open(folder / ".lock", "a", encoding="ascii") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
             yield
     except BlockingIOError as error:
         raise InputError(f"another run is at work in {folder}; wait for it, or choose another with --output") from error
@@ -185,7 +210,9 @@ def _alone(folder: Path) -> Iterator[None]:
         raise InputError(f"the folder {folder} is not writable; choose another with --output") from error
 
 
-def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iterator[tuple[Case, dict[str, Any]]]:
+def _run_cases(
+    cases: list[Case], study: Study, folder: Path, jobs: int, *, anew: bool
+) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Run cases, a few at a time, and give each record as soon as it is there."""
     from ..isolation import Worker
     from ..machine import free_memory
@@ -210,7 +237,10 @@ def _run_cases(cases: list[Case], study: Study, folder: Path, jobs: int) -> Iter
                     case = todo.popleft()
                 except IndexError:  # another thread was faster
                     return
-                done.put((case, run_case(worker, study, case, folder, max_memory=memory, base=base, on_progress=tell)))
+                record = claimed_case(
+                    worker, study, case, folder, max_memory=memory, base=base, anew=anew, on_progress=tell
+                )
+                done.put((case, record))
 
     with ThreadPoolExecutor(max_workers=jobs) as pool:
         try:

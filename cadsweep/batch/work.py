@@ -10,10 +10,47 @@ from typing import Any
 from ..errors import CadSweepError, WorkerError
 from ..isolation import Worker, leftovers
 from .base import NODES, carried_options
-from .records import CASES, case_folder
+from .records import CASES, RECORD, case_folder, locked, read_record, write_record
 from .study import Case, Study
 
 Progress = Callable[[str, float | None], None]
+
+
+def claimed_case(
+    worker: Worker,
+    study: Study,
+    case: Case,
+    folder: Path,
+    *,
+    max_memory: float,
+    base: Path | None = None,
+    anew: bool = False,
+    on_progress: Progress,
+) -> dict[str, Any]:
+    """Do a case that others may want to do, too: the first one does it, and the others get the record.
+
+    Parameters
+    ----------
+    anew : bool
+        Do it even where there is a record from before.
+    """
+    own = case_folder(folder, case)
+    own.mkdir(parents=True, exist_ok=True)
+    before = _age(own)
+    with locked(own / ".lock", wait=lambda: on_progress("waiting", None)):
+        record = read_record(folder, case)
+        if record is None or (anew and _age(own) == before):
+            record = run_case(worker, study, case, folder, max_memory=max_memory, base=base, on_progress=on_progress)
+            write_record(folder, case, record)
+        return record
+
+
+def _age(own: Path) -> int:
+    """When the record of a case was written; 0 where there is none."""
+    try:
+        return (own / RECORD).stat().st_mtime_ns
+    except FileNotFoundError:
+        return 0
 
 
 def run_case(

@@ -39,7 +39,7 @@ def load(
     ----------
     source : path, CadQuery object or shape
         A ``.step``, ``.stp``, ``.brep``, ``.iges`` or ``.igs`` file; a CadQuery script (``.py``)
-        that calls ``show_object``; a ``cq.Workplane``, ``cq.Shape`` or ``cq.Assembly``; anything
+        that calls ``show_object``; a ``cq.Workplane``, ``cq.Shape`` or ``cq.Assembly``, or a list of them; anything
         whose ``.wrapped`` is an OpenCASCADE shape, or such a shape itself. A script is a program
         and runs with the rights of the caller.
     params : mapping, optional

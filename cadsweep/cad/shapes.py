@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepTools import BRepTools
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
@@ -136,7 +134,7 @@ def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidShape:
-    """The OpenCASCADE side of a ``brep.Solid``; it is the solid's ``write_brep``.
+    """The OpenCASCADE side of a ``brep.Solid``; it is the solid's ``kernel``.
 
     Attributes
     ----------
@@ -149,21 +147,3 @@ class SolidShape:
     faces: list[Any]
     edges: list[Any]
     vertices: list[Any]
-
-    def __call__(self, path: Path, faces: Sequence[int]) -> None:
-        """Write a compound of the given faces, in that order, in working units, as a BREP file.
-
-        Raises
-        ------
-        CadError
-            The file could not be written.
-        """
-        chosen = compound([self.faces[f] for f in faces])
-        if not BRepTools.Write_s(chosen, str(path), False, False, _version()):
-            raise CadError(f"OpenCASCADE could not write {path}: is the folder there, writable and not full?")
-
-
-def _version() -> Any:
-    from OCP.TopTools import TopTools_FormatVersion
-
-    return TopTools_FormatVersion.TopTools_FormatVersion_VERSION_1

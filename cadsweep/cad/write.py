@@ -110,7 +110,7 @@ def cell_shapes(part: Part) -> list[Any]:
     built = _Built()
     shapes = []
     for solid in part.solids:
-        holder = solid.write_brep
+        holder = solid.kernel
         shapes.append(holder.shape if isinstance(holder, SolidShape) else built.solid(solid))
     return shapes
 

@@ -35,7 +35,7 @@ def write_cells(part: Part, path: Path) -> list[str]:
     assembly = cq.Assembly(name=part.name)
     names = _names(part)
     for j, (solid, name) in enumerate(zip(part.solids, names, strict=True)):
-        holder = solid.write_brep
+        holder = solid.kernel
         assert isinstance(holder, SolidShape)
         assembly.add(cq.Shape.cast(_in_model_units(part, holder.shape)), name=name, color=_color(j))
     assembly.export(str(path), exportType="STEP")

@@ -14,7 +14,7 @@ from ..errors import CadSweepError, InputError
 from ..options import FUNCTIONALS, INTERFACES, STRATEGIES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Names, Numbers, Positive, Size, is_script, parse_cap, parse_parameter
+from .types import Assignment, Bias, Names, Numbers, Positive, Shard, Size, is_script, parse_cap, parse_parameter
 from .worker import QUIET, VERBOSE, limits, run
 from .writing import take_writing_options, writing_options
 
@@ -318,6 +318,8 @@ def check_suffix(output: str) -> None:
 @click.option("--again", is_flag=True, help="Do all cases, whatever results are there.")
 @click.option("--strict", is_flag=True, help="Exit code 1 if any case has failed.")
 @click.option("--retry-failed", is_flag=True, help="Do failed cases again.")
+@click.option("--shard", type=Shard(), metavar="I/N", help="Do every N-th case from the I-th on, beside other shards.")
+@click.option("--dask", metavar="ADDRESS", help="Have the cases done by a dask cluster: tcp://scheduler:8786.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @QUIET
 def batch(
@@ -328,6 +330,8 @@ def batch(
     again: bool,
     strict: bool,
     retry_failed: bool,
+    shard: tuple[int, int] | None,
+    dask: str | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -354,10 +358,19 @@ def batch(
     plan = read_study(Path(study))
     folder = None if output is None else Path(output)
     with CaseProgress(quiet=quiet) as progress:
-        result = run_study(plan, folder, jobs=jobs, again=again, retry_failed=retry_failed, on_case=progress)
+        result = run_study(
+            plan,
+            folder,
+            jobs=jobs,
+            again=again,
+            retry_failed=retry_failed,
+            shard=shard,
+            dask=dask,
+            on_case=progress,
+        )
     if as_json:
         click.echo(json.dumps(result.summary()))
     elif not quiet:
         click.echo(result.line())
-    if result.n_failed == result.n_cases or (strict and result.n_failed):
+    if (result.n_cases and result.n_failed == result.n_cases) or (strict and result.n_failed):
         raise CadSweepError(f"{result.n_failed} of {result.n_cases} cases failed; see {result.table}")

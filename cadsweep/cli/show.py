@@ -94,6 +94,7 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
             console.print(_table("Sweeps, best first", columns, (_row(n, s) for n, s in enumerate(sweeps, 1))))
         else:
             console.print(f"No sweep: {solid['error']}", markup=False, highlight=False)
+        _print_stacks(console, data, index, swept=bool(sweeps))
         if rejected:
             reasons = ((row["face"], row["reason"]) for row in rejected)
             console.print(_table("Why the others are no caps", ("face", "reason"), reasons))
@@ -108,6 +109,31 @@ def _contact_row(contact: dict[str, Any]) -> tuple[Any, ...]:
     what = {"face": "faces", "edge": "an edge alone", "vertex": "a point alone"}[contact["kind"]]
     faces = ", ".join(f"{first} = {second}" for first, second in contact["faces"])
     return " and ".join(contact["solids"]), what, f"{contact['area']:.6g}" if contact["faces"] else "", faces
+
+
+def _print_stacks(console: Any, data: dict[str, Any], index: int, *, swept: bool) -> None:
+    """The directions along which a solid is a stack of columns; where it has no sweep either, why the best is none."""
+    stacks, reasons = ([row for row in data[name] if row["solid"] == index] for name in ("stacks", "no_stacks"))
+    if stacks:
+        columns = ("", "direction", "source", "target", "walls", "levels", "cells", "columns", "score")
+        rows = (_stack_row(number, row) for number, row in enumerate(stacks, 1))
+        console.print(_table("Stacks of columns between caps, best first", columns, rows))
+    elif reasons and not swept:
+        console.print(f"No stack of columns: {reasons[0]['reason']}", markup=False, highlight=False)
+
+
+def _stack_row(number: int, row: dict[str, Any]) -> tuple[Any, ...]:
+    return (
+        number,
+        ", ".join(f"{c:.3g}" for c in row["direction"]),
+        _names(row["source"]),
+        _names(row["target"]),
+        row["n_walls"],
+        ", ".join(f"{height:.4g}" for height in row["levels"]),
+        row["n_cells"],
+        row["n_columns"],
+        f"{row['score']:.2f}",
+    )
 
 
 def _face_row(face: dict[str, Any]) -> tuple[Any, ...]:

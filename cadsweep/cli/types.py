@@ -58,6 +58,20 @@ class Numbers(click.ParamType):
             self.fail(f"{value!r} is no list of numbers with commas between them", param, ctx)
 
 
+class Shard(click.ParamType):
+    """``I/N``: the I-th of N parts, counted from 1."""
+
+    name = "i/n"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        if isinstance(value, tuple):
+            return value
+        number, sign, of = value.partition("/")
+        if not (sign and number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
+            self.fail(f"{value!r} is not of the form I/N, with I from 1 to N", param, ctx)
+        return int(number), int(of)
+
+
 class Names(click.ParamType):
     """Names with commas between them."""
 

@@ -122,18 +122,20 @@ def describe_part(
     from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
     from ..pipeline.parts import resolve_cap
+    from ..pipeline.stacking import describe_stacks
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
     loaded = load(source, params=params, part=part, touch=touch, on_progress=lambda share: on_progress("cad", share))
     on_progress("recognition", None)
+    as_loaded = loaded
     if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
         with suppress(NotSweepableError):
             loaded, _ = open_and_find(loaded, *caps)
     chosen = [resolve_cap(loaded, cap) for cap in caps]
     data: dict[str, Any] = {"name": loaded.name, "notes": loaded.notes, "names": loaded.names, "solids": []}
-    data.update(faces=[], edges=[], sweeps=[], rejected=[])
+    data.update(faces=[], edges=[], sweeps=[], rejected=[], stacks=[], no_stacks=[])
     for index, solid in enumerate(loaded.solids):
         found: Any
         try:
@@ -158,6 +160,10 @@ def describe_part(
         volume = solid.volume * loaded.scale**3
         known = {"name": solid.name or loaded.name, "material": solid.material, "color": solid.color}
         data["solids"].append({**known, "volume": volume, "error": error})
+        if len(loaded.solids) == 1 and caps == (None, None):
+            rows, reasons = describe_stacks(as_loaded, found if error is None else ())
+            data["stacks"] = [{"solid": index, **row} for row in rows]
+            data["no_stacks"] = [{"solid": index, "reason": reason} for reason in reasons]
     data["contacts"] = [
         {
             "solids": [loaded.models[j].name for j in contact.models],

@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 Recognise = Callable[[Solid], list[Sweep]]
 MakePlan = Callable[[Part, list[list[Sweep]]], object]
 
-MOST_STATES = 400
+MOST_STATES = 800
 """Complexes that are looked at before the part is given up."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
@@ -103,26 +103,31 @@ class Search:
         """Complexes that have a plan, as they are found; ``best`` is the best complex looked at so far."""
         self.pool, cell = from_solid(self.model)
         self.best = first = self.judge((cell,), ())
+        if first.plan is not None:
+            yield first
         queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
-        n = 0
+        n = turn = 0
         while queue and not self.is_over():
             start, _, here = heapq.heappop(queue)
-            while here.cost <= start + CLIMB and not self.is_over():
-                if here.plan is not None:
-                    yield here
+            turn += 1
+            while not self.is_over():
                 children = []
                 for child in self.children(here):
                     children.append(child)
+                    self.best = min(self.best, child, key=lambda state: (state.plan is None, state.cost))
                     if child.plan is not None or self.is_over():
                         break
-                if not children:
-                    break
-                children.sort(key=lambda child: (child.plan is None, child.cost))
-                here, *others = children
-                self.best = min(self.best, here, key=lambda state: (state.plan is None, state.cost))
-                for child in others:
+                if children and children[-1].plan is not None:
+                    yield children.pop()
+                children.sort(key=lambda child: child.cost)
+                # Every other time the best child is followed down at once: some parts need depth, others width.
+                dives = turn % 2 and children and children[0].cost <= start + CLIMB
+                for child in children[1:] if dives else children:
                     n += 1
                     heapq.heappush(queue, (child.cost, n, child))
+                if not dives:
+                    break
+                here = children[0]
 
     def is_over(self) -> bool:
         """Whether the budget is used up."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from pathlib import Path
 
 import numpy as np
 
@@ -123,7 +122,6 @@ def to_solid(pool: Pool, cell: Cell, model: Solid) -> Solid:
         faces=faces,
         volume=pool.volume(cell),
         size=float(np.linalg.norm(box)),
-        write_brep=_no_shape,
         vertex_keys=np.array(numbers, dtype=np.int64),
         edge_keys=np.array([pool.edge_key(a, b) for a, b in pairs], dtype=np.int64),
         face_keys=np.array([f for f, _ in cell], dtype=np.int64),
@@ -132,10 +130,6 @@ def to_solid(pool: Pool, cell: Cell, model: Solid) -> Solid:
         color=model.color,
         units=model.units,
     )
-
-
-def _no_shape(path: Path, faces: Sequence[int]) -> None:
-    raise NotImplementedError("a cell of the search has no shape; OpenCASCADE makes it once the cuts are chosen")
 
 
 def _edge(

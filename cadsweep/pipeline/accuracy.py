@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .. import estimate
 from ..arrays import FloatArray
@@ -276,7 +276,7 @@ def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callabl
     if not (factor > 1.05).any():
         return None
     wanted = np.where(factor > 1.0, lengths / factor, np.inf)
-    tree = cKDTree(deviation.cap_middles)
+    tree = scipy.spatial.cKDTree(deviation.cap_middles)
 
     def sizes(points: FloatArray) -> FloatArray:
         _, near = tree.query(points, k=min(4, len(wanted)))

@@ -48,6 +48,11 @@ def recognise(solid: Solid) -> list[Sweep]:
     return []
 
 
+def is_planar(part: Part) -> bool:
+    """Whether all faces of the one solid are planes."""
+    return decomposition.is_planar(only_solid(part))
+
+
 def may_decompose(part: Part, options: SweepOptions) -> bool:
     """Whether cuts may be looked for: what the user asks of one sweep cannot be had of several."""
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
@@ -63,9 +68,9 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     SurfaceMeshError, ProjectionError, InvertedHexError
         Cells were found, and none of their meshes is valid.
     """
-    assert refused is not None
     solid = only_solid(part)
-    if not may_decompose(part, options) or not decomposition.is_planar(solid):
+    refused = refused or NotSweepableError("its columns make poor hexahedra")
+    if not may_decompose(part, options):
         raise refused
     search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan)
     best: HexMesh | None = None
@@ -148,7 +153,7 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
             open_and_find(part, None, None)
             return part
         except NotSweepableError as refused:
-            if decomposition.is_planar(only_solid(part)):
+            if is_planar(part):
                 return _planar_cells(part, refused)
     before = part.notes
     cells = plan_cells(part, run).part
@@ -185,4 +190,4 @@ def cells_of(part: Part, search: decomposition.Search, state: decomposition.Stat
     )
 
 
-__all__ = ["cells_of", "decompose_part", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]
+__all__ = ["cells_of", "decompose_part", "is_planar", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]

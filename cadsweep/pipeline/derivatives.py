@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
-from ..cad.read.scripts import list_parameters
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .meshing import sweep_mesh
@@ -135,6 +134,8 @@ def _value(source: Any, params: Mapping[str, Any], wrt: str) -> float:
     """The parameter's value, from the user or the script."""
     value = params.get(wrt)
     if wrt not in params:
+        from ..cad.read.scripts import list_parameters  # and OpenCASCADE, which takes its time
+
         known = {} if callable(source) else list_parameters(Path(source))
         if wrt not in known:
             there = ", ".join(known) if known else ", ".join(params) or "none"

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from ..arrays import FloatArray
 from ..brep import Solid
@@ -228,7 +228,7 @@ class _Matcher:
                     cost = self.cost(image)
                     if cost < costs[i, j]:
                         costs[i, j], ways[i, j] = cost, image
-        rows, columns = linear_sum_assignment(costs)
+        rows, columns = scipy.optimize.linear_sum_assignment(costs)
         pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
         if any(pair not in ways for pair in pairs):
             return FORBIDDEN, []

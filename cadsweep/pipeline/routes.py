@@ -13,6 +13,7 @@ several solids  more than one solid                     cells that touch on one 
 
 from __future__ import annotations
 
+import logging
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -24,12 +25,14 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
 from .attempts import find_candidates
-from .candidates import first_good
-from .decomposing import mesh_decomposed, mesh_user_cut
+from .candidates import GOOD_ENOUGH, first_good
+from .decomposing import is_planar, mesh_decomposed, mesh_user_cut
 from .making import make_mesh
 from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
+
+log = logging.getLogger(__name__)
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -58,16 +61,32 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part of one solid by the first way that does."""
     refused: CadSweepError | None = None
-    ways = (_mesh_swept, mesh_stacks_instead, mesh_decomposed, mesh_cut)
-    for way in ways if options.decompose else ways[:2]:
+    # The search for planes looks at ten times as many cuts as the one for surfaces of any kind does.
+    cells = mesh_decomposed if is_planar(part) else mesh_cut
+    best: HexMesh | None = None
+    for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
         try:
-            return way(part, options, run, refused)
+            mesh = way(part, options, run, refused)
         except InputError:
             raise
         except CadSweepError as error:
+            if best is not None:
+                log.info("cells instead of poor columns: %s", error)
+                break
             refused = error
+            continue
+        if best is None or _worst(mesh) > _worst(best):
+            best = mesh
+        if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
+            break
+    if best is not None:
+        return best
     assert refused is not None
     raise refused
+
+
+def _worst(mesh: HexMesh) -> float:
+    return float(mesh.info["quality"].min_scaled_jacobian)
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -93,6 +94,40 @@ def other_stacks(part: Part, sweeps: Sequence[Sweep]) -> list[Stack]:
     known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
     found, _ = _search(only_solid(part))
     return [s for s in found if frozenset((frozenset(s.source), frozenset(s.target))) not in known]
+
+
+def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Rows of ``cadsweep info``: the stacks of a part, beside its sweeps, and why other directions give none.
+
+    Returns
+    -------
+    rows : list of dict
+        Direction, caps, numbers of levels, cells and columns, and score of each, best first; heights of the levels in
+        model units along the direction.
+    reasons : list of str
+    """
+    known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
+    found, reasons = _search(only_solid(part))
+    rows = []
+    for stack in found:
+        sheets = stacks.find_sheets(stack)
+        if frozenset((frozenset(stack.source), frozenset(stack.target))) in known or isinstance(sheets, str):
+            continue
+        faces = stack.solid.faces
+        heights = np.sort(sheets.heights) * part.scale + float(part.offset @ stack.direction)
+        rows.append(
+            {
+                "direction": stack.direction + 0.0,
+                "source": [faces[f].name or f for f in stack.source],
+                "target": [faces[f].name or f for f in stack.target],
+                "n_walls": len(stack.walls),
+                "levels": heights,
+                "n_cells": len(stack.columns),
+                "n_columns": stack.n_columns,
+                "score": stack.score,
+            }
+        )
+    return rows, reasons
 
 
 def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:

@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from ..arrays import FloatArray
 from ..errors import InputError, SurfaceMeshError
@@ -72,11 +70,13 @@ def assign_levels(
     if layers is not None:
         rows.append(({highest: 1.0, lowest: -1.0}, float(layers), float(layers)))
     most = float(layers) if layers is not None else np.inf
-    found = milp(
+    found = scipy.optimize.milp(
         price,
         integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
-        bounds=Bounds(np.zeros(n + n_pairs), np.concatenate([np.full(n, most), np.full(n_pairs, np.inf)])),
-        constraints=LinearConstraint(_matrix([row for row, _, _ in rows], n + n_pairs), *_limits(rows)),
+        bounds=scipy.optimize.Bounds(
+            np.zeros(n + n_pairs), np.concatenate([np.full(n, most), np.full(n_pairs, np.inf)])
+        ),
+        constraints=scipy.optimize.LinearConstraint(_matrix([row for row, _, _ in rows], n + n_pairs), *_limits(rows)),
         options={"time_limit": _PATIENCE, "mip_rel_gap": 1e-3},
     )
     if found.x is None:
@@ -104,10 +104,10 @@ def _merged(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return list(total.items())
 
 
-def _matrix(rows: list[dict[int, float]], width: int) -> csr_array:
+def _matrix(rows: list[dict[int, float]], width: int) -> scipy.sparse.csr_array:
     entries = [(i, j, value) for i, row in enumerate(rows) for j, value in row.items()]
     i, j, value = (np.array(column) for column in zip(*entries, strict=True))
-    return csr_array(coo_array((value, (i, j)), shape=(len(rows), width)))
+    return scipy.sparse.csr_array(scipy.sparse.coo_array((value, (i, j)), shape=(len(rows), width)))
 
 
 def _limits(rows: list[tuple[dict[int, float], float, float]]) -> tuple[FloatArray, FloatArray]:
@@ -118,8 +118,10 @@ def _check_order(stack: Stack, sheets: Sheets) -> None:
     """Refuse sheets that lie over each other in a circle."""
     n = len(sheets.heights)
     pairs = np.array(list(sheets.over), dtype=np.int64).reshape(-1, 2)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, group = connected_components(csr_array(graph), directed=True, connection="strong")
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, group = scipy.sparse.csgraph.connected_components(
+        scipy.sparse.csr_array(graph), directed=True, connection="strong"
+    )
     if count == n:
         return
     a, b = next((a, b) for a, b in sheets.over if group[a] == group[b])

@@ -14,8 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import splu
+import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
@@ -133,12 +132,16 @@ def _relax(heights: Heights, levels: Levels, between: tuple[int, int], quads: In
         return
     ends = np.concatenate([local, np.roll(local, -1, axis=1)]).reshape(2, -1)
     n = len(nodes)
-    weights = coo_array((np.ones(2 * ends.shape[1]), (ends.ravel(), ends[::-1].ravel())), shape=(n, n)).tocsr()
+    weights = scipy.sparse.coo_array(
+        (np.ones(2 * ends.shape[1]), (ends.ravel(), ends[::-1].ravel())), shape=(n, n)
+    ).tocsr()
     weights.data[:] = 1.0
     inner = np.flatnonzero(~border)
     degree = np.asarray(weights.sum(axis=1)).ravel()
-    matrix = csc_array(coo_array((degree[inner], (np.arange(len(inner)),) * 2)) - weights[inner][:, inner])
+    matrix = scipy.sparse.csc_array(
+        scipy.sparse.coo_array((degree[inner], (np.arange(len(inner)),) * 2)) - weights[inner][:, inner]
+    )
     right = weights[inner][:, np.flatnonzero(border)] @ off[:, border].T
-    moved = splu(matrix).solve(np.ascontiguousarray(right)).T
+    moved = scipy.sparse.linalg.splu(matrix).solve(np.ascontiguousarray(right)).T
     values = (share[:, None] + moved) * (above - below)[inner] + below[inner]
     heights.below[low + 1 : high, nodes[inner]] = heights.above[low + 1 : high, nodes[inner]] = values

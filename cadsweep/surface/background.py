@@ -13,9 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import Delaunay
+import scipy
 
 from ..arrays import FloatArray, IntArray
 
@@ -51,7 +49,7 @@ class Background:
 def count_interpolated(loops: Sequence[FloatArray]) -> float:
     """About how many quads fill a polygon where sizes inside are those of the outline, interpolated."""
     places = np.concatenate(loops)
-    return _count_quads(loops, places, Delaunay(places).simplices, segment_lengths(loops))
+    return _count_quads(loops, places, scipy.spatial.Delaunay(places).simplices, segment_lengths(loops))
 
 
 def _count_quads(loops: Sequence[FloatArray], places: FloatArray, triangles: IntArray, sizes: FloatArray) -> float:
@@ -117,7 +115,7 @@ def make_background(
     _, kept = np.unique(np.round(places / (1e-6 * spacing)), axis=0, return_index=True)
     kept = np.sort(kept)
     places, sizes = places[kept], sizes[kept]
-    triangles = Delaunay(places).simplices.astype(np.int64)
+    triangles = scipy.spatial.Delaunay(places).simplices.astype(np.int64)
     return Background(places=places, triangles=triangles, sizes=limited(places, triangles, sizes, growth - 1.0))
 
 
@@ -131,13 +129,13 @@ def limited(places: FloatArray, triangles: IntArray, sizes: FloatArray, slope: f
     starts = np.concatenate([ends[:, 0], ends[:, 1], np.full(n, n)])
     stops = np.concatenate([ends[:, 1], ends[:, 0], np.arange(n)])
     prices = np.concatenate([lengths, lengths, sizes - 0.5 * least])
-    entries = sparse.coo_matrix((prices, (starts, stops)), shape=(n + 1, n + 1))
+    entries = scipy.sparse.coo_matrix((prices, (starts, stops)), shape=(n + 1, n + 1))
     order = np.lexsort((entries.col, entries.row))
     first = np.ones(len(order), dtype=bool)
     first[1:] = (np.diff(entries.row[order]) != 0) | (np.diff(entries.col[order]) != 0)
     kept = order[first]  # edges of two triangles come twice, and a sparse matrix would add their lengths
-    graph = sparse.csr_matrix((prices[kept], (starts[kept], stops[kept])), shape=(n + 1, n + 1))
-    found: FloatArray = dijkstra(graph, indices=n)[:n] + 0.5 * least
+    graph = scipy.sparse.csr_matrix((prices[kept], (starts[kept], stops[kept])), shape=(n + 1, n + 1))
+    found: FloatArray = scipy.sparse.csgraph.dijkstra(graph, indices=n)[:n] + 0.5 * least
     return found
 
 

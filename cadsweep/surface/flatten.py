@@ -18,9 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arrays import FloatArray, IntArray
 
@@ -56,7 +54,7 @@ def conformal_map(points: FloatArray, triangles: IntArray) -> FloatArray | None:
     # Each corner's weight is the opposite side; a conformal map makes their sum with the places vanish.
     weight = (np.roll(local, -2, axis=1) - np.roll(local, -1, axis=1)) / np.sqrt(twice)[:, None]
     rows = np.repeat(np.arange(len(triangles)), 3)
-    matrix = sparse.csc_matrix((weight.ravel(), (rows, triangles.ravel())), shape=(len(triangles), len(points)))
+    matrix = scipy.sparse.csc_matrix((weight.ravel(), (rows, triangles.ravel())), shape=(len(triangles), len(points)))
     start = int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))
     end = int(np.argmax(np.linalg.norm(points - points[start], axis=1)))
     pinned = np.array([start, end])
@@ -67,7 +65,7 @@ def conformal_map(points: FloatArray, triangles: IntArray) -> FloatArray | None:
     hermitian = (a.conj().T @ a).tocsc()
     places = np.empty(len(points), dtype=complex)
     places[pinned] = held
-    places[free] = splu(hermitian).solve(-(a.conj().T @ (b @ held)))
+    places[free] = scipy.sparse.linalg.splu(hermitian).solve(-(a.conj().T @ (b @ held)))
     flat = np.stack([places.real, places.imag], axis=1)
     flat_corners = flat[triangles]
     u, v = flat_corners[:, 1] - flat_corners[:, 0], flat_corners[:, 2] - flat_corners[:, 0]
@@ -87,7 +85,7 @@ def make_locator(flat: FloatArray, triangles: IntArray) -> Callable[[FloatArray]
         near them.
     """
     corners = flat[triangles]
-    tree = cKDTree(corners.mean(axis=1))
+    tree = scipy.spatial.cKDTree(corners.mean(axis=1))
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     near = min(_NEAR, len(triangles))

@@ -218,10 +218,3 @@ def test_new_edges_of_a_torus_are_exact_circles(solids):
     assert sorted({round(e.length, 9) for e in half.edges}) == [
         round(x, 9) for x in (2 * np.pi, 3 * np.pi, 7 * np.pi)
     ]  # half of the section, then half turns at 5 - 2 and 5 + 2
-
-
-def test_faces_written_for_a_mesher_come_back_in_order(tmp_path):
-    solid = load(cq.Workplane().box(1, 2, 3)).solids[0]
-    solid.write_brep(tmp_path / "faces.brep", [4, 1])
-    faces = cq.Shape.importBrep(str(tmp_path / "faces.brep")).Faces()
-    assert [f.Center().toTuple() for f in faces] == [pytest.approx(solid.faces[j].center.tolist()) for j in (4, 1)]

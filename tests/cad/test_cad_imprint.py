@@ -182,6 +182,20 @@ def test_loose_faces_of_solids_side_by_side_and_round_ones_are_told_apart(cq, lo
     assert {part.solids[0].faces[f].kind for f, _ in shared(part, "face")} == {"cylinder"}
 
 
+def test_a_list_of_shapes_of_any_kind_is_one_part(cq, load):
+    low, high = box(cq, (0, 0, 0)), box(cq, (0, 0, 1))
+    low.faces("<Z").tag("foot")
+    named = cq.Assembly(name="all").add(box(cq, (0, 0, 2)), name="lid")
+    part = load([low, high.val(), named, box(cq, (5, 0, 0)).val().wrapped])
+    assert [solid.name for solid in part.solids] == ["solid_1", "solid_2", "lid", "solid_3"]
+    assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (1, 2), (0, 3))] == [1, 1, 0]
+    assert [face.name for face in part.solids[0].faces if face.name] == ["foot"]
+    with pytest.raises(InputError, match="item 1 of the list is a str"):
+        load([low, "file.step"])
+    with pytest.raises(InputError, match="empty"):
+        load([])
+
+
 @pytest.mark.parametrize("scale", [1e-4, 1.0, 1e5])
 def test_working_units_are_those_of_the_whole_part(cq, load, scale):
     part = load(several(cq, *[box(cq, (k * scale, 0, 0), (scale, scale, scale)) for k in range(3)]))
@@ -377,7 +391,7 @@ def test_pieces_of_a_cut_solid_share_their_cut_with_each_other_and_its_lines_wit
     lid_on_pin = math.pi / 4
     assert areas == pytest.approx({(0, 1): 4 - lid_on_pin, (0, 2): math.pi, (1, 2): lid_on_pin}, rel=1e-9)
     assert_shares_exactly(part)
-    again = imprint([s.write_brep.shape for s in part.solids], owners=part.owners, models=part.models)
+    again = imprint([s.kernel.shape for s in part.solids], owners=part.owners, models=part.models)
     assert [len(solid.faces) for solid in again.solids] == [len(solid.faces) for solid in part.solids]
     for kind in ("vertex", "edge", "face"):
         for i, j in itertools.combinations(range(4), 2):
@@ -388,7 +402,7 @@ def test_a_model_whose_solids_share_faces_already_is_read_as_it_is(cq, load, tmp
     from cadsweep.cad.shapes import compound
 
     first = load(several(cq, box(cq, (0, 0, 0)), box(cq, (1, 0.5, 0)), box(cq, (0, 0, 1), (0.5, 0.5, 1))))
-    cq.Shape.cast(compound([s.write_brep.shape for s in first.solids])).exportBrep(str(tmp_path / "joined.brep"))
+    cq.Shape.cast(compound([s.kernel.shape for s in first.solids])).exportBrep(str(tmp_path / "joined.brep"))
     part = load(tmp_path / "joined.brep")
     assert [len(solid.faces) for solid in part.solids] == [len(solid.faces) for solid in first.solids]
     assert [len(shared(part, "face", i, j)) for i, j in ((0, 1), (0, 2), (1, 2))] == [1, 1, 0]

@@ -121,7 +121,6 @@ def polyhedron(points, faces, *, name=None) -> Solid:
         faces=tuple(solid_faces),
         volume=float(sum(corners)),
         size=float(np.linalg.norm(np.ptp(points, axis=0))),
-        write_brep=lambda path, faces: None,
         vertex_keys=np.arange(len(points)),
         edge_keys=np.arange(len(solid_edges)),
         face_keys=np.arange(len(solid_faces)),

@@ -64,7 +64,10 @@ GEOMETRY = {
         shown("cq.Workplane().box(1, 1, 1).union(cq.Workplane().box(1, 1, 1).translate((1, 1, 1)))"),
         None,
     ),
-    "apart": (shown("cq.Workplane().box(1, 1, 1).union(cq.Workplane().box(1, 1, 1).translate((5, 0, 0)))"), "2 solids"),
+    "overlapping": (
+        shown("cq.Workplane().box(1, 1, 1).add(cq.Workplane().box(1, 1, 1).translate((0.5, 0, 0)))"),
+        "overlap by a volume of 0.5",
+    ),
     "zero_height": (shown("cq.Workplane().rect(1, 1).extrude(0)"), None),
     "flat": (shown("cq.Workplane().rect(1, 1).extrude(1e-12)"), None),
     "a_face": (shown("cq.Face.makePlane(1, 1)"), "solid"),

@@ -97,3 +97,18 @@ def test_order_2_follows_bores_and_cones(nodes):
     assert mesh.info["cad_volume"] == pytest.approx(part.val().Volume(), rel=1e-6)
     straight = cs.sweep_mesh(part, size=1.5).quality()
     assert abs(report.volume - part.val().Volume()) < 0.05 * abs(straight.volume - part.val().Volume())
+
+
+def test_info_tells_levels_and_columns(tmp_path):
+    from cadsweep.cli.show import print_info
+    from cadsweep.cli.work import describe_part
+
+    path = tmp_path / "pocketed.step"
+    cq.exporters.export(pocketed(), str(path))
+    data = describe_part(str(path), params=None, on_progress=lambda stage, share: None)
+    best = data["stacks"][0]
+    assert np.abs(best["direction"]) == pytest.approx([0, 0, 1])
+    # Ground, the pocket from below, the one from above, the post, the top.
+    assert np.abs(best["levels"]) == pytest.approx([0, 1, 2.5, 3.5, 4])
+    assert best["n_columns"] >= best["n_cells"] > 4
+    print_info(data)

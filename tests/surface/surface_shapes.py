@@ -170,9 +170,6 @@ def make_face(i, surface, loops, kind, normal=(0.0, 0.0, 0.0)):
 
 
 def make_solid(vertices, edges, faces):
-    def write_brep(path, faces):
-        raise NotImplementedError
-
     vertices = np.asarray(vertices, dtype=float)
     return Solid(
         vertices=vertices,
@@ -180,7 +177,6 @@ def make_solid(vertices, edges, faces):
         faces=tuple(faces),
         volume=1.0,
         size=float(np.linalg.norm(np.ptp(vertices, axis=0))),
-        write_brep=write_brep,
         vertex_keys=np.arange(len(vertices)),
         edge_keys=np.arange(len(edges)),
         face_keys=np.arange(len(faces)),

@@ -41,9 +41,9 @@ def divide_annuli(part: Part) -> Part | None:
     None
         Where no face is to be divided, or OpenCASCADE fails at it.
     """
-    if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
+    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return None
-    solid, holder = part.solids[0], part.solids[0].write_brep
+    solid, holder = part.solids[0], part.solids[0].kernel
     lines = [_dividing_lines(solid, face) for face in solid.faces if _is_annulus(face)]
     cuts = [line for pair in lines for line in pair]
     if not cuts:

@@ -71,7 +71,7 @@ def arrange(solid: Solid, direction: FloatArray, sides: Mapping[int, int], lines
     CadError
         OpenCASCADE fails, or what it makes is no division of the plane by these edges.
     """
-    holder = solid.write_brep
+    holder = solid.kernel
     if not isinstance(holder, SolidShape):
         raise CadError("the solid has no shape of OpenCASCADE's")
     heights = solid.vertices @ direction

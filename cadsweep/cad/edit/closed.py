@@ -74,7 +74,7 @@ def cut_closed(part: Part) -> Iterator[Part]:
         The same solid with two coincident caps, its other faces in pieces with their names and keys.
     """
     solid = part.solids[0]
-    holder = solid.write_brep
+    holder = solid.kernel
     if len(part.solids) != 1 or not isinstance(holder, SolidShape):
         return
     sections = sorted(_find_sections(solid, holder), key=lambda section: section.area)

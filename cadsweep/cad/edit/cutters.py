@@ -90,7 +90,7 @@ class _Cutters:
 
     def __init__(self, solid: Solid, faces: frozenset[int]) -> None:
         self.solid = solid
-        holder = solid.write_brep
+        holder = solid.kernel
         assert isinstance(holder, SolidShape)
         self.shapes = holder
         self.center = solid.vertices.mean(axis=0)

@@ -85,7 +85,7 @@ def labels_of(solid: Solid) -> Labels:
 
 
 def _shape(solid: Solid) -> SolidShape:
-    holder = solid.write_brep
+    holder = solid.kernel
     assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
     return holder
 

@@ -63,9 +63,9 @@ def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> P
     None
         Where no face is to be divided, or OpenCASCADE fails at it.
     """
-    if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
+    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return None
-    solid, holder = part.solids[0], part.solids[0].write_brep
+    solid, holder = part.solids[0], part.solids[0].kernel
     cuts: list[Any] = []
     n_divided = 0
     for plane, near in caps:

@@ -54,7 +54,7 @@ def find_mergeable(part: Part, *, across_kinks: bool = False) -> list[tuple[int,
     across_kinks : bool
         Give up edges, too, that go on in kinks of the neighbours (a mitre across a flat side): good stations.
     """
-    if len(part.solids) != 1 or not isinstance(part.solids[0].write_brep, SolidShape):
+    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return []
     solid = part.solids[0]
     edges = set(dividing_edges(solid))
@@ -95,7 +95,7 @@ def merge_faces(part: Part, groups: Sequence[Sequence[int]]) -> Part | None:
 
 def _unified(part: Part, given_up: set[int]) -> Part | None:
     """The part without the given edges; None where OpenCASCADE cannot do without them."""
-    solid, holder = part.solids[0], part.solids[0].write_brep
+    solid, holder = part.solids[0], part.solids[0].kernel
     assert isinstance(holder, SolidShape)
     copy = BRepBuilderAPI_Copy(holder.shape)
     for group in group_faces(solid, sorted(given_up)):

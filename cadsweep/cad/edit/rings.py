@@ -105,7 +105,7 @@ def _common_axis(solid: Solid) -> tuple[FloatArray, FloatArray] | None:
 
 
 def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) -> Part | None:
-    holder = solid.write_brep
+    holder = solid.kernel
     if not isinstance(holder, SolidShape):
         return None
     section = _section(solid, holder, origin, direction)

@@ -192,7 +192,7 @@ def extract_solid(
         volume=_volume(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
         size=size,
         tolerance=largest_tolerance(shape),
-        write_brep=holder,
+        kernel=holder,
         vertex_keys=vertex_keys,
         edge_keys=edge_keys,
         face_keys=shared.keys(FACE, holder.faces),

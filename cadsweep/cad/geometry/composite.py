@@ -270,7 +270,7 @@ def _ordered(loops: Sequence[Loop], surface: GraphSurface) -> tuple[Loop, ...]:
 
 def _without(solid: Solid, faces: set[int], edges: set[int], joined: Face) -> Solid | None:
     """The solid without some faces and edges, everything numbered anew in the old order."""
-    holder = solid.write_brep
+    holder = solid.kernel
     if not isinstance(holder, SolidShape):
         return None
     kept_faces = [face.id for face in solid.faces if face.id not in faces]
@@ -295,7 +295,7 @@ def _without(solid: Solid, faces: set[int], edges: set[int], joined: Face) -> So
         faces=tuple(
             _renumbered(joined if f == joined.id else solid.faces[f], new_face[f], new_edge) for f in kept_faces
         ),
-        write_brep=SolidShape(
+        kernel=SolidShape(
             shape=holder.shape,
             faces=[holder.faces[f] for f in kept_faces],
             edges=[holder.edges[e] for e in kept_edges],

@@ -30,7 +30,7 @@ def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[in
     (int, int) or None
         Their ids, the least first; None where there are none, or where OpenCASCADE cannot tell.
     """
-    holder = solid.write_brep
+    holder = solid.kernel
     if not isinstance(holder, SolidShape):
         return None
     shapes = TopTools_ListOfShape()

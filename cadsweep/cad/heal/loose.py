@@ -15,11 +15,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from ...arrays import FloatArray, IntArray
 from ..read.model import Model
@@ -86,9 +84,9 @@ def _middles_and_ends(edges: list[Any]) -> FloatArray:
 
 def _places(points: FloatArray, tolerance: float) -> IntArray:
     """Equal numbers (n,) for edges that lie on each other, by their middles and ends (n, 6)."""
-    pairs = cKDTree(points).query_pairs(2.0 * tolerance, output_type="ndarray")
-    links = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
-    return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
+    pairs = scipy.spatial.cKDTree(points).query_pairs(2.0 * tolerance, output_type="ndarray")
+    links = scipy.sparse.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
+    return np.asarray(scipy.sparse.csgraph.connected_components(links, directed=False)[1], dtype=np.int64)
 
 
 def _size(faces: list[Any]) -> float:

@@ -91,7 +91,7 @@ def find_gaps(part: Part, *, tolerance: float) -> list[Gap]:
     uses = Counter(key for solid in part.solids for key in solid.face_keys.tolist())
     sides: list[list[_Side]] = []
     for cell, solid in enumerate(part.solids):
-        holder = solid.write_brep
+        holder = solid.kernel
         assert isinstance(holder, SolidShape)
         alone = [face for face in solid.faces if uses[int(solid.face_keys[face.id])] == 1]
         sides.append([_Side(cell, face, holder.faces[face.id]) for face in alone])

@@ -160,7 +160,7 @@ def _looks_like_selector(text: str) -> bool:
 def _by_selector(solid: Solid, text: str, kind: Kind) -> tuple[int, ...]:
     import cadquery
 
-    holder: SolidShape = solid.write_brep  # type: ignore[assignment]
+    holder: SolidShape = solid.kernel  # type: ignore[assignment]
     if kind == "face":
         candidates = [cadquery.Face(shape) for shape in holder.faces]
     else:

@@ -42,6 +42,8 @@ def make_portable(source: Any) -> Any:
     """
     if isinstance(source, str | PathLike):
         return source
+    if isinstance(source, list | tuple):
+        return [make_portable(one) for one in source]
     import cadquery as cq
     from OCP.TopoDS import TopoDS_Shape
 

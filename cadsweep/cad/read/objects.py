@@ -8,6 +8,7 @@ without a colour has that of the assembly it is in.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from OCP.TopLoc import TopLoc_Location
@@ -22,7 +23,7 @@ from .model import Model, Named
 
 
 def read_object(source: Any) -> Model | None:
-    """Read a Workplane, Shape, Assembly, an object with ``.wrapped``, or a TopoDS shape; None if it is none.
+    """Read a Workplane, Shape, Assembly, an object with ``.wrapped``, a TopoDS shape, or a list; None if it is none.
 
     Raises
     ------
@@ -31,6 +32,10 @@ def read_object(source: Any) -> Model | None:
     InputError
         It is a Workplane that holds something else, such as a sketch or a point.
     """
+    return _read_several(source) if isinstance(source, list | tuple) else _read_one(source)
+
+
+def _read_one(source: Any) -> Model | None:
     name = type(source).__name__
     if isinstance(source, TopoDS_Shape):
         return Model(shape=_not_null(source, name), source=name)
@@ -49,12 +54,36 @@ def read_object(source: Any) -> Model | None:
         return model
     built = getattr(source, "part", None)
     if wrapped is None and hasattr(built, "wrapped"):  # a builder of build123d holds what it has built
-        return read_object(built)
+        return _read_one(built)
     if hasattr(source, "vals") and hasattr(source, "workplane"):
         return _read_workplane(source, name)
     if hasattr(source, "wrapped") and wrapped is None:
         raise CadError(f"The {name} is empty: its .wrapped is None.")
     return None
+
+
+def _read_several(sources: Sequence[Any]) -> Model:
+    """Read a list of any of these as one model."""
+    models = []
+    for number, source in enumerate(sources):
+        model = read_object(source)
+        if model is None:
+            raise InputError(
+                f"item {number} of the list is a {type(source).__name__}: a list holds CadQuery or OpenCASCADE shapes."
+            )
+        models.append(model)
+    if not models:
+        raise InputError("The list is empty: it holds no shape.")
+    whole = Model(shape=compound([model.shape for model in models]), source="list")
+    for model in models:
+        whole.names += model.names
+        whole.paths += model.paths
+        whole.materials += model.materials
+        whole.colors += model.colors
+        if model.name:
+            solids = [s for s in subshapes(model.shape, SOLID) if not any(e.shape.IsSame(s) for e in model.names)]
+            whole.names += [Named(solid, model.name) for solid in solids]
+    return whole
 
 
 def _not_null(shape: Any, name: str) -> Any:
