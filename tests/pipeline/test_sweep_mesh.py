@@ -132,7 +132,7 @@ def test_a_grooved_ring_is_swept_around_its_axis_and_a_straight_one_along_it():
 
 def test_a_ring_whose_last_cell_lies_inside_is_written_and_read(tmp_path):
     """All neighbours of the last cell have lower numbers, so in OpenFOAM's files it owns no face."""
-    mesh = cs.sweep_mesh(cq.Workplane(cq.Solid.makeTorus(20, 2.5)), size=1.0, layers=7)
+    mesh = cs.sweep_mesh(cq.Workplane(cq.Solid.makeTorus(20, 2.5)), size=1.0, layers=7, allow_coarse=True)
     for name in ("ring.vtu", "polyMesh"):
         mesh.write(tmp_path / name)
         back = cs.read(tmp_path / name)
@@ -189,7 +189,7 @@ def test_the_same_part_gives_the_same_bits(plate):
 
 def test_a_mesh_too_coarse_for_its_curves_says_so():
     bar = cq.Workplane().circle(10).extrude(30)
-    coarse, fine = cs.sweep_mesh(bar, size=9.0), cs.sweep_mesh(bar, size=1.5)
+    coarse, fine = cs.sweep_mesh(bar, size=9.0, allow_coarse=True), cs.sweep_mesh(bar, size=1.5)
     lost = 1.0 - coarse.quality().volume / coarse.info["cad_volume"]
     assert lost > 0.02
     assert [note for note in coarse.info["notes"] if f"the volume is -{lost:.1%} off the CAD's" in note]
@@ -247,5 +247,5 @@ def test_a_named_imprint_that_no_sweep_follows_keeps_its_boundary():
 def test_the_rings_of_a_wall_are_divided_alike_inside_and_outside(size):
     # Its bend is quartered at one station and halved at the other.
     part = cs.load(Path(__file__).parent.parent / "parts" / "sweepable" / "pipe_straight_bend.py")
-    mesh = cs.sweep_mesh(part, size=size)
+    mesh = cs.sweep_mesh(part, size=size, allow_coarse=True)
     assert mesh.quality().min_scaled_jacobian > 0.5
