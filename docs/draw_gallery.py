@@ -20,6 +20,9 @@ VIEWS = {
     "i_beam": (0.9, 0.55, 0.75),
     "twisted_blade": (1.0, -0.7, 0.45),
     "lofted_duct": (0.3, -1.0, 0.5),
+    "assemblies/bolted_flanges": (0.7, -1.0, 0.8),
+    "assemblies/fuel_pin": (0.7, -1.0, 0.8),
+    "assemblies/sandwich_panel": (0.5, -1.0, 0.7),
 }
 SCALE = {"title_font_size": 14, "label_font_size": 12, "position_x": 0.85}
 
@@ -35,7 +38,9 @@ def draw(name: str, mesh: cs.HexMesh) -> None:
         plotter.camera.zoom(0.98)
         image = Image.fromarray(plotter.screenshot(None))
         plotter.close()
-    image.quantize(96, method=Image.Quantize.MAXCOVERAGE).save(DOCS / "images" / f"{name}.png", optimize=True)
+    image.quantize(96, method=Image.Quantize.MAXCOVERAGE).save(
+        DOCS / "images" / f"{Path(name).name}.png", optimize=True
+    )
 
 
 if __name__ == "__main__":
