@@ -37,6 +37,9 @@ MOST_PAIRS = 32
 LEAVES = 1024
 """Leaves of the tree that a thread works on at once."""
 
+MOST_NEAR = 2**16
+"""Pairs of near quads that are kept at once; of sound meshes some hundred leaves have fewer."""
+
 HAIR = 1e-8
 """How far nodes are moved inward, over the size of the boundary: a hundredth of what a node may be off its CAD face."""
 
@@ -118,12 +121,20 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
     boxes, own_boxes = _box_tree(corners)
 
     def search(leaves: slice) -> tuple[IntArray, FloatArray]:
-        near = np.empty((256, 2), dtype=np.int64)
-        count = kernels.find_pairs(corners, boxes, own_boxes, leaves.start, leaves.stop, tolerance, near)
-        if count > len(near):
-            near = np.empty((count, 2), dtype=np.int64)
-            kernels.find_pairs(corners, boxes, own_boxes, leaves.start, leaves.stop, tolerance, near)
-        return crossing_pairs(corners, near[:count], tolerance=tolerance, close=4 * hair, most=MOST_PAIRS)
+        found, places, n_found = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 3))], 0
+        waiting = [(leaves.start, leaves.stop)]
+        while waiting and n_found < MOST_PAIRS:
+            first, last = waiting.pop()
+            near, count = _near_pairs(corners, (boxes, own_boxes), (first, last), tolerance)
+            if count > len(near):  # a heap of hexahedra: half as many leaves at a time, until some of them are crossing
+                middle = (first + last) // 2
+                waiting += [(middle, last), (first, middle)]
+                continue
+            crossing, at = crossing_pairs(corners, near[:count], tolerance=tolerance, close=4 * hair, most=MOST_PAIRS)
+            found.append(crossing)
+            places.append(at)
+            n_found += len(crossing)
+        return np.concatenate(found), np.concatenate(places)
 
     n_leaves = -(-len(corners) // kernels.LEAF)
     results = list(map_chunks(search, n_leaves, chunk=LEAVES))
@@ -132,6 +143,19 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
     apart = pairs[:, 0] != pairs[:, 1]
     pairs, first = np.unique(pairs[apart], axis=0, return_index=True)
     return pairs, places[apart][first]
+
+
+def _near_pairs(
+    corners: FloatArray, trees: tuple[FloatArray, FloatArray], leaves: tuple[int, int], tolerance: float
+) -> tuple[IntArray, int]:
+    """Pairs that are near, and their number: one more than there is room for where there are more than `MOST_NEAR`."""
+    near, count = np.empty((0, 2), dtype=np.int64), 1
+    everything = len(corners) * kernels.LEAF  # as many pairs as one leaf can have
+    for room in (256, MOST_NEAR, everything if leaves[1] - leaves[0] == 1 else MOST_NEAR):
+        if count > len(near):
+            near = np.empty((room, 2), dtype=np.int64)
+            count = kernels.find_pairs(corners, *trees, *leaves, tolerance, near)
+    return near, count
 
 
 def describe_crossings(

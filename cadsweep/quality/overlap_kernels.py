@@ -32,7 +32,7 @@ def _overlap(one, i, other, j):  # type: ignore[no-untyped-def]
 def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Find the quads in leaves `first` to `last`, and quads after them, that are near and not plainly side by side.
 
-    Fills found (most, 2) as far as it goes, and returns how many there are.
+    Fills found (most, 2) and returns how many there are; where there are more, it stops there and returns most + 1.
     """
     n, n_leaves = corners.shape[0], boxes.shape[0] // 2
     stack = np.empty(128, dtype=np.int64)
@@ -63,9 +63,10 @@ def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # ty
             for a in range(leaf * LEAF, min(n, (leaf + 1) * LEAF)):
                 for b in range(max(a + 1, begin), min(n, begin + LEAF)):
                     if _overlap(leaf_boxes, a, leaf_boxes, b) and not _side_by_side(corners, a, b, tolerance, axis):
-                        if count < found.shape[0]:
-                            found[count, 0] = a
-                            found[count, 1] = b
+                        if count == found.shape[0]:
+                            return count + 1
+                        found[count, 0] = a
+                        found[count, 1] = b
                         count += 1
     return count
 

@@ -1,10 +1,13 @@
 """Parts with caps at many levels: every mesh is valid, and is the part to the digit where the part has flat faces."""
 
+from pathlib import Path
+
 import cadquery as cq
 import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.sweep import Sweep
 
 
 def block(x: float = 10.0, y: float = 8.0, z: float = 4.0) -> cq.Workplane:
@@ -112,3 +115,10 @@ def test_info_tells_levels_and_columns(tmp_path):
     assert np.abs(best["levels"]) == pytest.approx([0, 1, 2.5, 3.5, 4])
     assert best["n_columns"] >= best["n_cells"] > 4
     print_info(data)
+
+
+def test_lines_that_bound_no_material_do_not_end_the_search():
+    # An imprint on a side leaves outlines that fall outside of every cell of the arrangement.
+    path = Path(__file__).parents[1] / "parts" / "sweepable" / "imprint_across_seam.py"
+    found = cs.find_sweeps(cs.load(path))
+    assert any(isinstance(one, Sweep) for one in found)

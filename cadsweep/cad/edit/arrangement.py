@@ -309,7 +309,10 @@ def _prism(
             raise CadError("a cell of the arrangement has no inside")
         places.append(_row(place))
     top_edges, over = {}, {}
+    extruded = index_map(compound([faces[j] for j in kept]), EDGE)
     for piece in pieces:
+        if not extruded.Contains(piece.shape):
+            continue  # a line that bounds no material; OpenCASCADE raises where it is asked what became of it
         e = edge_number.FindIndex(maker.FirstShape(piece.shape)) - 1
         if e >= 0:
             top_edges[e] = edge_number.FindIndex(maker.LastShape(piece.shape)) - 1
