@@ -90,6 +90,11 @@ class Stack:
     notes: tuple[str, ...] = ()
 
     @property
+    def closed(self) -> bool:
+        """Whether the last layer is the first, as of a ring that was cut open: of columns along a line, never."""
+        return False
+
+    @property
     def linking_sides(self) -> tuple[LinkingSide, ...]:
         """The walls, as a sweep names its sides; they are no rectangles."""
         return tuple(LinkingSide(face=f, bottom=(), right=(), top=(), left=()) for f in self.walls)

@@ -79,8 +79,9 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
         try:
             found = plan_cells(part, run)
         except NotSweepableError as error:
-            own = refused.reasons if isinstance(refused, NotSweepableError) else ()
-            reasons = (*own, *error.reasons)
+            if not isinstance(refused, NotSweepableError):
+                raise refused from error  # it has a sweep, whose mesh is what there is to be said of
+            reasons = (*refused.reasons, *error.reasons)
             raise NotSweepableError(
                 f"{refused}; no cuts were found that part it into sweeps", reasons=reasons
             ) from error

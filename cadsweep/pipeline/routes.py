@@ -20,7 +20,7 @@ from typing import Any
 
 from .. import cad
 from ..brep import Part
-from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly, mesh_cut
@@ -67,8 +67,8 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
         try:
             mesh = way(part, options, run, refused)
-        except InputError:
-            raise
+        except (InputError, CadError):
+            raise  # the input is at fault, and another way does not mend it
         except CadSweepError as error:
             if best is not None:
                 log.info("cells instead of poor columns: %s", error)

@@ -92,7 +92,10 @@ def test_a_parameter_reaches_the_script_and_quiet_is_silent(work):
 
 def test_what_cannot_be_swept_is_one_line_and_no_file(work):
     before = sorted(os.listdir(work))
-    assert "sphere" in one_line(command("mesh", "sphere.py", "-o", "sphere.vtu", "--json", cwd=work))
+    assert "sphere" in one_line(command("mesh", "sphere.py", "-o", "sphere.vtu", cwd=work))
+    told = command("mesh", "sphere.py", "-o", "sphere.vtu", "--json", cwd=work)
+    assert told.returncode == 1
+    assert json.loads(told.stdout)["error"]["type"] == "NotSweepableError"
     assert "absent.step" in one_line(command("mesh", "absent.step", "-o", "absent.vtu", cwd=work))
     words = one_line(command("mesh", "part.py", "-o", "x.vtu", "--param", "wdth=6", cwd=work))
     assert "wdth" in words
