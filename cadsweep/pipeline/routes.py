@@ -67,13 +67,16 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
         try:
             mesh = way(part, options, run, refused)
-        except (InputError, CadError):
-            raise  # the input is at fault, and another way does not mend it
+        except (InputError, CadError) as error:
+            if refused is None or isinstance(refused, NotSweepableError):
+                raise  # the input is at fault, and another way does not mend it
+            raise refused from error
         except CadSweepError as error:
             if best is not None:
                 log.info("cells instead of poor columns: %s", error)
                 break
-            refused = error
+            if refused is None or isinstance(refused, NotSweepableError):
+                refused = error  # what is wrong with the mesh of a sweep says more than why it is no stack
             continue
         if best is None or _worst(mesh) > _worst(best):
             best = mesh

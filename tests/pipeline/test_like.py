@@ -56,7 +56,7 @@ def same_arrays(first, second):
     ids=["elbow", "ring", "plate", "imprinted"],
 )
 def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base, options, variants):
-    mesh = cs.sweep_mesh(base(), **options)
+    mesh = cs.sweep_mesh(base(), allow_coarse=True, **options)
     itself = cs.sweep_mesh(base(), like=mesh)
     same_arrays(mesh, itself)
     assert np.abs(itself.points - mesh.points).max() < 1e-9
@@ -73,7 +73,7 @@ def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base
 
 
 def test_nodes_of_an_elbow_keep_their_places_around_and_along_it():
-    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=6)
+    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=6, allow_coarse=True)
     wider = cs.sweep_mesh(elbow(radius=5.0), like=mesh)
 
     def places(points, radius):
@@ -103,7 +103,7 @@ def test_a_hole_moves_past_another_and_keeps_its_nodes():
 
 
 def test_what_smoothing_moved_goes_along():
-    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=4)
+    mesh = cs.sweep_mesh(elbow(), size=0.5, layers=4, allow_coarse=True)
     origin = mesh.origin
     structure = origin.factored.structure
     inner = np.setdiff1d(np.arange(structure.n_nodes), np.concatenate(structure.loops))

@@ -49,7 +49,7 @@ def stepped_side():
     ids=["elbow", "ring", "plate", "stepped", "far away"],
 )
 def test_coarse_nodes_stay_and_hexes_nest(part, options):
-    coarse = cs.sweep_mesh(part(), **options)
+    coarse = cs.sweep_mesh(part(), allow_coarse=True, **options)
     fine = cs.refine(coarse)
     assert fine.n_hexes == 8 * coarse.n_hexes
     kept = fine.info["coarse_nodes"]
@@ -69,19 +69,19 @@ def test_coarse_nodes_stay_and_hexes_nest(part, options):
 
 
 def test_two_levels_are_one_after_the_other_and_the_option_does_the_same():
-    coarse = cs.sweep_mesh(elbow(), size=0.6, layers=4)
+    coarse = cs.sweep_mesh(elbow(), size=0.6, layers=4, allow_coarse=True)
     twice, stepwise = cs.refine(coarse, 2), cs.refine(cs.refine(coarse))
     assert np.array_equal(twice.points, stepwise.points)
     assert np.array_equal(twice.hexes, stepwise.hexes)
     assert np.array_equal(np.bincount(twice.parents), np.full(coarse.n_hexes, 64))
     assert np.array_equal(twice.points[twice.info["coarse_nodes"]], coarse.points)
-    at_once = cs.sweep_mesh(elbow(), size=0.6, layers=4, refine=2)
+    at_once = cs.sweep_mesh(elbow(), size=0.6, layers=4, refine=2, allow_coarse=True)
     assert np.array_equal(at_once.points, twice.points)
     assert at_once.info["sweeps"][0]["layers"] == 16
 
 
 def test_new_nodes_lie_on_the_torus():
-    fine = cs.sweep_mesh(elbow(), size=0.6, layers=4, refine=2)
+    fine = cs.sweep_mesh(elbow(), size=0.6, layers=4, refine=2, allow_coarse=True)
     sides = np.unique(np.concatenate([q.ravel() for name, q in fine.boundaries.items() if name.startswith("side")]))
     x, y, z = fine.points[sides].T
     off = np.hypot(np.hypot(x - BEND, z) - BEND, y) - RADIUS
@@ -89,7 +89,7 @@ def test_new_nodes_lie_on_the_torus():
 
 
 def test_volume_and_area_converge_at_second_order():
-    meshes = [cs.sweep_mesh(elbow(), size=0.6, layers=4)]
+    meshes = [cs.sweep_mesh(elbow(), size=0.6, layers=4, allow_coarse=True)]
     for _ in range(3):
         meshes.append(cs.refine(meshes[-1]))
     reports = [mesh.info["quality"] for mesh in meshes]
@@ -123,7 +123,7 @@ def test_poissons_equation_converges_at_second_order_over_four_levels():
         off = skfem.Functional(lambda w: (w["u"] - solution(w.x)) ** 2).assemble(basis, u=basis.interpolate(solved))
         return math.sqrt(off)
 
-    mesh = cs.sweep_mesh(elbow(), size=0.9, layers=4)
+    mesh = cs.sweep_mesh(elbow(), size=0.9, layers=4, allow_coarse=True)
     errors = [error(mesh)]
     for _ in range(3):
         mesh = cs.refine(mesh)
