@@ -78,20 +78,11 @@ def _crossing_faces(part: Part, sweep: Sweep, crossing: BoundaryCrossing) -> tup
             continue
         for first, second in {crossing.names, crossing.names[::-1]}:
             one, other = _nearest(faces[first], places[0]), _nearest(faces[second], places[1])
-            facets = [_facets(face, corners) for face, corners in ((one, places[0]), (other, places[1]))]
-            quads: IntArray = np.arange(8 * FINENESS**2).reshape(-1, 4)
-            pairs, _ = find_crossings(np.concatenate(facets).reshape(-1, 3), quads)
-            inner = [_is_inner(pairs[:, 0]), _is_inner(pairs[:, 1] - FINENESS**2)]
-            if np.any((pairs[:, 0] < FINENESS**2) & (pairs[:, 1] >= FINENESS**2) & inner[0] & inner[1]):
+            nodes = np.concatenate([_nodes(one, places[0]), _nodes(other, places[1])])
+            pairs, _ = find_crossings(nodes, np.concatenate([_FACETS, _FACETS + len(nodes) // 2]))
+            if np.any((pairs[:, 0] < len(_FACETS)) & (pairs[:, 1] >= len(_FACETS))):
                 return one, other
     return None
-
-
-def _is_inner(facets: IntArray) -> np.ndarray:
-    """Whether facets lie off the rim of their quad: beside a curved edge of its face, facets reach beyond the face."""
-    row, column = np.divmod(facets, FINENESS)
-    low, high = MARGIN, FINENESS - MARGIN
-    return (row >= low) & (row < high) & (column >= low) & (column < high)
 
 
 def _are_apart(pair: FloatArray) -> bool:
@@ -104,15 +95,25 @@ def _nearest(faces: list[Face], corners: FloatArray) -> Face:
     return min(faces, key=lambda face: float(np.max(face.surface.distance(corners))))
 
 
-def _facets(face: Face, corners: FloatArray) -> FloatArray:
-    """Facets (FINENESS**2, 4, 3) of the part of a face's surface between four points (4, 3) on it."""
+def _nodes(face: Face, corners: FloatArray) -> FloatArray:
+    """Nodes (n, 3) of the facets of the part of a face's surface between four points (4, 3) on it, but for its rim.
+
+    Beside a curved edge of its face, facets reach beyond the face: those along the rim prove nothing.
+    """
     uv = np.array(face.surface.project(corners))
     for axis, period in enumerate(face.surface.periods):
         if period is not None:  # all in the branch of the first
             uv[:, axis] -= period * np.round((uv[:, axis] - uv[0, axis]) / period)
-    t = np.linspace(0.0, 1.0, FINENESS + 1)
+    t = np.arange(MARGIN, FINENESS - MARGIN + 1) / FINENESS
     s, r = t[:, None, None], t[None, :, None]
     between = (1 - s) * (1 - r) * uv[0] + (1 - s) * r * uv[1] + s * r * uv[2] + s * (1 - r) * uv[3]
-    nodes = face.surface.evaluate(between.reshape(-1, 2)).reshape(FINENESS + 1, FINENESS + 1, 3)
-    cells = [nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]]
-    return np.stack(cells, axis=2).reshape(-1, 4, 3)
+    return face.surface.evaluate(between.reshape(-1, 2))
+
+
+def _grid(n: int) -> IntArray:
+    """Quads (n * n, 4) of a grid of nodes, row by row; neighbours share theirs, so that they do not seem to cross."""
+    nodes = np.arange((n + 1) ** 2, dtype=np.int64).reshape(n + 1, n + 1)
+    return np.stack([nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]], axis=-1).reshape(-1, 4)
+
+
+_FACETS = _grid(FINENESS - 2 * MARGIN)
