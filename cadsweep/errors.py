@@ -23,6 +23,10 @@ class UnknownNameError(CadSweepError, KeyError):
     __str__ = Exception.__str__  # a KeyError quotes its message
 
 
+class CoarseMeshError(InputError):
+    """A mesh of the size asked for is so coarse that it is not the part; another sweep of the part may still be."""
+
+
 class CadError(CadSweepError):
     """The CAD model cannot be read, or is not one usable solid."""
 

@@ -17,7 +17,7 @@ from .. import estimate
 from ..arrays import FloatArray
 from ..blocks.reference import volume_doubt
 from ..brep import Part
-from ..errors import InputError, SurfaceMeshError
+from ..errors import CoarseMeshError, SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection.caps import PlacedCap, place_target
@@ -111,7 +111,7 @@ def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 
 
     Raises
     ------
-    InputError
+    CoarseMeshError
         Another sweep or other quads would be as coarse: it is the sizes.
     """
     allowed = options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine
@@ -129,7 +129,7 @@ def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
 
     Raises
     ------
-    InputError
+    CoarseMeshError
     """
     known = sweep.solid.volume
     off = volume / known - 1.0
@@ -138,8 +138,8 @@ def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
         raise _coarse(f"its volume is {off:+.1%} off the CAD's")
 
 
-def _coarse(how: str) -> InputError:
-    return InputError(
+def _coarse(how: str) -> CoarseMeshError:
+    return CoarseMeshError(
         f"the mesh is too coarse to be the part: {how}; take a smaller size or more layers, say a tolerance, or "
         "allow it with allow_coarse=True (--allow-coarse)"
     )

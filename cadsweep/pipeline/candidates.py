@@ -17,7 +17,7 @@ import numpy as np
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, NotSweepableError
+from ..errors import CadError, CadSweepError, CoarseMeshError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
@@ -105,9 +105,9 @@ def first_good(
         try:
             reached = max((one.report.min_scaled_jacobian for one in tried if one.report.valid), default=-np.inf)
             made = make(part, sweep, options, run, reached)
-        except (InputError, NotSweepableError):
-            raise  # what the user asked for cannot be had by another sweep either
         except CadSweepError as error:
+            if isinstance(error, InputError | NotSweepableError) and not isinstance(error, CoarseMeshError):
+                raise  # what the user asked for cannot be had by another sweep either
             log.info("candidate sweep %d given up: %s", number, error)
             failures.append(error)
             continue
