@@ -13,7 +13,7 @@ Not handled: quads that the mesher makes smaller than asked for, next to small e
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from .errors import InputError
@@ -147,6 +147,42 @@ def estimate_size(
         layers = max(n_rail, by_size)
     expected = _from_counts(sweep, size, layers, n_edges, scale=scale, streamed=streamed)
     return replace(expected, layers_follow=follow)
+
+
+def estimate_cells(
+    sweeps: Sequence[Sweep], sizes: Sequence[float], *, layers: int | None = None, scale: float = 1.0
+) -> Estimate:
+    """Estimate the cost of a part of several cells, before their intervals are assigned.
+
+    Parameters
+    ----------
+    sweeps : sequence of Sweep
+        By cell.
+    sizes : sequence of float
+        Edge length wanted in each, working units.
+    layers : int or None
+        Layers of every cell; None: as its size asks for.
+    scale : float
+        Model units per working unit.
+    """
+    cells = [
+        _from_counts(
+            sweep, size, layers or max(1, _bounded(_sweep_length(sweep) / size)), 0, scale=scale, streamed=False
+        )
+        for sweep, size in zip(sweeps, sizes, strict=True)
+    ]
+    largest = max(cells, key=lambda cell: cell.n_hexes)
+    n_quads, n_hexes = (sum(getattr(cell, what) for cell in cells) for what in ("n_quads", "n_hexes"))
+    return replace(
+        largest,
+        n_quads=n_quads,
+        n_hexes=n_hexes,
+        n_layers=max(1, n_hexes // n_quads),
+        n_bytes=int(_bytes(n_quads, n_hexes, False)),
+        seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
+        largest=max(cell.largest for cell in cells),
+        layers_follow=layers is None,
+    )
 
 
 def _asked_of_edges(

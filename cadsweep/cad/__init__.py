@@ -42,7 +42,6 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
-    "write_cells",
     "write_step",
 ]
 
@@ -68,13 +67,6 @@ def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":
     from .edit.polygons import cut_along as cut
 
     return cut(part, polygons)
-
-
-def write_cells(part: "Part", path: "Path") -> list[str]:
-    """Write the cells as STEP (:func:`cadsweep.cad.writing.write_cells`)."""
-    from .writing import write_cells as write
-
-    return write(part, path)
 
 
 def cut_ring(part: "Part") -> "Part | None":

@@ -1,4 +1,4 @@
-"""OpenCASCADE's messages kept off the standard output.
+"""OpenCASCADE's messages kept off the standard output, and its global settings put back.
 
 Place in the flow: round every call that reads a file. OpenCASCADE prints to standard output, which
 belongs to the caller (``--json``).
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from OCP.Interface import Interface_Static
 from OCP.Message import Message
 
 
@@ -24,3 +25,14 @@ def quiet_opencascade() -> Iterator[None]:
     finally:
         for printer in printers:
             messenger.AddPrinter(printer)
+
+
+@contextmanager
+def kernel_setting(key: str, value: int) -> Iterator[None]:
+    """Have one of OpenCASCADE's global settings for a while."""
+    before = Interface_Static.IVal_s(key)
+    Interface_Static.SetIVal_s(key, value)
+    try:
+        yield
+    finally:
+        Interface_Static.SetIVal_s(key, before)

@@ -14,8 +14,6 @@ from __future__ import annotations
 
 import colorsys
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +28,6 @@ from OCP.BRepBuilderAPI import (
 )
 from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_ColorRGBA
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.STEPControl import STEPControl_StepModelType
@@ -41,9 +38,9 @@ from OCP.TopoDS import TopoDS_Shell
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
 from ..brep import Part, Solid, Units
-from ..errors import CadError
+from ..errors import CadError, InputError
 from .names.unique import number_repeated
-from .quiet import quiet_opencascade
+from .quiet import kernel_setting, quiet_opencascade
 from .shapes import FACE, SOLID, SolidShape, compound, subshapes, typed
 
 _HUE = 0.61803398875
@@ -61,9 +58,13 @@ def write_step(part: Part, path: Path) -> list[str]:
 
     Raises
     ------
+    InputError
+        The file's suffix is none of STEP's.
     CadError
         OpenCASCADE cannot write it, or a cell is known by its numbers alone and not plane.
     """
+    if path.suffix.lower() not in (".step", ".stp"):
+        raise InputError(f"{path}: the pieces are written as STEP (.step), not '{path.suffix}'")
     shapes = _in_model_units(cell_shapes(part), Units(part.scale, part.offset))
     names, _ = number_repeated([part.models[owner].name for owner in part.owners], what="solid")
     document = TDocStd_Document(TCollection_ExtendedString("cadsweep"))
@@ -90,7 +91,7 @@ def _write(document: Any, path: Path) -> None:
     """Write to a file beside, and put it in place when it is whole: on a full disk OpenCASCADE says nothing."""
     beside = path.with_name(f".{path.name}.{os.getpid()}.step")
     try:
-        with quiet_opencascade(), _sub_shape_names():
+        with quiet_opencascade(), kernel_setting("write.stepcaf.subshapes.name", 1):
             writer = STEPCAFControl_Writer()
             writer.SetNameMode(True)
             writer.SetColorMode(True)
@@ -189,18 +190,6 @@ def _color(text: str) -> Any:
     if not Quantity_ColorRGBA.ColorFromHex_s(text, found):
         raise CadError(f"the colour {text!r} is none of the form #rrggbb")
     return found
-
-
-@contextmanager
-def _sub_shape_names() -> Iterator[None]:
-    """Have the writer keep names of faces; the setting is global, so it is put back."""
-    key = "write.stepcaf.subshapes.name"
-    before = Interface_Static.IVal_s(key)
-    Interface_Static.SetIVal_s(key, 1)
-    try:
-        yield
-    finally:
-        Interface_Static.SetIVal_s(key, before)
 
 
 __all__ = ["cell_shapes", "write_step"]

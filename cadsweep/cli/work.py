@@ -187,7 +187,7 @@ def cut_file(
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Cut a part into cells that sweep, and write them as solids; returns the cells and the cuts."""
-    from ..cad import write_cells
+    from ..cad import write_step
     from ..io.atomic import check_place
     from ..pipeline import decompose, load
 
@@ -198,7 +198,7 @@ def cut_file(
     on_progress("decomposition", None)
     cells = decompose(loaded, cuts=cuts)
     on_progress("write", None)
-    names = write_cells(cells, Path(output))
+    names = write_step(cells, Path(output))
     return plain(
         {
             "cells": [

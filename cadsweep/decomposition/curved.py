@@ -3,7 +3,7 @@
 Place in the flow: ``pipeline`` calls :func:`find_cells` for cells that no sweep fits, or whose sweeps contradict each
 other, with recognition, plan, cutters and cuts as callables; the search on planar solids alone is :mod:`.search`.
 
-Method: dives, best first. A move cuts one cell that stands in the way; the part is imprinted again at every step, so a
+Method: best first. A move cuts one cell that stands in the way; the part is imprinted again at every step, so a
 cut that harms a neighbour shows at once. When all cells sweep, the plan decides, and the faces on which it fails say
 which cells are cut next. The budget counts parts that are looked at: the same part always gets the same cuts.
 """
@@ -14,12 +14,12 @@ import heapq
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import pi
 from typing import Any, Protocol
 
 from ..brep import Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
+from .costs import BLOCKED, CELL, CONTRADICTION, cell_cost
 
 log = logging.getLogger(__name__)
 
@@ -27,16 +27,8 @@ MOST_PARTS = 40
 """Parts that are looked at before the search is given up: each is imprinted and read anew, in 0.1 to 0.5 s."""
 MOST_CELLS = 80
 """Cells beyond the first ones of a part at which it is not cut further."""
-CLIMB = 3.0
-"""How much dearer than where it began a dive may become before another one is begun."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
-SHARP = pi / 6
-"""Dihedral angle below which an edge makes poor hexahedra."""
-SHORT = 0.02
-"""Length, as a share of the cell's size, below which an edge asks for small hexahedra."""
-BLOCKED, REENTRANT, IMPRINT, CELL, SHARP_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
-"""What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
 
 
 class Cutter(Protocol):
@@ -125,31 +117,22 @@ class _Search:
         self.known: set[tuple[Any, ...]] = set()
 
     def run(self, part: Part) -> Found:
-        """Dive from the cheapest part that was left aside, until one has a plan."""
+        """Go on from the cheapest part that was looked at, until one has a plan."""
         first = best = self.judge(part, ())
         queue: list[tuple[float, int, Found]] = [(first.cost, 0, first)]
         n = 0
         while queue and self.n_parts < self.most_parts:
-            start, _, here = heapq.heappop(queue)
-            while here is not None and here.cost <= start + CLIMB:
-                if here.plan is not None:
-                    return here
-                children = []
-                for child in self.children(here):
-                    if child.plan is not None:
-                        return child
-                    children.append(child)
-                    if child.cost < here.cost - BLOCKED + CELL or self.n_parts >= self.most_parts:
-                        break  # a cell less in the way, whatever the other cutters would do
-                children.sort(key=lambda child: child.cost)
-                for child in children:
-                    n += 1
-                    heapq.heappush(queue, (child.cost, n, child))
-                if not children or self.n_parts >= self.most_parts:
-                    break
-                _, _, here = heapq.heappop(queue)
-                if here.cost < best.cost:
-                    best = here
+            _, _, here = heapq.heappop(queue)
+            if here.plan is not None:
+                return here
+            for child in self.children(here):
+                if child.plan is not None:
+                    return child
+                best = min(best, child, key=lambda found: found.cost)
+                n += 1
+                heapq.heappush(queue, (child.cost, n, child))
+                if child.cost < here.cost - BLOCKED + CELL:
+                    break  # a cell less in the way, whatever the other cutters would do
         return best
 
     def children(self, found: Found) -> Iterator[Found]:
@@ -182,7 +165,10 @@ class _Search:
         """What stands in the way of a part, and what that costs."""
         self.n_parts += 1
         candidates = [self.tools.recognise(solid) for solid in part.solids]
-        costs = [_cost(solid, bool(own)) for solid, own in zip(part.solids, candidates, strict=True)]
+        costs = [
+            cell_cost(solid, bool(own), size=solid.size, flat=FLAT)
+            for solid, own in zip(part.solids, candidates, strict=True)
+        ]
         blocked = sorted((j for j, own in enumerate(candidates) if not own), key=lambda j: -costs[j])
         cost, plan, message = sum(costs), None, ""
         conflict: tuple[tuple[int, int], ...] = ()
@@ -205,22 +191,6 @@ class _Search:
             message=message,
             cost=cost,
         )
-
-
-def _cost(solid: Solid, sweeps: bool) -> float:
-    """What a cell adds to the cost of a part."""
-    total = CELL
-    for edge in solid.edges:
-        total += SHARP_EDGE * (edge.dihedral < SHARP) + SHORT_EDGE * (edge.length < SHORT * solid.size)
-    if sweeps:
-        return total
-    total += BLOCKED
-    for edge in solid.edges:
-        if edge.dihedral > pi + FLAT:
-            total += REENTRANT
-        elif edge.dihedral > pi - FLAT:
-            total += IMPRINT
-    return total
 
 
 def _fingerprint(part: Part) -> tuple[Any, ...]:

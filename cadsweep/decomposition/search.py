@@ -21,6 +21,7 @@ from math import pi
 from ..brep import Face, Part, Solid
 from ..errors import PlanError
 from ..sweep import Sweep
+from .costs import CONTRADICTION, cell_cost
 from .dividing import Plane, divide, narrowest
 from .planar import Cell, Facet, Pair, Pool, from_solid
 from .solids import to_solid
@@ -46,12 +47,6 @@ MOST_DIRECTIONS = 4
 """Directions of faces in which features are parted."""
 FLAT = 1e-6
 """Radians from pi up to which two faces at an edge are one plane."""
-SHARP = pi / 6
-"""Dihedral angle below which a new edge makes poor hexahedra."""
-SHORT = 0.02
-"""Length, as a share of the part's size, below which a new edge asks for small hexahedra."""
-BLOCKED, REENTRANT, IMPRINT, CELL, POOR_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
-"""What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,26 +155,10 @@ class Search:
         if known is None:
             solid = to_solid(self.pool, cell, self.model)
             sweeps = self.recognise(solid)
-            known = self.seen[cell] = Seen(solid=solid, sweeps=sweeps, cost=self.cost(solid, bool(sweeps)))
+            known = self.seen[cell] = Seen(
+                solid=solid, sweeps=sweeps, cost=cell_cost(solid, bool(sweeps), size=self.pool.size, flat=FLAT)
+            )
         return known
-
-    def cost(self, solid: Solid, sweeps: bool) -> float:
-        """What a cell adds to the cost of a complex."""
-        total = CELL
-        for edge in solid.edges:
-            if edge.dihedral < SHARP:
-                total += POOR_EDGE
-            if edge.length < SHORT * self.pool.size:
-                total += SHORT_EDGE
-        if sweeps:
-            return total
-        total += BLOCKED
-        for edge in solid.edges:
-            if edge.dihedral > pi + FLAT:
-                total += REENTRANT
-            elif edge.dihedral > pi - FLAT:
-                total += IMPRINT
-        return total
 
     def judge(self, cells: tuple[Cell, ...], cuts: tuple[PlaneCut, ...], narrow: float = 0.0) -> State:
         """Cost of a complex; where all cells sweep, its plan."""

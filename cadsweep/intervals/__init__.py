@@ -11,7 +11,7 @@ Not handled: counts that change from layer to layer (a hex mesh swept from one q
 
 from .assign import assign_intervals
 from .rails import rail_chains, span_chain
-from .whole import CellSweep, KeyDemand, Wishes, assign_shared_intervals
+from .whole import CellSweep, KeyDemand, Wishes, assign_shared_intervals, cell_sizes
 
 __all__ = [
     "CellSweep",
@@ -19,6 +19,7 @@ __all__ = [
     "Wishes",
     "assign_intervals",
     "assign_shared_intervals",
+    "cell_sizes",
     "rail_chains",
     "span_chain",
 ]

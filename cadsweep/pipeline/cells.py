@@ -11,12 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import estimate
 from ..arrays import IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
 from ..errors import SurfaceMeshError
-from ..intervals import CellSweep, Wishes, assign_shared_intervals
+from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..plan import Plan
@@ -42,10 +43,13 @@ def mesh_cells(
 
     Raises
     ------
+    InputError
+        The sizes ask for more hexahedra than may be made.
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
     asked = wishes
+    _check_budget(part, cell_sweeps(part, plan), options, wishes)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
@@ -71,6 +75,14 @@ def mesh_cells(
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
     return builder.joined(), counts, [*finer, *skeleton.notes]
+
+
+def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:
+    """Refuse a size that is a slip before anything is made of it."""
+    expected = estimate.estimate_cells(
+        [cell.sweep for cell in cells], cell_sizes(cells, wishes), layers=wishes.layers, scale=part.scale
+    )
+    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
 
 
 def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], asked: Wishes) -> dict[int, float]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .. import cad, recognition, smoothing
-from ..blocks.finish import by_face, find_colors, make_references, name_faces, to_hex_mesh
+from ..blocks.finish import NamedFaces, by_face, find_colors, make_references, name_faces, to_hex_mesh
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..decomposition.curved import Found, Tools, find_cells
@@ -192,17 +192,17 @@ def finish(
         "seconds": run.seconds,
     }
     references = make_references(part, names)
-    mesh, report = _checked(part, joined, references, info, run)
+    mesh, report = _checked(part, joined, (names, references), info, run)
     if options.smoothing and (report.min_scaled_jacobian < SMOOTH_BELOW or report.n_inverted):
         with run.stage("smoothing"):
             better = smoothing.improve(
-                joined.points, Blocks(joined.hexes, len(joined.points)), fixed=fixed_nodes(part, joined)
+                joined.points, Blocks(joined.hexes, len(joined.points)), fixed=fixed_nodes(joined, names)
             )
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
             points[better.nodes] = better.positions
-            mesh, report = _checked(part, joined.moved(points), references, info, run)
+            mesh, report = _checked(part, joined.moved(points), (names, references), info, run)
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
             mesh = elevate(
@@ -221,17 +221,21 @@ def finish(
 
 
 def _checked(
-    part: Part, joined: JoinedMesh, references: dict[str, CadReference], info: dict[str, Any], run: Run
+    part: Part,
+    joined: JoinedMesh,
+    known: tuple[NamedFaces, dict[str, CadReference]],
+    info: dict[str, Any],
+    run: Run,
 ) -> tuple[HexMesh, QualityReport]:
+    names, references = known
     with run.stage("assembly"):
-        mesh = to_hex_mesh(part, joined, name_faces(part, joined.roles), info)
+        mesh = to_hex_mesh(part, joined, names, info)
     with run.stage("quality"):
         return mesh, check_mesh(mesh, cad=references)
 
 
-def fixed_nodes(part: Part, joined: JoinedMesh) -> np.ndarray:
+def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
     """Nodes (n,) on faces of the model; those on cuts alone are free."""
-    names = name_faces(part, joined.roles)
     fixed = np.zeros(len(joined.points), dtype=bool)
     for place, quads in by_face(joined):
         if names.of(place):
@@ -271,4 +275,4 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     )
 
 
-__all__ = ["Complex", "PlanError", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
+__all__ = ["Complex", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]

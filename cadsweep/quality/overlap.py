@@ -151,7 +151,7 @@ def _near_pairs(
     """Pairs that are near, and their number: one more than there is room for where there are more than `MOST_NEAR`."""
     near, count = np.empty((0, 2), dtype=np.int64), 1
     everything = len(corners) * kernels.LEAF  # as many pairs as one leaf can have
-    for room in (256, MOST_NEAR, everything if leaves[1] - leaves[0] == 1 else MOST_NEAR):
+    for room in (256, MOST_NEAR, *([everything] if leaves[1] - leaves[0] == 1 else [])):
         if count > len(near):
             near = np.empty((room, 2), dtype=np.int64)
             count = kernels.find_pairs(corners, *trees, *leaves, tolerance, near)

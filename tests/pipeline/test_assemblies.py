@@ -179,3 +179,10 @@ def test_some_solids_alone_are_meshed_by_name():
     assert list(cs.sweep_mesh(whole, size=1.0, skip=["middle"]).parts) == ["low", "high"]
     with pytest.raises(InputError, match="middle"):
         cs.sweep_mesh(whole, skip=["centre"])
+
+
+def test_a_size_that_is_a_slip_is_refused_before_anything_is_made():
+    with pytest.raises(InputError, match="more than the 5,000,000"):
+        cs.sweep_mesh(two_plates(), size=0.01)
+    with pytest.raises(InputError, match="limit of 100 hexes"):
+        cs.sweep_mesh(two_plates(), size=0.5, max_hexes=100)

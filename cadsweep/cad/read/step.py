@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 
 from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_ColorRGBA
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
@@ -44,6 +43,7 @@ from OCP.XCAFDoc import (
 
 from ...errors import CadError
 from ..names.unique import MATERIAL_PREFIX, is_meaningful, join_part
+from ..quiet import kernel_setting
 from ..shapes import EDGE, FACE, SOLID, bounds, compound, subshapes
 from .colors import color_of, color_text
 from .model import Model, Named
@@ -100,7 +100,7 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     reader.SetMatMode(True)
     reader.SetColorMode(True)
     document = TDocStd_Document(TCollection_ExtendedString("cadsweep"))
-    with _sub_shape_names():
+    with kernel_setting("read.stepcaf.subshapes.name", 1):
         try:
             if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise CadError(f"{path}: OpenCASCADE cannot read the STEP file: it is damaged.")
@@ -132,18 +132,6 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     if foreign:
         model.notes.append(f"the file is in {', '.join(foreign)}; lengths here are in millimetres")
     return model
-
-
-@contextmanager
-def _sub_shape_names() -> Iterator[None]:
-    """Have the reader keep names of faces and edges; the setting is global, so it is put back."""
-    key = "read.stepcaf.subshapes.name"
-    before = Interface_Static.IVal_s(key)
-    Interface_Static.SetIVal_s(key, 1)
-    try:
-        yield
-    finally:
-        Interface_Static.SetIVal_s(key, before)
 
 
 def _check_read(path: Path, model: Any) -> list[str]:

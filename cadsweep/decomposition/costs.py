@@ -1,0 +1,41 @@
+"""What stands in the way of a cell, in numbers: both searches for cuts go where these are least."""
+
+from __future__ import annotations
+
+from math import pi
+
+from ..brep import Solid
+
+SHARP = pi / 6
+"""Dihedral angle below which an edge makes poor hexahedra."""
+SHORT = 0.02
+"""Length, as a share of a size, below which an edge asks for small hexahedra."""
+BLOCKED, REENTRANT, IMPRINT, CELL, SHARP_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
+"""What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
+
+
+def cell_cost(solid: Solid, sweeps: bool, *, size: float, flat: float) -> float:
+    """What a cell adds to the cost of a complex.
+
+    Parameters
+    ----------
+    solid : Solid
+    sweeps : bool
+        Whether it has a sweep.
+    size : float
+        What its edges are short beside, working units.
+    flat : float
+        Radians from pi up to which two faces at an edge are one surface.
+    """
+    total = CELL
+    for edge in solid.edges:
+        total += SHARP_EDGE * (edge.dihedral < SHARP) + SHORT_EDGE * (edge.length < SHORT * size)
+    if sweeps:
+        return total
+    total += BLOCKED
+    for edge in solid.edges:
+        if edge.dihedral > pi + flat:
+            total += REENTRANT
+        elif edge.dihedral > pi - flat:
+            total += IMPRINT
+    return total
