@@ -17,6 +17,7 @@ FOUNDATION = {
     "sweep",
     "stack",
     "cells",
+    "corner_blocks",
     "mesh",
     "record",
     "quality",

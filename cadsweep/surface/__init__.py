@@ -21,12 +21,22 @@ from .matching import match_quads
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
-from .skeleton import CellBoundary, FaceMesh, Skeleton
+from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads
 from .spacing import Fit, fit_linear_parts, place_layers
+from .stars import lay_star, patches_of
 from .target import divide_target_edges
 from .thickness import thin_share
 
-__all__ = ["CellBoundary", "FaceMesh", "Skeleton", "match_quads", "mesh_surfaces"]
+__all__ = [
+    "CellBoundary",
+    "FaceMesh",
+    "Skeleton",
+    "grid_quads",
+    "lay_star",
+    "match_quads",
+    "mesh_surfaces",
+    "patches_of",
+]
 
 _THIN_SHARE = 0.2
 """Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
