@@ -16,6 +16,7 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..progress import Progress
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
 from .attempts import find_candidates
@@ -24,7 +25,7 @@ from .factoring import factor_sweep
 from .like import as_template, mesh_like
 from .refinement import refined
 from .routes import mesh_part
-from .run import Progress, Run, silent
+from .run import Run, silent
 from .template_files import load_mesh, save_template
 
 
