@@ -6,13 +6,13 @@ order the caps and the inside.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .. import estimate
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
@@ -23,8 +23,9 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Skeleton, match_quads
+from ..surface import CellBoundary, Division, Skeleton, graded_together, match_quads
 from ..sweep import Intervals, Sweep
+from .biases import resolve_biases, single_segments
 from .dividing import MOST_HALVINGS
 from .run import Run
 
@@ -49,12 +50,13 @@ def mesh_cells(
         A face or a layer of some cell cannot be meshed.
     """
     asked = wishes
+    divisions = resolve_biases(part, options)
     _check_budget(part, cell_sweeps(part, plan), options, wishes)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
-            skeleton = Skeleton(part.solids, counts)
+            skeleton = Skeleton(part.solids, counts, fractions=_graded(part, plan, counts, divisions))
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -74,7 +76,21 @@ def mesh_cells(
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    return builder.joined(), counts, [*finer, *skeleton.notes]
+    single = single_segments([len(skeleton.edges[key]) - 1 for key in divisions])
+    return builder.joined(), counts, [*finer, *single, *skeleton.notes]
+
+
+def _graded(
+    part: Part, plan: Plan, counts: Sequence[Intervals], divisions: Mapping[int, Division]
+) -> dict[int, FloatArray]:
+    """Fractions of all edges that are graded or answer one that is, by key."""
+    if not divisions:
+        return {}
+    with_counts = list(zip(part.solids, counts, strict=True))
+    n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
+    asked = {key: division(n[key]) for key, division in divisions.items()}
+    cells = [(cell.sweep, cell.grids) for cell in cell_sweeps(part, plan)]
+    return graded_together(cells, counts, asked)
 
 
 def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:

@@ -47,7 +47,7 @@ from .routes import open_part
 from .run import Run
 from .template import Template, linking_side, make_template, template_of_arrays
 
-OWN = ("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers")
+OWN = ("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers", "biases")
 """Options that a mesh brings along, so that none may be asked for besides."""
 
 
