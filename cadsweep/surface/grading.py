@@ -19,7 +19,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .layout import Layout, build_layout
-from .quads import four_sides, reversed_loop
+from .outline import four_sides, reversed_loop
 from .spacing import rescaled
 
 Division = Callable[[int], FloatArray]

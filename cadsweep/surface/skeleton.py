@@ -21,7 +21,8 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .layout import Layout, build_layout
-from .quads import CapBuilder, reversed_loop
+from .outline import reversed_loop
+from .quads import CapBuilder
 from .transfinite import fill, join_chains
 
 
