@@ -15,10 +15,9 @@ from typing import Any
 
 from .asked import check_positive as _positive
 from .asked import edge_bias
+from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
-FUNCTIONALS = ("F", "G", "H")
-STRATEGIES = ("source", "advancing", "both")
 INTERFACES = ("shared", "separate")
 
 

@@ -24,6 +24,8 @@ FOUNDATION = {
     "errors",
     "libraries",
     "machine",
+    "choices",
+    "progress",
     "_version",
 }
 COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch", "cadquery"}  # cadquery: the plugin for Workplanes

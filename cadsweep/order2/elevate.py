@@ -30,7 +30,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray, IntArray
-from ..cells import HEX_FACES
+from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError, InvertedHexError
 from ..mesh import HexMesh
 from ..quality import positive_inside
@@ -38,16 +38,11 @@ from ..quality import positive_inside
 Projection = Callable[[FloatArray], FloatArray]
 """Takes points (m, 3) near a curve or surface and returns points (m, 3) on it."""
 
-EDGES = np.array(
-    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]], dtype=np.int64
-)
-"""Corners of the edge whose middle is node 8 + j of a hex."""
-
 _FACE_NODES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 """Corners of the face whose centre is node 20 + j of a hex27."""
 
 _FACE_EDGES = np.array([[8, 7, 11, 3], [1, 10, 5, 9], [0, 9, 4, 8], [11, 6, 10, 2], [3, 2, 1, 0], [4, 5, 6, 7]])
-"""Edges of the same faces, as rows of `EDGES`."""
+"""Edges of the same faces, as rows of ``HEX_EDGES``."""
 
 _OPPOSITE = np.array(
     [[0, 2], [0, 4], [2, 6], [4, 6], [1, 3], [1, 5], [3, 7], [5, 7], [8, 9], [9, 10], [10, 11], [11, 8]]
@@ -121,7 +116,7 @@ def place_lattice(
         raise InputError(f"a hex of order 2 has 20 or 27 nodes, not {nodes!r}")
     n = mesh.n_nodes
     corners = mesh.hexes
-    edges, edge_of = _unique(np.sort(corners[:, EDGES], axis=2).reshape(-1, 2))
+    edges, edge_of = _unique(np.sort(corners[:, HEX_EDGES], axis=2).reshape(-1, 2))
     edge_of = edge_of.reshape(-1, 12)
     straight = 0.5 * (mesh.points[edges[:, 0]] + mesh.points[edges[:, 1]])
     surfaces = [(np.asarray(quads, dtype=np.int64), project) for quads, project in surfaces]

@@ -17,6 +17,7 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..progress import Progress
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
 from .attempts import find_candidates
@@ -26,7 +27,7 @@ from .like import as_template, mesh_like
 from .making import make_mesh
 from .refinement import refined
 from .routes import mesh_part
-from .run import Progress, Run, silent
+from .run import Run, silent
 from .template import make_template, template_arrays
 
 

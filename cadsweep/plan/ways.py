@@ -105,23 +105,11 @@ def corners_of(solid: Solid, face: Face) -> list[int] | None:
         return None
     loop = face.loops[0]
     corners = [
-        first_vertex(solid, directed)
+        solid.first_vertex(directed)
         for directed, angle in zip(loop.directed, loop.angles, strict=True)
         if angle < CORNER
     ]
     return corners if len(corners) == 4 and max(loop.angles) < REENTRANT else None
-
-
-def first_vertex(solid: Solid, directed: DirectedEdge) -> int:
-    """Vertex where a directed edge begins."""
-    edge = solid.edges[directed[0]]
-    return edge.start if directed[1] else edge.end
-
-
-def last_vertex(solid: Solid, directed: DirectedEdge) -> int:
-    """Vertex where a directed edge ends."""
-    edge = solid.edges[directed[0]]
-    return edge.end if directed[1] else edge.start
 
 
 def over(sweep: Sweep, vertex: int) -> int:
@@ -129,14 +117,14 @@ def over(sweep: Sweep, vertex: int) -> int:
     found = vertex
     for side in sweep.linking_sides:
         for rail in (side.left, side.right):
-            if first_vertex(sweep.solid, rail[0]) == vertex:
-                found = last_vertex(sweep.solid, rail[-1])
+            if sweep.solid.first_vertex(rail[0]) == vertex:
+                found = sweep.solid.last_vertex(rail[-1])
     return -1 if found == vertex else found
 
 
 def split_at(solid: Solid, loop: Sequence[DirectedEdge], corners: Sequence[int]) -> list[list[DirectedEdge]]:
     """A loop cut at its corners, the first chain from the first corner that it meets."""
-    at = [j for j, directed in enumerate(loop) if first_vertex(solid, directed) in corners]
+    at = [j for j, directed in enumerate(loop) if solid.first_vertex(directed) in corners]
     run = [*loop[at[0] :], *loop[: at[0]]]
     cuts = [j - at[0] for j in at] + [len(loop)]
     return [list(run[a:b]) for a, b in pairwise(cuts)]
@@ -145,8 +133,8 @@ def split_at(solid: Solid, loop: Sequence[DirectedEdge], corners: Sequence[int])
 def corner_vertices(solid: Solid, grid: LinkingSide) -> tuple[int, int, int, int]:
     """Vertices at the corners of a logical rectangle: bottom's begin and end, top's end and begin."""
     return (
-        first_vertex(solid, grid.bottom[0]),
-        last_vertex(solid, grid.bottom[-1]),
-        last_vertex(solid, grid.top[-1]),
-        first_vertex(solid, grid.top[0]),
+        solid.first_vertex(grid.bottom[0]),
+        solid.last_vertex(grid.bottom[-1]),
+        solid.last_vertex(grid.top[-1]),
+        solid.first_vertex(grid.top[0]),
     )

@@ -156,14 +156,13 @@ def order_loop(solid: Solid, edges: Sequence[DirectedEdge]) -> list[DirectedEdge
     """
     begins: dict[int, DirectedEdge] = {}
     for e, forward in edges:
-        v = solid.edges[e].start if forward else solid.edges[e].end
+        v = solid.first_vertex((e, forward))
         if v in begins:
             raise NotSweepableError(f"a loop of the cap touches itself at ({solid.units.place(solid.vertices[v])})")
         begins[v] = (e, forward)
     loop = [edges[0]]
     while len(loop) <= len(edges):
-        e, forward = loop[-1]
-        v = solid.edges[e].end if forward else solid.edges[e].start
+        v = solid.last_vertex(loop[-1])
         step = begins.get(v)
         if step is None or step == loop[0]:
             break
@@ -208,9 +207,9 @@ def _begin_on_rail(
         for e, forward in side.left + side.right:
             a, b = solid.edges[e].start, solid.edges[e].end
             up[a if forward else b] = b if forward else a
-    tops = {(solid.edges[e].start if f else solid.edges[e].end): k for k, (e, f) in enumerate(top)}
-    for j, (e, forward) in enumerate(bottom):
-        v = solid.edges[e].start if forward else solid.edges[e].end
+    tops = {solid.first_vertex(directed): k for k, directed in enumerate(top)}
+    for j, directed in enumerate(bottom):
+        v = solid.first_vertex(directed)
         while v in up:
             v = up[v]
         if v in tops:

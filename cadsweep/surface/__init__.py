@@ -25,13 +25,13 @@ from .grading import (
     graded_together,
     turned_round,
 )
-from .layout import build_layout
 from .matching import match_quads
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
 from .skeleton import CellBoundary, FaceMesh, Skeleton
 from .spacing import Fit, fit_linear_parts, place_layers
+from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
 
@@ -93,7 +93,7 @@ def mesh_surfaces(
     SurfaceMeshError
         The counts do not fit together, or a face cannot be meshed; names the face.
     """
-    layout = build_layout(sweep, intervals)
+    layout = build_grid(sweep, intervals)
     places = place_layers(sweep, layout, bias=bias, fractions=fractions)
     asked = {e: division(int(intervals.counts[e])) for e, division in (divisions or {}).items()}
     graded = graded_edges(sweep, intervals, asked)

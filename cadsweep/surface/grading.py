@@ -18,9 +18,9 @@ import scipy
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .layout import Layout, build_layout
 from .outline import four_sides, reversed_loop
 from .spacing import rescaled
+from .sweep_grid import SweepGrid, build_grid
 
 Division = Callable[[int], FloatArray]
 """``division(n)``: arc-length fractions (n + 1,) of the nodes of an edge of n segments, from its start to its end."""
@@ -136,7 +136,7 @@ def graded_together(
         pairs = answering_chains(sweep, own.counts)
         pairs += [pair for grid in grids for pair in ((grid.bottom, grid.top), (grid.left, grid.right))]
         answers += [([(keys[e], f) for e, f in one], [(keys[e], f) for e, f in other]) for one, other in pairs]
-    layouts = [build_layout(sweep, own) for (sweep, _), own in zip(cells, intervals, strict=True)]
+    layouts = [build_grid(sweep, own) for (sweep, _), own in zip(cells, intervals, strict=True)]
     found: dict[int, FloatArray] = dict(asked)
     n = -1
     while n != len(found):
@@ -208,7 +208,7 @@ def _weights(
     return np.asarray(lengths[edge] * (shares if forward else shares[::-1]))
 
 
-def grade_places(layout: Layout, places: FloatArray, graded: Mapping[int, FloatArray]) -> FloatArray:
+def grade_places(layout: SweepGrid, places: FloatArray, graded: Mapping[int, FloatArray]) -> FloatArray:
     """Places (n_loops, n_layers + 1) of the layers that follow graded rails; loops without such follow the others."""
     rows: dict[tuple[int, int], dict[int, list[FloatArray]]] = {}
     for e, fractions in graded.items():

@@ -17,8 +17,8 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import Sweep
-from .layout import Layout, PlacedEdge, PlacedSide
 from .spacing import Fit, divide_lengths, divide_like, finer, image_lengths, rescaled
+from .sweep_grid import PlacedEdge, PlacedSide, SweepGrid
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
@@ -36,7 +36,7 @@ class RingBuilder:
     def __init__(
         self,
         sweep: Sweep,
-        layout: Layout,
+        layout: SweepGrid,
         places: FloatArray,
         fit: Fit,
         *,

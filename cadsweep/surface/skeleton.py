@@ -20,9 +20,9 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .layout import Layout, build_layout
 from .outline import reversed_loop
 from .quads import CapBuilder
+from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
 
 
@@ -50,7 +50,7 @@ class CellBoundary:
 
     Attributes
     ----------
-    layout : Layout
+    layout : SweepGrid
     rings : (n_layers + 1, b) int64
         Nodes of every layer's ring, numbers of the whole part.
     source : QuadMesh
@@ -59,7 +59,7 @@ class CellBoundary:
         The number in the whole part of every source node.
     """
 
-    layout: Layout
+    layout: SweepGrid
     rings: IntArray
     source: QuadMesh
     nodes: IntArray
@@ -218,7 +218,7 @@ class Skeleton:
         SurfaceMeshError
             The counts do not fit together.
         """
-        layout = build_layout(sweep, self.intervals[cell])
+        layout = build_grid(sweep, self.intervals[cell])
         rings = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
         keys = self.solids[cell].edge_keys
         for placed in layout.edges.values():
