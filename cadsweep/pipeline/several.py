@@ -7,7 +7,7 @@ open, faces merged); those that touch are planned and meshed together.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -26,11 +26,12 @@ from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
 from ..plan import Plan, list_ways, make_plan
-from ..quality import CadReference, QualityReport, check_mesh
+from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Sweep
 from .candidates import SMOOTH_BELOW
 from .cells import mesh_cells
+from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
 
@@ -191,18 +192,66 @@ def finish(
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }
+    mesh = checked_cells(
+        part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
+    )
+    report = mesh.info["quality"]
+    if not report.valid and not options.allow_inverted:
+        raise refusal(report)
+    return mesh
+
+
+def checked_cells(
+    part: Part,
+    joined: JoinedMesh,
+    names: NamedFaces,
+    options: SweepOptions,
+    run: Run,
+    *,
+    make: Callable[[JoinedMesh, dict[str, Any]], HexMesh],
+    info: dict[str, Any],
+    smooth_below: float = SMOOTH_BELOW,
+    kept: np.ndarray | None = None,
+) -> HexMesh:
+    """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the mesh of `joined`, or of it with other points, with names and `info`.
+    smooth_below : float
+        Worst scaled Jacobian below which it is smoothed, valid or not.
+    kept : (n,) bool or None
+        Nodes that smoothing must not move, besides those on the model's faces.
+
+    Returns
+    -------
+    HexMesh
+        With its report as ``info["quality"]``, valid or not.
+    """
     references = make_references(part, names)
-    mesh, report = _checked(part, joined, (names, references), info, run)
-    if options.smoothing and (report.min_scaled_jacobian < SMOOTH_BELOW or report.n_inverted):
+
+    def checked(joined: JoinedMesh) -> tuple[HexMesh, QualityReport]:
+        with run.stage("assembly"):
+            mesh = make(joined, info)
+        with run.stage("quality"):
+            return mesh, check_mesh(mesh, cad=references)
+
+    mesh, report = checked(joined)
+    if options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted):
         with run.stage("smoothing"):
+            fixed = fixed_nodes(joined, names)
             better = smoothing.improve(
-                joined.points, Blocks(joined.hexes, len(joined.points)), fixed=fixed_nodes(joined, names)
+                joined.points,
+                Blocks(joined.hexes, len(joined.points)),
+                fixed=fixed if kept is None else fixed | kept,
             )
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
             points[better.nodes] = better.positions
-            mesh, report = _checked(part, joined.moved(points), (names, references), info, run)
+            joined = joined.moved(points)
+            mesh, report = checked(joined)
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
             mesh = elevate(
@@ -214,24 +263,8 @@ def finish(
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
-    mesh = replace(mesh, info={**mesh.info, "quality": report})
-    if not report.valid and not options.allow_inverted:
-        raise refusal(report)
-    return mesh
-
-
-def _checked(
-    part: Part,
-    joined: JoinedMesh,
-    known: tuple[NamedFaces, dict[str, CadReference]],
-    info: dict[str, Any],
-    run: Run,
-) -> tuple[HexMesh, QualityReport]:
-    names, references = known
-    with run.stage("assembly"):
-        mesh = to_hex_mesh(part, joined, names, info)
-    with run.stage("quality"):
-        return mesh, check_mesh(mesh, cad=references)
+    origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
+    return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 
 def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
@@ -275,4 +308,4 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     )
 
 
-__all__ = ["Complex", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
+__all__ = ["Complex", "checked_cells", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
