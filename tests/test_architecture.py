@@ -18,6 +18,7 @@ FOUNDATION = {
     "sweep",
     "stack",
     "cells",
+    "corner_blocks",
     "mesh",
     "record",
     "quality",

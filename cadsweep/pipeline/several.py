@@ -18,6 +18,7 @@ from .. import cad, recognition, smoothing
 from ..blocks.finish import NamedFaces, by_face, find_colors, make_references, name_faces, to_hex_mesh
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
+from ..corner_blocks import CornerBlocks
 from ..decomposition.curved import Found, Tools, find_cells
 from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
@@ -25,10 +26,10 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
-from ..plan import Plan, list_ways, make_plan
+from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
-from ..sweep import Sweep
+from ..sweep import Intervals, Sweep
 from .candidates import SMOOTH_BELOW
 from .cells import mesh_cells
 from .origin import CellsOrigin
@@ -84,8 +85,14 @@ def cut_until_planned(part: Part, run: Run) -> Found:
     return found
 
 
-def recognise(solid: Solid) -> list[Sweep]:
-    """Sweeps of a cell that a plan can use: the fast way, and thoroughly only for cells that are nearly convex."""
+def recognise(solid: Solid) -> list[Fill]:
+    """How a cell can be filled: sweeps that a plan can use, and blocks at its corners."""
+    blocks = recognition.find_corner_blocks(solid)
+    return [*_usable(solid), *([] if blocks is None else [blocks])]
+
+
+def _usable(solid: Solid) -> list[Sweep]:
+    """Sweeps found the fast way, and thoroughly only of cells that are nearly convex."""
     for most_readings in (1, None):
         sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
         usable = [sweep for sweep in sweeps if list_ways([sweep])]
@@ -152,15 +159,18 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         run,
         notes=notes,
         sweeps=[
-            {
-                "source": [solid.faces[f].name or f for f in way.sweep.source],
-                "target": [solid.faces[f].name or f for f in way.sweep.target],
-                "layers": own.n_layers,
-                "cell": cell,
-            }
+            _described(solid, way.fill, own) | {"cell": cell}
             for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
         ],
     )
+
+
+def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
+    """What a mesh's record says of one cell."""
+    if isinstance(fill, CornerBlocks):
+        return {"source": [], "target": [], "layers": 0, "corners": len(fill.corners)}
+    caps = {"source": fill.source, "target": fill.target}
+    return {name: [solid.faces[f].name or f for f in own] for name, own in caps.items()} | {"layers": counts.n_layers}
 
 
 def finish(

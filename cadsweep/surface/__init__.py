@@ -29,8 +29,9 @@ from .matching import match_quads
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
-from .skeleton import CellBoundary, FaceMesh, Skeleton
+from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads
 from .spacing import Fit, fit_linear_parts, place_layers
+from .stars import lay_star, patches_of
 from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
@@ -43,8 +44,11 @@ __all__ = [
     "fractions_from",
     "graded_fractions",
     "graded_together",
+    "grid_quads",
+    "lay_star",
     "match_quads",
     "mesh_surfaces",
+    "patches_of",
     "turned_round",
 ]
 

@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray, IntArray
+from ..brep import Solid
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .outline import four_sides, reversed_loop
@@ -25,7 +26,7 @@ from .sweep_grid import SweepGrid, build_grid
 Division = Callable[[int], FloatArray]
 """``division(n)``: arc-length fractions (n + 1,) of the nodes of an edge of n segments, from its start to its end."""
 
-Answer = tuple[Sequence[DirectedEdge], Sequence[DirectedEdge]]
+Answer = tuple[Sequence[DirectedEdge], ...]
 """Two chains of directed edges that have equally many segments, node by node."""
 
 _EVEN = 1e-12
@@ -112,38 +113,38 @@ def graded_edges(sweep: Sweep, intervals: Intervals, asked: Mapping[int, FloatAr
 
 
 def graded_together(
-    cells: Sequence[tuple[Sweep, Sequence[LinkingSide]]],
-    intervals: Sequence[Intervals],
+    solids: Sequence[Solid],
+    sweeps: Sequence[tuple[Sweep, Intervals]],
+    grids: Sequence[tuple[Solid, LinkingSide]],
+    counts: Mapping[int, int],
     asked: Mapping[int, FloatArray],
 ) -> dict[int, FloatArray]:
     """Fractions of the edges of several cells that are graded, or answer one that is, by key.
 
     Parameters
     ----------
-    cells : sequence of (Sweep, sequence of LinkingSide)
-        The sweep of every cell and the logical rectangles among its faces.
-    intervals : sequence of Intervals
+    solids : sequence of Solid
+        All cells.
+    sweeps : sequence of (Sweep, Intervals)
+        Of the cells that are swept.
+    grids : sequence of (Solid, LinkingSide)
+        The logical rectangles among the cells' faces.
+    counts : mapping of int to int
+        Segments of every edge, by key.
     asked : mapping of int to (n + 1,) float64
         By key, from an edge's start to its end, which are the same in all cells.
     """
-    counts: dict[int, int] = {}
-    lengths: dict[int, float] = {}
-    answers: list[Answer] = []
-    for (sweep, grids), own in zip(cells, intervals, strict=True):
-        keys = sweep.solid.edge_keys.tolist()
-        counts |= zip(keys, own.counts.tolist(), strict=True)
-        lengths |= {keys[edge.id]: edge.length for edge in sweep.solid.edges}
-        pairs = answering_chains(sweep, own.counts)
-        pairs += [pair for grid in grids for pair in ((grid.bottom, grid.top), (grid.left, grid.right))]
-        answers += [([(keys[e], f) for e, f in one], [(keys[e], f) for e, f in other]) for one, other in pairs]
-    layouts = [build_grid(sweep, own) for (sweep, _), own in zip(cells, intervals, strict=True)]
+    lengths = {int(solid.edge_keys[edge.id]): edge.length for solid in solids for edge in solid.edges}
+    pairs = [(sweep.solid, pair) for sweep, own in sweeps for pair in answering_chains(sweep, own.counts)]
+    pairs += [(solid, pair) for solid, grid in grids for pair in ((grid.bottom, grid.top), (grid.left, grid.right))]
+    answers = [tuple([(int(s.edge_keys[e]), f) for e, f in chain] for chain in pair) for s, pair in pairs]
+    layouts = [(sweep.solid.edge_keys.tolist(), build_grid(sweep, own)) for sweep, own in sweeps]
     found: dict[int, FloatArray] = dict(asked)
     n = -1
     while n != len(found):
         n = len(found)
         found = spread(answers, counts, lengths, found)
-        for (sweep, _), layout in zip(cells, layouts, strict=True):
-            keys = sweep.solid.edge_keys.tolist()
+        for keys, layout in layouts:
             graded = {e: found[keys[e]] for e in layout.edges if keys[e] in found}
             even = np.tile(np.linspace(0.0, 1.0, layout.n_layers + 1), (len(layout.loop_sizes), 1))
             places = grade_places(layout, even, graded)

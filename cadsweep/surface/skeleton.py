@@ -10,7 +10,7 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,11 +37,14 @@ class FaceMesh:
     cell : int
     grid : (h + 1, w + 1) int64 or None
         The nodes in rows and columns, where the face is a logical rectangle.
+    patches : mapping of int to (h + 1, w + 1) int64
+        The same for every corner of a star, by the key of its vertex.
     """
 
     quads: IntArray
     cell: int
     grid: IntArray | None = None
+    patches: Mapping[int, IntArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -157,8 +160,7 @@ class Skeleton:
         grid = np.empty((h + 1, w + 1), dtype=np.int64)
         grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
         grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
-        self.faces[key] = FaceMesh(quads=quads, cell=cell, grid=grid)
+        self.faces[key] = FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid)
 
     def edge_uv(self, cell: int, face: Face, edge: int) -> FloatArray:
         """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
@@ -189,6 +191,11 @@ class Skeleton:
         made = builder.build()
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
         self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)
+
+    def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
+        """Keep the patches of a star, each turned outward as seen from the cell."""
+        quads = np.concatenate([grid_quads(patch) for patch in patches.values()])
+        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell, patches=patches)
 
     def keep(self, cell: int, face: int, quads: IntArray) -> None:
         """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
@@ -245,6 +252,11 @@ class Skeleton:
             points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def grid_quads(grid: IntArray) -> IntArray:
+    """Quads (q, 4) of nodes (h + 1, w + 1) in rows, the normal along rows times columns upward."""
+    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
 
 
 def turn_grid(grid: IntArray, corners: IntArray) -> IntArray | None:
