@@ -42,3 +42,9 @@ def test_the_step_files_are_those_that_the_script_draws(tmp_path):
         assert [model.name for model in kept.models] == [model.name for model in drawn.models]
         assert [m.volume for m in kept.models] == pytest.approx([m.volume for m in drawn.models], rel=1e-9)
         assert [[f.name for f in s.faces] for s in kept.solids] == [[f.name for f in s.faces] for s in drawn.solids]
+
+
+def test_the_version_is_the_same_everywhere():
+    version = re.search(r'"(.+)"', ROOT.joinpath("cadsweep", "_version.py").read_text())[1]
+    assert re.search(rf"^version: {re.escape(version)}$", ROOT.joinpath("CITATION.cff").read_text(), re.MULTILINE)
+    assert f"## {version}" in ROOT.joinpath("CHANGELOG.md").read_text()
