@@ -19,14 +19,14 @@ from ..sweep import Intervals, Sweep
 from .layout import build_layout
 from .matching import match_quads
 from .opposite import opposite_angles
-from .quads import CapBuilder
+from .quads import CapBuilder, Memory
 from .sides import RingBuilder
 from .skeleton import CellBoundary, FaceMesh, Skeleton
 from .spacing import Fit, fit_linear_parts, place_layers
 from .target import divide_target_edges
 from .thickness import thin_share
 
-__all__ = ["CellBoundary", "FaceMesh", "Skeleton", "match_quads", "mesh_surfaces"]
+__all__ = ["CellBoundary", "FaceMesh", "Memory", "Skeleton", "match_quads", "mesh_surfaces"]
 
 _THIN_SHARE = 0.2
 """Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
@@ -40,6 +40,7 @@ def mesh_surfaces(
     fractions: Sequence[float] | None = None,
     sizes: Callable[[FloatArray], FloatArray] | None = None,
     fit: Fit = fit_linear_parts,
+    memory: Memory | None = None,
 ) -> SurfaceMesh:
     """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
 
@@ -58,6 +59,9 @@ def mesh_surfaces(
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
+    memory : Memory, optional
+        Faces of the source cap that were meshed before, by the nodes of their outlines; those meshed now are added.
+        For calls with the same sweep, size and `sizes` alone.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def mesh_surfaces(
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes).build()
+    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes, memory=memory).build()
     return SurfaceMesh(
         source=source,
         rings=builder.rings,

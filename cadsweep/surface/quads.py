@@ -12,7 +12,7 @@ cap of several faces are divided once, so the faces conform.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -61,6 +61,35 @@ class FacePatch:
     """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class KnownPatch:
+    """Quads of one face, and the numbers that its nodes had then.
+
+    Attributes
+    ----------
+    patch : FacePatch
+    nodes : (k,) int64
+        Of the face's edges in their order.
+    first : int
+        Of the inner nodes.
+    """
+
+    patch: FacePatch
+    nodes: IntArray
+    first: int
+
+    def renumbered(self, nodes: IntArray, first: int) -> FacePatch:
+        """The same quads on other numbers."""
+        old, at = np.unique(self.nodes, return_index=True)
+        quads = self.patch.quads
+        outline = nodes[at[np.minimum(np.searchsorted(old, quads), len(old) - 1)]]
+        return replace(self.patch, quads=np.where(quads < self.first, outline, quads - self.first + first))
+
+
+Memory = dict[bytes, KnownPatch]
+"""Quads of faces by the nodes of their outlines: for who meshes one cap again with other counts on a few edges."""
+
+
 class CapBuilder:
     """Nodes and quads of the source cap; the ring's nodes come first."""
 
@@ -73,12 +102,14 @@ class CapBuilder:
         opposite: FloatArray,
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
+        memory: Memory | None = None,
     ) -> None:
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
+        self.memory = memory
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -129,23 +160,21 @@ class CapBuilder:
     def build(self) -> QuadMesh:
         """Mesh every face of the cap."""
         quads, owners = [], []
+        failures: list[SurfaceMeshError] = []
         for f in self.sweep.source:
-            face = self.solid.faces[f]
-            known = np.concatenate(self.points)
-            loops = [reversed_loop(loop.directed) for loop in face.loops]
-            patch = self._structured(face, loops, known) if len(loops) == 1 else None
-            if patch is None or patch.expected < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
-                other = self._other_than_grid(face, loops, known, patch)
-                patch = other if patch is None or _better(other, patch) else patch
-            if patch.worst < _FLAT:
-                raise SurfaceMeshError(
-                    f"{face.label()}: the best quads that could be made are folded (worst corner sine "
-                    f"{patch.worst:.2g}); try a smaller size",
-                    edges=self._edges_at_folds(face, known, patch),
-                )
+            try:
+                patch = self._patch(self.solid.faces[f])
+            except SurfaceMeshError as error:
+                failures.append(error)
+                continue
             self._add(patch.inner_points)
             quads.append(patch.quads)
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
+        if failures:
+            # All of them at once: who divides their edges finer need not come again for every one.
+            raise SurfaceMeshError(
+                str(failures[0]), edges=list(dict.fromkeys(e for error in failures for e in error.edges))
+            ) from failures[0]
         return QuadMesh(
             points=np.concatenate(self.points),
             quads=np.concatenate(quads),
@@ -153,6 +182,32 @@ class CapBuilder:
             loops=self.loops,
             edge_nodes=self.edge_nodes,
         )
+
+    def _patch(self, face: Face) -> FacePatch:
+        """Quads of one face: those made before on the same nodes, where there are any."""
+        nodes = np.concatenate([self.edge_nodes[e] for e in face.edges])
+        known = np.concatenate(self.points)
+        key = b"".join(part.tobytes() for part in (np.array([face.id]), known[nodes], self._opposite_of(nodes)))
+        if self.memory is not None and key in self.memory:
+            return self.memory[key].renumbered(nodes, self.n_points)
+        patch = self._made(face, known)
+        if self.memory is not None:
+            self.memory[key] = KnownPatch(patch=patch, nodes=nodes, first=self.n_points)
+        return patch
+
+    def _made(self, face: Face, known: FloatArray) -> FacePatch:
+        loops = [reversed_loop(loop.directed) for loop in face.loops]
+        patch = self._structured(face, loops, known) if len(loops) == 1 else None
+        if patch is None or patch.expected < GOOD_ENOUGH or any(smooth_loops(self.sweep, loops)):
+            other = self._other_than_grid(face, loops, known, patch)
+            patch = other if patch is None or _better(other, patch) else patch
+        if patch.worst < _FLAT:
+            raise SurfaceMeshError(
+                f"{face.label()}: the best quads that could be made are folded (worst corner sine "
+                f"{patch.worst:.2g}); try a smaller size",
+                edges=self._edges_at_folds(face, known, patch),
+            )
+        return patch
 
     def _edges_at_folds(self, face: Face, known: FloatArray, patch: FacePatch) -> list[int]:
         """Edges of a face with a node of its worst quads or of their neighbours; all where these lie inside."""
