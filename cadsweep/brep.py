@@ -199,7 +199,7 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Patch:
+class FormerFace:
     """A part of a face that was a face of its own in the model; its outline is no edge any more.
 
     Attributes
@@ -251,7 +251,7 @@ class Face:
     key : str
         A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
         of a divided face share it.
-    patches : tuple of Patch
+    former : tuple of FormerFace
         Parts of a merged face that go by another name.
     units : Units
         What messages give places in.
@@ -268,7 +268,7 @@ class Face:
     groups: tuple[str, ...] = ()
     color: str | None = None
     key: str = ""
-    patches: tuple[Patch, ...] = ()
+    former: tuple[FormerFace, ...] = ()
     units: Units = field(default_factory=Units)
 
     @property
@@ -335,6 +335,16 @@ class Solid:
     color: str | None = None
     units: Units = field(default_factory=Units)
     opened: tuple[frozenset[int], frozenset[int]] | None = None
+
+    def first_vertex(self, directed: tuple[int, bool]) -> int:
+        """Vertex where a directed edge ``(edge id, forward)`` begins."""
+        edge = self.edges[directed[0]]
+        return edge.start if directed[1] else edge.end
+
+    def last_vertex(self, directed: tuple[int, bool]) -> int:
+        """Vertex where a directed edge ``(edge id, forward)`` ends."""
+        edge = self.edges[directed[0]]
+        return edge.end if directed[1] else edge.start
 
     def __repr__(self) -> str:
         names = [face.name for face in self.faces if face.name]

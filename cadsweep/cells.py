@@ -32,6 +32,22 @@ HEX_FACES = np.array(
 )
 """The six outward faces of a hexahedron: bottom, top, then the four sides in the order of the quad's edges."""
 
+HEX_EDGES = np.array(
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]],
+    dtype=np.int64,
+)
+"""Corners of the edge whose middle is node 8 + j of a hexahedron."""
+
+AXIS_EDGES = np.array(
+    [
+        [[0, 1], [3, 2], [4, 5], [7, 6]],
+        [[0, 3], [1, 2], [4, 7], [5, 6]],
+        [[0, 4], [1, 5], [2, 6], [3, 7]],
+    ],
+    dtype=np.int64,
+)
+"""The same edges along xi, eta and zeta, each from its lower to its upper end."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptStructure:

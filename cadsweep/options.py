@@ -13,10 +13,9 @@ from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
+from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
-FUNCTIONALS = ("F", "G", "H")
-STRATEGIES = ("source", "advancing", "both")
 INTERFACES = ("shared", "separate")
 
 

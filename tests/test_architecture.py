@@ -17,12 +17,15 @@ FOUNDATION = {
     "sweep",
     "stack",
     "cells",
+    "corner_blocks",
     "mesh",
     "record",
     "quality",
     "errors",
     "libraries",
     "machine",
+    "choices",
+    "progress",
     "_version",
 }
 COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch", "cadquery"}  # cadquery: the plugin for Workplanes

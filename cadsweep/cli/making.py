@@ -10,8 +10,9 @@ from typing import Any
 
 import click
 
+from ..choices import FUNCTIONALS, STRATEGIES
 from ..errors import CadSweepError, InputError
-from ..options import FUNCTIONALS, INTERFACES, STRATEGIES, SweepOptions
+from ..options import INTERFACES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
 from .types import Assignment, Bias, Names, Numbers, Positive, Shard, Size, is_script, parse_cap, parse_parameter

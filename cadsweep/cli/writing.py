@@ -36,6 +36,11 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--prefix", metavar="TEXT", help="Before the names of sets and surfaces, of .inp files."),
         click.option(
+            "--ties/--no-ties",
+            default=None,
+            help="Tie contacts of solids that share no nodes, in .inp files; they are, unless said.",
+        ),
+        click.option(
             "--patch-type",
             "patch_types",
             type=Assignment(click.Choice(["patch", "wall", "symmetry", "symmetryPlane", "empty", "wedge"])),
@@ -51,7 +56,7 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def take_writing_options(output: str, given: dict[str, Any]) -> dict[str, Any]:
     """Options of ``HexMesh.write`` from those of the command; one that the format lacks is wrong usage."""
-    names = ("version", "element", "first_node", "first_element", "prefix")
+    names = ("version", "element", "first_node", "first_element", "prefix", "ties")
     chosen = {name: value for name in names if (value := given.pop(name)) is not None}
     types = dict(given.pop("patch_types"))
     if types:

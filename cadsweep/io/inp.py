@@ -8,9 +8,10 @@ boundary both as ``*NSET`` and as ``*SURFACE`` of element faces; no material, se
 
 Elements are C3D8 or C3D20, or what the option `element` says: C3D8I, C3D8R, C3D20R, ... have the same nodes. Several
 files go into one deck where numbers and names are apart: `first_node`, `first_element`, `prefix`. An interface is a
-surface on either side, ``a__b`` and ``b__a``, as ``*TIE`` and ``*CONTACT PAIR`` want them; a material, where the CAD
-model names one, is an element set ``material_<name>``. CalculiX reads
-20 characters of a number, so a coordinate of more is rounded to what fits, 13 digits at the least.
+surface on either side, ``a__b`` and ``b__a``, as ``*CONTACT PAIR`` wants them. Solids that were meshed separately are
+held together by a ``*TIE`` a contact, unless `ties` is false. A material, where the CAD model names one, is an element
+set ``material_<name>``. CalculiX reads 20 characters of a number, so a coordinate of more is rounded to what fits, 13
+digits at the least.
 
 Not handled: hex27 (CalculiX has no such element). Reading knows ``*NODE``, ``*ELEMENT``, ``*ELSET``, ``*NSET`` and
 ``*SURFACE``; other keywords are passed over, ``*INCLUDE`` is not followed.
@@ -24,7 +25,7 @@ order of the nodes, and faces S1 to S6 = 1-2-3-4, 5-8-7-6, 1-5-6-2, 2-6-7-3, 3-7
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -36,6 +37,7 @@ from .compare import Groups, all_boundaries, all_parts
 from .labels import LabelledMesh
 from .sides import find_sides, quads_of_sides
 from .text import write_rows
+from .ties import Tie, find_ties, solids_of
 
 _FITTING = {8: "C3D8, C3D8I, C3D8R", 20: "C3D20, C3D20R"}
 
@@ -57,6 +59,7 @@ def write(
     first_node: int = 1,
     first_element: int = 1,
     prefix: str = "",
+    ties: bool = True,
 ) -> None:
     """Write a labelled mesh.
 
@@ -68,6 +71,8 @@ def write(
         Numbers of the first node and the first element.
     prefix : str
         Before every name of a set or a surface.
+    ties : bool
+        Tie the two sides of every contact between parts that share no nodes.
     """
     size = mesh.hexes.shape[1]
     if size not in TYPES:
@@ -105,7 +110,16 @@ def write(
         owners, own = find_sides(mesh.hexes, quads, n)
         stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
         write_rows(stream, "%d, S%d\n", owners + first_element, own + 1)
+    if ties:
+        _write_ties(stream, find_ties(mesh), prefix)
     stream.write(_END + b"\n")
+
+
+def _write_ties(stream: BinaryIO, ties: Sequence[Tie], prefix: str) -> None:
+    """Nodes of the first surface follow the second; ``ADJUST=NO`` leaves them where they are."""
+    for tie in ties:
+        head = f"*TIE, NAME={prefix}{tie.name}, POSITION TOLERANCE={tie.reach:.6g}, ADJUST=NO\n"
+        stream.write(f"{head}{prefix}{tie.dependent}, {prefix}{tie.independent}\n".encode())
 
 
 def _material_sets(mesh: LabelledMesh) -> dict[str, IntArray]:
@@ -117,13 +131,9 @@ def _other_sides(mesh: LabelledMesh) -> dict[str, IntArray]:
     """Quads of interfaces as the second part sees them, by the turned name."""
     found: dict[str, IntArray] = {}
     for name in mesh.faces.names:
-        first, _, second = name.partition("__")
-        if (
-            first in mesh.volumes.names
-            and second in mesh.volumes.names
-            and f"{second}__{first}" not in mesh.faces.names
-        ):
-            found[f"{second}__{first}"] = _turned(mesh.quads[mesh.faces.named(name)])
+        solids = solids_of(name, mesh.volumes.names)
+        if solids is not None and (turned := "__".join(solids[::-1])) not in mesh.faces.names:
+            found[turned] = _turned(mesh.quads[mesh.faces.named(name)])
     return found
 
 
@@ -139,9 +149,10 @@ def kept_groups(
     first_node: int = 1,
     first_element: int = 1,
     prefix: str = "",
+    ties: bool = True,
 ) -> Groups:
     """All groups, interfaces from both sides, materials; with their prefix."""
-    del element, first_node, first_element
+    del element, first_node, first_element, ties
     boundaries = {**all_boundaries(mesh), **_other_sides(mesh)}
     parts = {**all_parts(mesh), **_material_sets(mesh)}
     return {prefix + k: v for k, v in boundaries.items()}, {prefix + k: v for k, v in parts.items()}

@@ -9,15 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from ..brep import Part
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import check_mesh
+from .groups import make_group, put_together
+from .origin import made_of
 from .run import Run
-from .several import mesh_complex, plan_cells, side_by_side
+from .several import mesh_complex, plan_cells
 from .shared_hints import check_words, local_hints, resolve_wishes
 from .subsets import chosen_solids, separated, subset, touching_groups
 
@@ -48,18 +47,13 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     check_words(part, options)
     if options.interfaces == "separate":
         part = separated(part)
-    groups = touching_groups(part)
-    meshes = []
-    for cells in groups:
+    made = []
+    for cells in touching_groups(part):
         own = subset(part, cells)
         alone = len(cells) == 1
-        meshes.append(_mesh_alone(own, options, run, mesh_one) if alone else _mesh_together(own, options, run))
-    if len(meshes) == 1:
-        return meshes[0]
-    mesh = side_by_side(meshes)
-    with run.stage("quality"):
-        report = check_mesh(mesh, cad={})
-    return replace(mesh, info={**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report})
+        mesh = _mesh_alone(own, options, run, mesh_one) if alone else made_of(_mesh_together(own, options, run), own)
+        made.append(make_group(own, mesh))
+    return put_together(part, made, options, run)
 
 
 def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
@@ -97,17 +91,10 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
-    """One solid by itself, its boundaries called after it where their user gave them no name."""
+    """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)
     own = replace(options, sizes=hints.sizes or None, counts=hints.counts or None, interfaces="shared")
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
-    mesh = mesh_one(part, own, run)
-    given = {label for face in part.solids[0].faces for label in face.names}
-    return replace(
-        mesh,
-        boundaries={label if label in given else f"{name}_{label}": quads for label, quads in mesh.boundaries.items()},
-        parts={name: np.arange(mesh.n_hexes)},
-        structure=None,
-    )
+    return mesh_one(part, own, run)

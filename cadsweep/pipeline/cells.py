@@ -16,6 +16,7 @@ from ..arrays import IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
+from ..corner_blocks import CornerBlocks
 from ..errors import SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
@@ -23,8 +24,9 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Skeleton, match_quads
+from ..surface import CellBoundary, Skeleton, lay_star, match_quads
 from ..sweep import Intervals, Sweep
+from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
 from .run import Run
 
@@ -58,11 +60,20 @@ def mesh_cells(
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
+            sheets = {
+                cell: _lay_stars(skeleton, cell, way.fill, counts[cell])
+                for cell, way in enumerate(plan.ways)
+                if isinstance(way.fill, CornerBlocks)
+            }
         builder = _Builder(part, skeleton, options, run)
         shorter: dict[int, float] = {}
         for done, cell in enumerate(plan.order):
             try:
-                builder.add(cell, plan.ways[cell].sweep)
+                fill = plan.ways[cell].fill
+                if isinstance(fill, CornerBlocks):
+                    builder.add_corners(cell, fill, sheets[cell])
+                else:
+                    builder.add(cell, fill)
             except SurfaceMeshError as error:
                 shorter = _halved(part, cell, counts[cell], error.edges, asked)
                 if not shorter or halving == MOST_HALVINGS:
@@ -80,7 +91,7 @@ def mesh_cells(
 def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:
     """Refuse a size that is a slip before anything is made of it."""
     expected = estimate.estimate_cells(
-        [cell.sweep for cell in cells], cell_sizes(cells, wishes), layers=wishes.layers, scale=part.scale
+        [cell.fill for cell in cells], cell_sizes(cells, wishes), layers=wishes.layers, scale=part.scale
     )
     estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
 
@@ -95,15 +106,30 @@ def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], aske
 
 def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:
     """What the counts of the cells depend on: a cap gets free quads where it is a grid to nobody."""
-    gridded = {int(solid.face_keys[f]) for solid, way in zip(part.solids, plan.ways, strict=True) for f in way.grids}
+    given = {
+        int(solid.face_keys[f])
+        for solid, way in zip(part.solids, plan.ways, strict=True)
+        for f, role in enumerate(way.roles)
+        if role in ("grid", "star")
+    }
     return [
         CellSweep(
-            sweep=way.sweep,
+            fill=way.fill,
             grids=tuple(way.grids.values()),
-            free=tuple(f for f in way.sweep.source if int(solid.face_keys[f]) not in gridded),
+            free=tuple(
+                f for f, role in enumerate(way.roles) if role == "first" and int(solid.face_keys[f]) not in given
+            ),
         )
         for solid, way in zip(part.solids, plan.ways, strict=True)
     ]
+
+
+def _lay_stars(skeleton: Skeleton, cell: int, blocks: CornerBlocks, counts: Intervals) -> IntArray:
+    """Mesh the faces of a cell of corner blocks that are no grids; how thick its sheets are."""
+    sheets = blocks.sheets([sum(int(counts.counts[e]) for e, _ in chain) for chain in blocks.chains])
+    for face in blocks.stars:
+        lay_star(skeleton, cell, blocks, face, sheets)
+    return sheets
 
 
 class _Builder:
@@ -126,6 +152,13 @@ class _Builder:
             boundary = self.skeleton.boundary_of(cell, sweep)
         with self.run.stage("projection"):
             self.fill(cell, sweep, boundary)
+
+    def add_corners(self, cell: int, blocks: CornerBlocks, sheets: IntArray) -> None:
+        """Mesh one cell that has a block at every corner."""
+        with self.run.stage("projection"):
+            hexes, quads, faces = fill_corners(self.skeleton, cell, blocks, sheets)
+        self.hexes.append((cell, hexes))
+        self.take(cell, "side", quads, faces)
 
     def fill(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> None:
         """Carry the source to the target and place the layers between them."""

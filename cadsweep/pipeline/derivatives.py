@@ -22,7 +22,6 @@ from ..arrays import FloatArray
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .meshing import sweep_mesh
-from .origin import origin_of
 from .template import make_template
 
 STEP = 0.01
@@ -105,8 +104,8 @@ def sensitivity(
         return sweep_mesh(source, params=wanted, **more)
 
     mesh = build(value, **options)
-    template = make_template(origin_of(mesh, "a derivative"))
-    kept = {name: options[name] for name in ("order", "nodes", "part", "refine") if name in options}
+    template = make_template(mesh, "a derivative")
+    kept = {name: options[name] for name in ("order", "nodes", "part", "touch", "refine") if name in options}
     differences = []
     for h in (step, 0.5 * step):
         ends = []

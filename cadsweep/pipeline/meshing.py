@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from ..blocks.block import FactoredMesh
-from ..blocks.files import load_factors, save_factors
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary, make_slab_report, write_slabs
 from ..brep import Part
@@ -17,17 +16,17 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..progress import Progress
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
 from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
 from .like import as_template, mesh_like
-from .making import make_mesh
 from .refinement import refined
 from .routes import mesh_part
-from .run import Progress, Run, silent
-from .template import make_template, template_arrays
+from .run import Run, silent
+from .template_files import load_mesh, save_template
 
 
 def sweep_mesh(
@@ -116,6 +115,8 @@ def write_factors(
 ) -> HexMesh:
     """Mesh a part as :func:`sweep_mesh` does, and keep its factors: megabytes for any number of layers.
 
+    What is not of one sweep is kept as its arrays; of both kinds others can be made like it.
+
     Parameters
     ----------
     source, **options
@@ -133,12 +134,11 @@ def write_factors(
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
     run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
-    made = first_good(part, sweeps, chosen, run, make_mesh)
-    assert made.mesh is not None
-    with replaced_file(check_place(Path(path))) as stream:
-        save_factors(made.factored, stream, template_arrays(make_template(made.mesh.origin)))
-    return made.mesh
+    place = check_place(Path(path))
+    mesh = mesh_part(source, chosen, run)
+    with replaced_file(place) as stream:
+        save_template(mesh, stream)
+    return mesh
 
 
 def expand(path: str | PathLike[str]) -> HexMesh:
@@ -149,7 +149,7 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     InputError
         The file is missing, damaged, or something else.
     """
-    mesh = load_factors(path).to_mesh()
+    mesh = load_mesh(path)
     return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
 
 

@@ -28,6 +28,7 @@ from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
 from .decomposing import is_planar, mesh_decomposed, mesh_user_cut
 from .making import make_mesh
+from .origin import made_of
 from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
@@ -83,7 +84,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
             break
     if best is not None:
-        return best
+        return made_of(best, part)
     assert refused is not None
     raise refused
 

@@ -195,7 +195,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     assert not isinstance(sheets, str)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
-    memory: surface.Memory = {}
+    memory = surface.Memory()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):

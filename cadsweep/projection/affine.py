@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray
+from ..choices import FUNCTIONALS
 from ..errors import InputError
 from .fitting import fit_from_cap
-from .inputs import FUNCTIONALS, checked_choice, checked_points
+from .inputs import checked_choice, checked_points
 from .normals import row_loops
 
 

@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
+from ..choices import FUNCTIONALS, STRATEGIES
 from ..errors import InputError
 from .factored import FactoredSweep, make_basis
 from .fitting import fit_from_caps, fit_steps
 from .functionals import AffineMaps
-from .inputs import FUNCTIONALS, STRATEGIES, checked_choice, checked_ids, checked_loops, checked_points, extent
+from .inputs import checked_choice, checked_ids, checked_loops, checked_points, extent
 from .residual import TOLERANCE, carry_tolerance, compress, cotangent_weights, extend
 
 SAME = 1e-9

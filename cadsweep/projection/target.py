@@ -7,7 +7,7 @@ least-squares affine map between the two images of the loops (functional H, n = 
 the surface's own parametrisation lifts them: no root finding per node. Where that gives poor quads (a parametrisation
 that winds round a pole, or is stretched unevenly) the 3-D image of the source is projected orthogonally to the surface.
 Both are judged by their worst quad, and the better one is kept. Where that is folded or poor, its nodes are moved along
-the surface until it is not (:mod:`.relax`).
+the surface until it is not (:mod:`.injective`).
 
 Not handled: a target ring that is not on the surface; the ring is taken as it is.
 """
@@ -24,10 +24,10 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..errors import InputError, ProjectionError
+from .injective import rectangles, relax_plane
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
 from .normals import pseudo_normal
-from .relax import rectangles, relax_plane
 
 log = logging.getLogger(__name__)
 

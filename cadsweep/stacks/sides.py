@@ -166,7 +166,9 @@ def read_sides(solid: Solid, direction: FloatArray, normals: list[FloatArray]) -
             steepest = min(steepest, ROUNDED_LEAN)
         else:
             lean = np.degrees(np.arcsin(np.clip(max(low, -high), 0.0, 1.0)))
-            tilt = f"it leans {lean:.3g} degrees from it at its steepest" if lean > _TOLD else "in places it runs along it"
+            tilt = (
+                f"it leans {lean:.3g} degrees from it at its steepest" if lean > _TOLD else "in places it runs along it"
+            )
             return f"{face.label()} is neither along nor across it: {tilt}"
     for edge in solid.edges:
         a, b = edge.faces

@@ -16,17 +16,29 @@ from collections.abc import Callable, Sequence
 from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
-from .layout import build_layout
 from .matching import match_quads
+from .memory import Memory
 from .opposite import opposite_angles
-from .quads import CapBuilder, Memory
+from .quads import CapBuilder
 from .sides import RingBuilder
-from .skeleton import CellBoundary, FaceMesh, Skeleton
+from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads
 from .spacing import Fit, fit_linear_parts, place_layers
+from .stars import lay_star, patches_of
+from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
 
-__all__ = ["CellBoundary", "FaceMesh", "Memory", "Skeleton", "match_quads", "mesh_surfaces"]
+__all__ = [
+    "CellBoundary",
+    "FaceMesh",
+    "Memory",
+    "Skeleton",
+    "grid_quads",
+    "lay_star",
+    "match_quads",
+    "mesh_surfaces",
+    "patches_of",
+]
 
 _THIN_SHARE = 0.2
 """Part of a cap's outline with one quad to the other side from which on the mesh's notes say so."""
@@ -60,8 +72,8 @@ def mesh_surfaces(
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
     memory : Memory, optional
-        Faces of the source cap that were meshed before, by the nodes of their outlines; those meshed now are added.
-        For calls with the same sweep, size and `sizes` alone.
+        Faces of the source cap that were meshed before, with the same sweep, size and `sizes`; those meshed now are
+        added.
 
     Returns
     -------
@@ -74,7 +86,7 @@ def mesh_surfaces(
     SurfaceMeshError
         The counts do not fit together, or a face cannot be meshed; names the face.
     """
-    layout = build_layout(sweep, intervals)
+    layout = build_grid(sweep, intervals)
     places = place_layers(sweep, layout, bias=bias, fractions=fractions)
     builder = RingBuilder(sweep, layout, places, fit)
     builder.build()

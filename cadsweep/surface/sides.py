@@ -15,8 +15,8 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import Sweep
-from .layout import Layout, PlacedEdge, PlacedSide
 from .spacing import Fit, divide_lengths, divide_like, image_lengths, rescaled
+from .sweep_grid import PlacedEdge, PlacedSide, SweepGrid
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
@@ -31,7 +31,7 @@ _SLIDE_TOLERANCE = 1e-3
 class RingBuilder:
     """Fills ``rings`` (n_layers + 1, b, 3) step by step."""
 
-    def __init__(self, sweep: Sweep, layout: Layout, places: FloatArray, fit: Fit) -> None:
+    def __init__(self, sweep: Sweep, layout: SweepGrid, places: FloatArray, fit: Fit) -> None:
         self.sweep = sweep
         self.solid = sweep.solid
         self.layout = layout

@@ -9,8 +9,8 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,8 +20,9 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .layout import Layout, build_layout
-from .quads import CapBuilder, reversed_loop
+from .outline import reversed_loop
+from .quads import CapBuilder
+from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
 
 Grade = Callable[[Solid, int, int], FloatArray]
@@ -44,11 +45,14 @@ class FaceMesh:
     cell : int
     grid : (h + 1, w + 1) int64 or None
         The nodes in rows and columns, where the face is a logical rectangle.
+    patches : mapping of int to (h + 1, w + 1) int64
+        The same for every corner of a star, by the key of its vertex.
     """
 
     quads: IntArray
     cell: int
     grid: IntArray | None = None
+    patches: Mapping[int, IntArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +61,7 @@ class CellBoundary:
 
     Attributes
     ----------
-    layout : Layout
+    layout : SweepGrid
     rings : (n_layers + 1, b) int64
         Nodes of every layer's ring, numbers of the whole part.
     source : QuadMesh
@@ -66,7 +70,7 @@ class CellBoundary:
         The number in the whole part of every source node.
     """
 
-    layout: Layout
+    layout: SweepGrid
     rings: IntArray
     source: QuadMesh
     nodes: IntArray
@@ -158,8 +162,7 @@ class Skeleton:
         grid = np.empty((h + 1, w + 1), dtype=np.int64)
         grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
         grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
-        self.faces[key] = FaceMesh(quads=quads, cell=cell, grid=grid)
+        self.faces[key] = FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid)
 
     def edge_uv(self, cell: int, face: Face, edge: int) -> FloatArray:
         """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
@@ -190,6 +193,11 @@ class Skeleton:
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
         self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)
 
+    def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
+        """Keep the patches of a star, each turned outward as seen from the cell."""
+        quads = np.concatenate([grid_quads(patch) for patch in patches.values()])
+        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell, patches=patches)
+
     def keep(self, cell: int, face: int, quads: IntArray) -> None:
         """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
         self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell)
@@ -218,7 +226,7 @@ class Skeleton:
         SurfaceMeshError
             The counts do not fit together.
         """
-        layout = build_layout(sweep, self.intervals[cell])
+        layout = build_grid(sweep, self.intervals[cell])
         rings = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
         keys = self.solids[cell].edge_keys
         for placed in layout.edges.values():
@@ -245,6 +253,11 @@ class Skeleton:
             points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def grid_quads(grid: IntArray) -> IntArray:
+    """Quads (q, 4) of nodes (h + 1, w + 1) in rows, the normal along rows times columns upward."""
+    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
 
 
 def turn_grid(grid: IntArray, corners: IntArray) -> IntArray | None:

@@ -106,6 +106,27 @@ def test_the_two_sides_of_an_interface_are_surfaces_of_their_own_parts(tmp_path)
         assert elements <= set(mesh.parts[part].tolist())
 
 
+def test_contacts_of_separate_parts_are_tied_the_finer_to_the_coarser(tmp_path):
+    low, high = box(3, 3, 2), box(2, 2, 2)
+    height = low.points[:, 2].max() - high.points[:, 2].min()
+    mesh = HexMesh(
+        points=np.concatenate([low.points, high.points + [0, 0, height]]),
+        hexes=np.concatenate([low.hexes, high.hexes + low.n_nodes]),
+        boundaries={
+            "a__b__c_1": low.boundaries["target"],
+            "a__b__c_2": high.boundaries["source"] + low.n_nodes,
+            "other_1": low.boundaries["source"],
+            "other_2": high.boundaries["target"] + low.n_nodes,
+        },
+        parts={"a__b": np.arange(low.n_hexes), "c": low.n_hexes + np.arange(high.n_hexes)},
+    )
+    write(mesh, tmp_path / "a.inp", prefix="p_")
+    ties = re.findall(r"\*TIE, NAME=(\w+), .*\n(\w+), (\w+)\n", (tmp_path / "a.inp").read_text())
+    assert ties == [("p_a__b__c", "p_a__b__c_1", "p_a__b__c_2")]
+    write(mesh, tmp_path / "a.inp", ties=False)
+    assert "*TIE" not in (tmp_path / "a.inp").read_text()
+
+
 def test_su2_files_are_what_gmsh_writes(tmp_path):
     gmsh = pytest.importorskip("gmsh")
     mesh = replace(twisted_box(), boundaries={k: v for k, v in twisted_box().boundaries.items() if k != "walls"})

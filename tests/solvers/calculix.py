@@ -39,18 +39,30 @@ def solve(folder: Path, mesh: HexMesh, conditions: str, *, element: str | None =
         text = (folder / "part.inp").read_text()
         (folder / "part.inp").write_text(re.sub(r"TYPE=C3D\w+", f"TYPE={element}", text))
     part = next(iter(mesh.parts))
-    (folder / "job.inp").write_text(
+    found = run_deck(
+        folder,
         f"*INCLUDE, INPUT=part.inp\n*NSET, NSET=EVERY, GENERATE\n1, {mesh.n_nodes}\n"
         f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{YOUNG}, {POISSON}\n*SOLID SECTION, ELSET={part}, MATERIAL=STEEL\n"
-        f"*STEP\n*STATIC\n{conditions}*NODE PRINT, NSET=EVERY\nU\n*END STEP\n"
+        f"*STEP\n*STATIC\n{conditions}*NODE PRINT, NSET=EVERY\nU\n*END STEP\n",
     )
+    table = found["displacements"]
+    assert len(table) == mesh.n_nodes
+    return table[np.argsort(table[:, 0]), 1:]
+
+
+def run_deck(folder: Path, deck: str) -> dict[str, np.ndarray]:
+    """Tables of numbers (rows, columns) that a job prints, by the first word of their titles."""
+    (folder / "job.inp").write_text(deck)
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
         ["ccx", "job"], cwd=folder, capture_output=True, text=True, timeout=250, env=environment, check=False
     )
     assert done.returncode == 0, done.stdout[-2000:]
     assert "*ERROR" not in done.stdout
-    rows = re.findall(r"^\s+(\d+)\s+(\S+)\s+(\S+)\s+(\S+)\s*$", (folder / "job.dat").read_text(), re.MULTILINE)
-    table = np.array(rows, dtype=float)
-    assert len(table) == mesh.n_nodes
-    return table[np.argsort(table[:, 0]), 1:]
+    tables: dict[str, list[list[float]]] = {}
+    for line in (folder / "job.dat").read_text().splitlines():
+        if re.match(r"\s*[a-z]", line):
+            rows = tables.setdefault(line.split()[0], [])
+        elif line.strip():
+            rows.append([float(word) for word in line.split()])
+    return {title: np.array(rows) for title, rows in tables.items()}

@@ -151,4 +151,6 @@ def test_a_face_that_is_neither_wall_nor_cap_is_named_with_its_lean():
     with pytest.raises(cs.NotSweepableError) as refused:
         cs.sweep_mesh(part, decompose=False)
     assert any("turns from facing along it to facing against it" in reason for reason in refused.value.reasons)
-    assert not any("e-" in reason.split("leans", maxsplit=1)[-1] for reason in refused.value.reasons if "leans" in reason)
+    assert not any(
+        "e-" in reason.split("leans", maxsplit=1)[-1] for reason in refused.value.reasons if "leans" in reason
+    )

@@ -19,7 +19,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal
 
-from ...brep import Edge, Face, Part, Patch, Solid
+from ...brep import Edge, Face, FormerFace, Part, Solid
 from ...errors import InputError
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind
         lambda item: any(part.names.get(name, "").endswith(f"_{text.lstrip('~')}") for name in item.names),
         by_id,
         # A name inside a merged face.
-        lambda item: any(text in (name, part.names.get(name)) for patch in _patches(item) for name in patch.names),
+        lambda item: any(text in (name, part.names.get(name)) for patch in _former_faces(item) for name in patch.names),
     ]
     if not text:
         return ()
@@ -148,8 +148,8 @@ def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind
     return ()
 
 
-def _patches(item: Face | Edge) -> tuple[Patch, ...]:
-    return item.patches if isinstance(item, Face) else ()
+def _former_faces(item: Face | Edge) -> tuple[FormerFace, ...]:
+    return item.former if isinstance(item, Face) else ()
 
 
 def _looks_like_selector(text: str) -> bool:

@@ -1,0 +1,201 @@
+"""The ways to fill a face of a cap with quads, and the choice among them.
+
+Place in the flow: ``quads`` asks for each face of the source cap.
+
+Method: a table of ways, the cheapest and most regular first. Each gives quads, or none where it does not apply;
+the first that is good enough ends the search, else the best of all is taken. A four-sided face with equal
+opposite counts is filled transfinitely; along smooth rims a row of quads is laid first; around one hole our own
+strips and rings are tried (``annulus``); any face is mapped to a plane (``charts``), meshed there by gmsh
+(``gmsh_quads``) with settings from the cheapest on, and brought back. A new way is one function and one row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Face
+from ..errors import SurfaceMeshError
+from .annulus import THIN, fill_wall, wall_thickness
+from .chart import Chart
+from .gmsh_quads import mesh_polygon, settings_for
+from .outline import FaceQuads, Outline
+from .rim import lay_rows
+from .transfinite import GOOD_ENOUGH, fill
+
+
+def fill_grid(outline: Outline) -> FaceQuads | None:
+    """A transfinite grid on a face of four sides; None where it has not four, or opposite counts differ."""
+    sides = outline.four_sides()
+    if sides is None:
+        return None
+    a, b, c, d = sides
+    chains = (a, b, [(e, not f) for e, f in reversed(c)], [(e, not f) for e, f in reversed(d)])
+    bottom, right, top, left = (outline.chain_nodes(chain) for chain in chains)
+    south, east, north, west = (outline.chain_uv(chain) for chain in chains)
+    rim = (outline.known[bottom], outline.known[right], outline.known[top], outline.known[left])
+    points, _, worst = fill(outline.face.surface, (south, east, north, west), rim, side=-1.0)
+    h, w = points.shape[0] - 1, points.shape[1] - 1
+    ids = np.empty((h + 1, w + 1), dtype=np.int64)
+    ids[1:-1, 1:-1] = len(outline.known) + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
+    ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
+    quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
+    return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
+
+
+def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
+    """A row of quads along smooth rims, the rest by gmsh; None where no rim is smooth, or no row fits."""
+    if not any(outline.smooth):
+        return None
+    best: FaceQuads | None = None
+    for chart in outline.charts(outline.nodes):
+        rows = lay_rows(chart.boundary, list(outline.smooth), partial(_normals_at, outline.face, chart))
+        if rows is None:
+            continue
+        inner, quads, left = rows
+        places = np.concatenate([*chart.boundary, inner])
+        remaining = [places[loop] for loop in left]
+        for setting in settings_for(remaining):
+            try:
+                more, others = mesh_polygon(remaining, setting)
+            except SurfaceMeshError:
+                continue  # the next setting, or another way
+            number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
+            made = outline.lift(
+                chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]),
+                np.concatenate(outline.nodes), n_rows=len(inner),
+            )  # fmt: skip
+            if best is None or made.worst > best.worst:
+                best = made
+            if best.worst >= setting.good_enough:
+                return best
+    return best
+
+
+def fill_around_hole(outline: Outline, *, thin: bool) -> FaceQuads | None:
+    """Strips or rings around the only hole of a face; None where there is not one, or they do not go.
+
+    A wall is `thin` where few quads go across it, or where rings go around it; each call takes only its own kind.
+    """
+    if len(outline.loops) != 2:
+        return None
+    outer, hole = outline.nodes
+    for chart in outline.charts(outline.nodes):
+        if thin != (wall_thickness(chart.boundary) < THIN or len(outer) == len(hole)):
+            return None
+        boundary = np.concatenate(outline.nodes)
+        filled = fill_wall(chart.boundary, outline.opposite_of(boundary))
+        return None if filled is None else outline.lift(chart, *filled, boundary)
+    return None
+
+
+def mesh_freely(outline: Outline) -> FaceQuads:
+    """Mesh a face with gmsh in a chart: the best of several settings by the worst quad.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The outline has an odd number of segments, or gmsh makes no quads in any chart.
+    """
+    face = outline.face
+    for loop in outline.nodes:
+        if len(loop) % 2 and len(outline.nodes) == 1:
+            raise SurfaceMeshError(f"{face.label()} has {len(loop)} boundary segments; quads alone need an even number")
+    nodes = [_start_at_corner(outline, j) for j in range(len(outline.loops))]
+    boundary = np.concatenate(nodes)
+    # A sharp corner between two edges is one quad's corner whatever the mesher does.
+    limit = min((np.sin(a) for loop in outline.loops for a in outline.angles(loop) if a < np.pi / 2), default=1.0)
+    reasons: list[str] = []
+    best: FaceQuads | None = None
+    for chart in outline.charts(nodes):
+        background = outline.background(chart, nodes)
+        for setting in settings_for(chart.boundary):
+            if setting.size_factor < 1 and best is not None and best.expected >= GOOD_ENOUGH / 2:
+                break  # many more quads are no way to make fair ones good
+            try:
+                inner, quads = mesh_polygon(chart.boundary, setting, outline.opposite_of(boundary), background)
+            except SurfaceMeshError as error:
+                reasons.append(str(error))
+                continue
+            made = outline.lift(chart, inner, quads, boundary)
+            if best is None or made.better_than(best):
+                best = made
+            if best.expected >= min(setting.good_enough, 0.95 * limit):
+                return best
+        if best is not None and best.expected >= GOOD_ENOUGH / 2:
+            return best
+    if best is None:
+        why = (
+            "; ".join(list(dict.fromkeys(reasons))[:3])
+            or "its outline overlaps itself in every plane view; split the face"
+        )
+        raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}", edges=face.edges)
+    return best
+
+
+@dataclass(frozen=True)
+class Filling:
+    """A way to fill a face, and the worst corner sine from which on no further way is asked."""
+
+    fill: Callable[[Outline], FaceQuads | None]
+    enough: Callable[[Outline], float]
+
+
+FILLINGS = (
+    # A grid is what a person would draw, but for a smooth rim: its quads are flat at four nodes of a circle.
+    Filling(fill_grid, lambda outline: np.inf if any(outline.smooth) else GOOD_ENOUGH),
+    # Below 0.4 the rows have been squeezed, and quads without them often do better.
+    Filling(lay_rows_along_rims, lambda _: 0.4),
+    # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
+    Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
+    Filling(mesh_freely, lambda _: GOOD_ENOUGH),
+    Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
+)
+
+
+def best_quads(outline: Outline) -> FaceQuads:
+    """The first quads of `FILLINGS` that are good enough, else the best of all.
+
+    Raises
+    ------
+    SurfaceMeshError
+        No way gives quads; it tells why the last that was tried gave none.
+    """
+    best: FaceQuads | None = None
+    failure: SurfaceMeshError | None = None
+    for filling in FILLINGS:
+        try:
+            made = filling.fill(outline)
+        except SurfaceMeshError as error:
+            failure = error
+            continue
+        if made is None:
+            continue
+        if best is None or made.better_than(best):
+            best = made
+        if made.expected >= filling.enough(outline):
+            break
+    if best is None:
+        assert failure is not None, "mesh_freely gives quads or raises"
+        raise failure
+    return best
+
+
+def _normals_at(face: Face, chart: Chart, places: FloatArray) -> FloatArray:
+    return face.surface.normals(chart.lift(places)[1])
+
+
+def _start_at_corner(outline: Outline, loop: int) -> IntArray:
+    """Turn a loop's nodes so that as many sharp corners as possible stand at even places.
+
+    gmsh's all-quad algorithm works on every second boundary node first, counted from the beginning.
+    """
+    edges, ids = outline.loops[loop], outline.nodes[loop]
+    sharpness = np.abs(np.pi - np.array(outline.angles(edges)))
+    places = np.concatenate([[0], np.cumsum([int(outline.counts[e]) for e, _ in edges])])[:-1]
+    even = sharpness[places % 2 == 0].sum()
+    return ids if even >= sharpness[places % 2 == 1].sum() else np.roll(ids, -1)

@@ -1,0 +1,159 @@
+"""A cap's face as its quads are asked for: its outline, the nodes that are given, and the sizes inside.
+
+Place in the flow: ``quads`` makes an outline for each face of a cap; the ways of ``filling`` fill it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Face
+from ..sweep import DirectedEdge
+from .background import Background, count_interpolated, make_background, typical_length
+from .chart import Chart, surface_background
+from .charts import charts_of
+from .relax import relax_quads
+from .transfinite import join_chains
+
+_CORNER = (np.radians(30), np.radians(150))
+"""Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
+_STRAIGHT = (np.radians(150), np.radians(210))
+"""Interior angles inside a side of a grid: within 30 degrees of straight on."""
+_FINER_OUTLINE = 2.0
+"""The size over the outline's typical segment beyond which quads grow towards the size inside."""
+_WORTH = 0.6
+"""Part of the quads that growing ones must spare to be worth their irregular nodes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaceQuads:
+    """Quads of one face: ids below the number of known nodes are the cap's, the others count its inner nodes on."""
+
+    inner_points: FloatArray
+    quads: IntArray
+    worst: float
+    """Worst corner sine; negative where a quad is folded."""
+    expected: float
+    """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
+
+    def better_than(self, other: FaceQuads) -> bool:
+        """Folded quads are never better, whatever is expected of the others."""
+        return (self.worst > 0, self.expected, self.worst) > (other.worst > 0, other.expected, other.worst)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """A face with its loops seen along the sweep, the nodes on them, and what is wanted inside."""
+
+    face: Face
+    loops: tuple[tuple[DirectedEdge, ...], ...]
+    smooth: tuple[bool, ...]
+    """For each loop whether it is a rim without corners, along which the walls run on smoothly."""
+    counts: IntArray
+    """Segments of each of the solid's edges."""
+    edge_nodes: Mapping[int, IntArray]
+    fractions: Mapping[int, FloatArray]
+    """Arc-length fractions of the nodes of each edge."""
+    known: FloatArray
+    """Points of all nodes that the cap has so far, (n, 3)."""
+    opposite: FloatArray
+    """Interior angles of the ring's nodes on the target cap; NaN where they are not known."""
+    size: float
+    sizes: Callable[[FloatArray], FloatArray] | None
+
+    @cached_property
+    def nodes(self) -> tuple[IntArray, ...]:
+        """Nodes of each loop, each once."""
+        return tuple(self.chain_nodes(loop)[:-1] for loop in self.loops)
+
+    def chain_nodes(self, chain: Sequence[DirectedEdge]) -> IntArray:
+        """Nodes along edges that follow each other, both ends included."""
+        return join_chains([self.edge_nodes[e][:: 1 if forward else -1] for e, forward in chain])
+
+    def chain_uv(self, chain: Sequence[DirectedEdge]) -> FloatArray:
+        """Parameters on the face's surface of the nodes along edges that follow each other."""
+        uv = self.face.surface.edge_uv
+        return join_chains([uv(e, self.fractions[e])[:: 1 if forward else -1] for e, forward in chain])
+
+    def angles(self, loop: Sequence[DirectedEdge]) -> list[float]:
+        """Interior angle of the face at the vertex where each edge of a loop begins."""
+        at_end: dict[DirectedEdge, float] = {}
+        for own in self.face.loops:
+            for j, directed in enumerate(own.directed):
+                # The reversed loop begins edge j where the face's own loop ends it.
+                at_end[directed] = own.angles[(j + 1) % len(own.angles)]
+        return [at_end[edge, not forward] for edge, forward in loop]
+
+    def four_sides(self) -> list[list[DirectedEdge]] | None:
+        """Split the only loop at its four corners; None where there are not four, or opposite counts differ."""
+        if len(self.loops) != 1:
+            return None
+        loop = self.loops[0]
+        angles = self.angles(loop)
+        corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
+        straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
+        if len(corners) != 4 or len(corners) + len(straight) != len(angles):
+            return None
+        turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
+        cuts = [c - corners[0] for c in corners] + [len(loop)]
+        sides = [turned[a:b] for a, b in pairwise(cuts)]
+        sums = [int(sum(self.counts[e] for e, _ in side)) for side in sides]
+        return sides if sums[0] == sums[2] and sums[1] == sums[3] else None
+
+    def charts(self, nodes: Sequence[IntArray]) -> Iterator[Chart]:
+        """Plane charts of the face, the most faithful first; `nodes` may be turned by a place or two."""
+        size = self.largest(nodes)
+        return charts_of(self.face, self.loops, self.fractions, nodes, self.known, size=size)
+
+    def largest(self, nodes: Sequence[IntArray]) -> float:
+        """Wanted length inside the face, away from its outline.
+
+        An outline that is divided coarsely goes before the size. So does one that is divided a little finer all
+        around, for its curves: a few larger quads in the middle of a section would gain nothing.
+        """
+        outline = typical_length([self.known[ids] for ids in nodes])
+        return outline if outline >= self.size / _FINER_OUTLINE else self.size
+
+    def background(self, chart: Chart, nodes: Sequence[IntArray]) -> Background | None:
+        """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
+        largest = self.largest(nodes)
+        if self.sizes is not None or chart.conformal:
+            return surface_background(chart, largest, sizes=self.sizes)
+        background = make_background(chart.boundary, largest=largest)
+        few = background.count_quads(chart.boundary) < _WORTH * count_interpolated(chart.boundary)
+        return background if few else None
+
+    def opposite_of(self, nodes: IntArray) -> FloatArray:
+        """Angles of nodes on the target cap; NaN for those on edges inside the cap, too."""
+        on_ring = nodes < len(self.opposite)
+        return np.where(on_ring, self.opposite[np.where(on_ring, nodes, 0)], np.nan)
+
+    def lift(
+        self, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray, *, n_rows: int = 0
+    ) -> FaceQuads:
+        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside."""
+        points, uv = chart.lift(inner)
+        everything = np.concatenate([self.known[boundary], points])
+        n = len(boundary)
+        all_uv = np.concatenate([chart.boundary_uv, uv])
+        everything, _, worst = relax_quads(self.face.surface, everything, all_uv, quads, n_fixed=n + n_rows)
+        ids = np.concatenate([boundary, len(self.known) + np.arange(len(inner), dtype=np.int64)])
+        return self.judged(everything[n:], ids[quads], worst)
+
+    def judged(self, inner: FloatArray, quads: IntArray, worst: float) -> FaceQuads:
+        """Quads with what their corners will be where vertices of the other cap have other angles."""
+        nodes, uses = np.unique(quads, return_counts=True)
+        angles = self.opposite_of(nodes) / uses
+        sines = np.sin(np.minimum(angles[np.isfinite(angles)], np.pi))
+        return FaceQuads(inner_points=inner, quads=quads, worst=worst, expected=min([worst, *sines.tolist()]))
+
+
+def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:
+    """A face's loop run the other way: seen along the sweep instead of from outside."""
+    return [(edge, not forward) for edge, forward in reversed(loop)]
