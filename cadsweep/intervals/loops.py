@@ -252,7 +252,7 @@ def _even_sums(sweep: Sweep, classes: dict[int, int]) -> list[dict[int, int]]:
 
 
 def _least_counts(sweep: Sweep, classes: dict[int, int]) -> dict[int, int]:
-    """Segments that the edges of loops of less than four edges need, so that quads fit in: no triangle, no lens of two."""
+    """Segments that the edges of loops of less than four edges need, so that quads fit into them."""
     least: dict[int, int] = {}
     for f in sweep.source:
         for loop in sweep.solid.faces[f].loops:
