@@ -146,6 +146,18 @@ class Edge:
         may say more.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> import numpy as np
+    >>> edge = cs.load(box).solids[0].edges[0]
+    >>> edge.kind, edge.length
+    ('line', 2.0)
+    >>> bool(np.allclose(edge.curve.evaluate(np.array([0.5]))[0], edge.midpoint))
+    True
     """
 
     id: int
@@ -255,6 +267,17 @@ class Face:
         Parts of a merged face that go by another name.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> face = cs.load(box).solids[0].faces[0]
+    >>> face.label()
+    'face 0 (plane at -2, 0, 0)'
+    >>> face.area, face.center.tolist()
+    (6.0, [-2.0, 0.0, 0.0])
     """
 
     id: int
@@ -318,6 +341,17 @@ class Solid:
         What messages give places in.
     opened : pair of frozenset of int, or None
         Of a closed ring that was cut open, the faces on either side of the cut: two caps in one place.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> solid = cs.load(box).solids[0]
+    >>> len(solid.faces), len(solid.edges), solid.vertices.shape
+    (6, 12, (8, 3))
+    >>> all(len(edge.faces) == 2 for edge in solid.edges)
+    True
     """
 
     vertices: FloatArray
@@ -403,6 +437,17 @@ class Part:
         The solids of the model; by default, those that the cells are.
     cuts : tuple of str
         Along what the solids were cut, a line a cut.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> part = cs.load("models/flanges.step")
+    >>> [solid.name for solid in part.solids]
+    ['lower', 'gasket', 'upper']
+    >>> shared = set(part.solids[0].face_keys) & set(part.solids[1].face_keys)
+    >>> len(shared)  # the gasket lies on one face of the lower flange
+    1
     """
 
     solids: tuple[Solid, ...]
@@ -435,7 +480,8 @@ class Part:
         n_faces = sum(len(solid.faces) for solid in self.solids)
         solids = ", ".join(model.name for model in self.models[:6]) + (", ..." if len(self.models) > 6 else "")
         cells = f" in {len(self.solids)} cells" if len(self.solids) > len(self.models) else ""
-        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {len(self.models)} solids{cells}: {solids}"
+        count = f"{len(self.models)} solid{'s' * (len(self.models) > 1)}"
+        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {count}{cells}: {solids}"
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

@@ -13,6 +13,7 @@ import cadsweep
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
+    "asked",
     "brep",
     "sweep",
     "stack",

@@ -17,7 +17,7 @@ from .groups import make_group, put_together
 from .origin import made_of
 from .run import Run
 from .several import mesh_complex, plan_cells
-from .shared_hints import check_words, local_hints, resolve_wishes
+from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
 from .subsets import chosen_solids, separated, subset, touching_groups
 
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
@@ -87,14 +87,20 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     with run.stage("recognition"):
         found = plan_cells(part, run)
         wishes = resolve_wishes(found.part, options)
-    return mesh_complex(found, options, run, wishes)
+    return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
     """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)
-    own = replace(options, sizes=hints.sizes or None, counts=hints.counts or None, interfaces="shared")
+    own = replace(
+        options,
+        sizes=hints.sizes or None,
+        counts=hints.counts or None,
+        biases=hints.biases or None,
+        interfaces="shared",
+    )
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
     return mesh_one(part, own, run)
