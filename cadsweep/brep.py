@@ -483,6 +483,11 @@ class Part:
         count = f"{len(self.models)} solid{'s' * (len(self.models) > 1)}"
         return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {count}{cells}: {solids}"
 
+    def _repr_html_(self) -> str:
+        from .report import part_card
+
+        return part_card(self)
+
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""
         return Units(self.scale, self.offset).to_model(points)

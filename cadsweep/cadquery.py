@@ -20,7 +20,7 @@ import cadquery as cq
 
 from .mesh import HexMesh
 
-_VIEW = frozenset({"screenshot", "scalars", "clip", "show_boundaries", "limits", "window_size", "camera"})
+_VIEW = frozenset({"screenshot", "scalars", "clip", "crinkle", "show_boundaries", "limits", "window_size", "camera"})
 
 
 def sweep_mesh(self: cq.Workplane, **options: Any) -> HexMesh:

@@ -79,6 +79,8 @@ class NotSweepableError(CadSweepError):
     reasons : tuple of str
         One line per rejected candidate, each naming the candidate's source face and the face or
         edge that rules it out; then one for each change of the part that did not help either.
+    faces : tuple of int
+        Ids of the faces that are most in the way, the worst first.
 
     Examples
     --------
@@ -91,9 +93,10 @@ class NotSweepableError(CadSweepError):
     True
     """
 
-    def __init__(self, message: str, *, reasons: Sequence[str] = ()) -> None:
+    def __init__(self, message: str, *, reasons: Sequence[str] = (), faces: Sequence[int] = ()) -> None:
         super().__init__(message)
         self.reasons = tuple(reasons)
+        self.faces = tuple(int(face) for face in faces)
 
 
 class PlanError(CadSweepError):

@@ -118,6 +118,11 @@ class Sweep:
             f"  {len(self.linking_sides)} linking sides, {len(self.stations)} stations, score {self.score:.2f}"
         )
 
+    def _repr_html_(self) -> str:
+        from .report import sweep_card
+
+        return sweep_card(self)
+
     @property
     def closed(self) -> bool:
         """Whether the caps are the two sides of the cut that opened a closed ring: its mesh closes on itself."""

@@ -5,8 +5,8 @@
 
 ``lowest`` takes the oldest release that ``pyproject.toml`` allows of every requirement, the extra ``view`` included,
 and what goes with those (uv resolves it); ``newest`` the newest of all. Tools of the tests are the newest either way.
-The environment is made in a folder of its own, and kept where ``--folder`` names one. What was installed is printed, then
-what pytest says; the exit code is pytest's. Not part of the gate: it downloads half a gigabyte.
+The environment is made in a folder of its own, and kept where ``--folder`` names one. What was installed is printed,
+then what pytest says; the exit code is pytest's. Not part of the gate: it downloads half a gigabyte.
 """
 
 from __future__ import annotations

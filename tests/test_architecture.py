@@ -75,13 +75,16 @@ def siblings(path: Path) -> set[str]:
     }
 
 
-# HexMesh.quality, .write, .plot import what they call when called; gmsh_session is the one door to gmsh.
+# Values import what they are shown, written and plotted by when that is called; gmsh_session is the one door to gmsh.
 ALLOWED = {
     "mesh": {"io", "view", "report", "quality"},
     "surface": {"gmsh_session"},
     "smoothing": {"gmsh_session", "projection"},  # the minimiser alone
     "io": {"gmsh_session"},
-    "report": {"view"},
+    "brep": {"report"},
+    "sweep": {"report"},
+    "quality": {"view", "report"},
+    "report": {"view", "cad"},
     # What the pipeline assembles: values made of a stage's results, and their files.
     "blocks": {"io", "projection"},
     "order2": {"blocks"},

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from ..arrays import FloatArray
+    from ..arrays import FloatArray, IntArray
     from ..brep import Part, Solid
     from ..stack import Arrangement
     from .edit.cutters import Cutter
@@ -35,6 +35,7 @@ __all__ = [
     "find_contacts",
     "find_crossing",
     "find_cutters",
+    "find_facets",
     "find_mergeable",
     "imprint",
     "load",
@@ -132,6 +133,13 @@ def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Seq
     from .edit.cutters import find_cutters as find
 
     return find(part, cell, faces)
+
+
+def find_facets(solid: "Solid") -> "list[tuple[FloatArray, IntArray]]":
+    """Facet every face, for pictures (:func:`cadsweep.cad.geometry.facets.find_facets`)."""
+    from .geometry.facets import find_facets as find
+
+    return find(solid)
 
 
 def cut_cell(part: "Part", cell: int, cutter: "Cutter") -> "Part | None":

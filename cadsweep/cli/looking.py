@@ -118,6 +118,7 @@ def check(
     type=click.Choice(["x", "y", "z", "-x", "-y", "-z"]),
     help="Take away the half on this side, and look inside.",
 )
+@click.option("--crinkle", is_flag=True, help="With --clip: keep whole hexahedra instead of cutting them smoothly.")
 @click.option(
     "--color",
     type=click.Choice(["quality", "boundary", "cad"]),
@@ -126,10 +127,12 @@ def check(
     help="By scaled Jacobian, by boundary, or as the CAD model is coloured (.vtu, .vtkhdf).",
 )
 @QUIET
-def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str, quiet: bool) -> None:
+def view(*, mesh_file: str, screenshot: str | None, clip: str | None, crinkle: bool, color: str, quiet: bool) -> None:
     """Show a mesh file in a window, coloured by scaled Jacobian, with its boundaries by name and CAD colour."""
     timeout = float("inf") if screenshot is None else DEFAULT_TIMEOUT
-    options = {"clip": clip, "scalars": "scaled_jacobian" if color == "quality" else color}
+    if crinkle and clip is None:
+        raise click.UsageError("--crinkle goes with --clip")
+    options = {"clip": clip, "crinkle": crinkle, "scalars": "scaled_jacobian" if color == "quality" else color}
     run("view_file", mesh_file, screenshot=screenshot, options=options, output=screenshot, timeout=timeout, quiet=quiet)
 
 

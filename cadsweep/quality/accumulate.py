@@ -249,17 +249,18 @@ class QualityAccumulator:
     def summaries(self) -> dict[str, MetricSummary]:
         """Distribution of every metric so far."""
         result = {}
-        shown = np.linspace(0.0, 1.0, N_SHOWN + 1)
         for name, kind in _MAPS.items():
             row = kernels.METRICS.index(name)
             least, largest, total, finite = self._stats[row]
+            limits = _shown_bins(self._counts[row])
+            below = np.concatenate([[0], np.cumsum(self._counts[row])])
             result[name] = MetricSummary(
                 min=float(least),
                 mean=float(total / finite) if finite else float("nan"),
                 max=float(largest),
                 percentiles=self._percentiles(row, kind),
-                edges=_unmap(kind, shown),
-                counts=self._counts[row].reshape(N_SHOWN, -1).sum(axis=1),
+                edges=_unmap(kind, limits / N_BINS),
+                counts=np.diff(below[limits]),
             )
         return result
 
@@ -274,6 +275,15 @@ class QualityAccumulator:
             value = float(_unmap(kind, np.array((b + 0.5) / N_BINS)))
             found[percent] = float(min(max(value, least), largest))
         return found
+
+
+def _shown_bins(counts: IntArray) -> IntArray:
+    """Limits (N_SHOWN + 1,) of the bins that are shown, as limits of the fine ones: alike, from the first used on."""
+    used = np.flatnonzero(counts)
+    first, last = (int(used[0]), int(used[-1]) + 1) if len(used) else (0, N_BINS)
+    width = -(-(last - first) // N_SHOWN)
+    start = min(first, N_BINS - width * N_SHOWN)
+    return start + width * np.arange(N_SHOWN + 1)
 
 
 def _no_stats() -> FloatArray:

@@ -72,7 +72,7 @@ class MetricSummary:
     percentiles : dict of int to float
         1, 5, 25, 50, 75, 95, 99; exact to a quarter of a thousandth of the metric's scale.
     edges : (21,) float64
-        Limits of the histogram's bins.
+        Limits of the histogram's bins, which begin at the data's least value and end at or beyond its largest.
     counts : (20,) int64
         Hexahedra in each bin.
     """
@@ -209,6 +209,17 @@ class QualityReport:
         assert isinstance(plain, dict)
         return plain
 
+    def plot(self, **options: Any) -> Any:
+        """Draw the histogram of a metric over the range of its data (:func:`cadsweep.view.plot_report`)."""
+        from ..view import plot_report
+
+        return plot_report(self, **options)
+
+    def _repr_html_(self) -> str:
+        from ..report import report_card
+
+        return report_card(self)
+
     def __str__(self) -> str:
         lines = [
             f"{self.n_nodes:,} nodes, {self.n_hexes:,} hexahedra of order {self.order}: "
@@ -244,7 +255,7 @@ class QualityReport:
             return []
         rows = range(int(used[0]), int(used[-1]) + 1)
         return [
-            f"  {edges[i]:5.2f} .. {edges[i + 1]:5.2f} {counts[i]:>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
+            f"  {edges[i]:7.4f} .. {edges[i + 1]:7.4f} {counts[i]:>12,} {'#' * int(np.ceil(40 * counts[i] / most))}"
             for i in rows
         ]
 

@@ -24,7 +24,7 @@ from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
 from .growth import with_grown
 from .layout import Layout, choose_bands, lay_out
-from .reasons import explain, headline
+from .reasons import MOST_FACES, explain, headline, in_the_way
 from .score import score_layout, score_sweep
 
 log = logging.getLogger(__name__)
@@ -90,7 +90,8 @@ def find_sweeps(
     sweeps = found.sweeps
     if not sweeps:
         reasons = explain(solid, found.search, found.failures)
-        raise NotSweepableError(headline(solid, reasons), reasons=[reason.text for reason in reasons])
+        texts = [reason.text for reason in reasons]
+        raise NotSweepableError(headline(solid, reasons), reasons=texts, faces=in_the_way(solid, reasons)[:MOST_FACES])
     if not source and not target:
         return [s for s in sweeps if s.score >= POOR * sweeps[0].score]
     hinted = [s for s in (_hinted(s, set(source or ()), set(target or ())) for s in sweeps) if s is not None]

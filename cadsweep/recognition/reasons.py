@@ -7,6 +7,7 @@ agree on one.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
@@ -26,6 +27,10 @@ TANGENT = 0.02
 """Radians from pi within which a face counts as a rounding of the corner between its neighbours."""
 
 
+MOST_FACES = 8
+"""Faces that a refusal names as being in the way: what can be looked at one by one."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Reason:
     """Why a face is no source.
@@ -38,11 +43,14 @@ class Reason:
         that run out to a point are.
     text : str
         One line that names the face and what rules it out.
+    blamed : tuple of int
+        The faces that rule it out, as far as they are single ones.
     """
 
     face: int
     weight: int
     text: str
+    blamed: tuple[int, ...] = ()
 
 
 def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[Band], str]]) -> list[Reason]:
@@ -53,39 +61,78 @@ def explain(solid: Solid, search: BandSearch, failures: Sequence[tuple[Sequence[
             failed.setdefault(f, why)
     reasons = []
     for face in solid.faces:
-        weight, why = _why(solid, face.id, search, failed)
-        reasons.append(Reason(face=face.id, weight=weight, text=f"{face.label()} {why}"))
+        weight, why, blamed = _why(solid, face.id, search, failed)
+        reasons.append(Reason(face=face.id, weight=weight, text=f"{face.label()} {why}", blamed=blamed))
     return reasons
 
 
-def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) -> tuple[int, str]:
+def _why(solid: Solid, source: int, search: BandSearch, failed: dict[int, str]) -> tuple[int, str, tuple[int, ...]]:
     face = solid.faces[source]
     neighbours = [(e, solid.edges[e].faces[solid.edges[e].faces[0] == source]) for e in face.edges]
     no_sides = {g for _, g in neighbours if not search.readings[g]}
     points = [solid.faces[g] for g in sorted(no_sides) if _runs_out(solid, source, g)]
     if points and len(points) == len(no_sides) < len({g for _, g in neighbours}):
         more = f", as {len(points) - 1} others do" if len(points) > 1 else ""
-        return 3, (
+        why = (
             f"cannot be a cap: beside it {points[0].label()} runs out to a point on the other cap{more}, so that hexes "
             "would collapse there; round the sharp corner it comes from, or keep the corner sharp all the way"
         )
+        return 3, why, tuple(point.id for point in points)
     for _, g in neighbours:
         if not search.readings[g]:
             side = solid.faces[g]
-            return 0, f"cannot be a cap: its neighbour {side.label()} is no linking side, it {why_no_rectangle(side)}"
+            why = f"cannot be a cap: its neighbour {side.label()} is no linking side, it {why_no_rectangle(side)}"
+            return 0, why, _behind(solid, g)
     for e, g in neighbours:
         reading = search.readings[g][0]
         k = next(k for k, chain in enumerate(reading.chains) if e in chain)
         rail = reading.chains[(k + 1) % 4][0]
         if rail in search.reasons and len(search.readings[g]) == 1:
-            return (
-                1,
-                f"cannot be a cap: the sweep from it along {solid.faces[g].label()} breaks, {search.reasons[rail]}",
-            )
+            why = f"cannot be a cap: the sweep from it along {solid.faces[g].label()} breaks, {search.reasons[rail]}"
+            return 1, why, ()
     for _, g in neighbours:
         if g in failed:
-            return 2, f"is no cap: {failed[g]}"
-    return 2, "is no cap: its neighbours are sides of no common sweep"
+            return 2, f"is no cap: {failed[g]}", ()
+    return 2, "is no cap: its neighbours are sides of no common sweep", ()
+
+
+def _behind(solid: Solid, side: int) -> tuple[int, ...]:
+    """What makes a face no rectangle: the features in its holes; else itself."""
+    rims = [e for loop in solid.faces[side].loops[1:] for e in loop.edges]
+    features = {f for e in rims for f in solid.edges[e].faces} - {side}
+    return tuple(sorted(features)) if features else (side,)
+
+
+def in_the_way(solid: Solid, reasons: Sequence[Reason]) -> list[int]:
+    """The faces that rule out most of the others, the worst first; of equal ones curved before plane, small before large.
+
+    A face of a feature that crosses the direction in which the rest could be swept rules out all caps beside it.
+    """
+    counts = Counter(f for reason in reasons for f in reason.blamed)
+    faces = solid.faces
+    return sorted(counts, key=lambda f: (-counts[f], faces[f].kind == "plane", faces[f].area, f))
+
+
+def what_to_do(solid: Solid, face: int) -> str:
+    """What a user can do about a face in the way."""
+    there = solid.faces[face]
+    if there.kind in ("sphere", "cone") or min(len(loop.edges) for loop in there.loops) < 4:
+        return (
+            "hexahedra would collapse on it: leave the feature that it belongs to out of the model, or end the part "
+            "before it"
+        )
+    folds = [e for e in there.edges if solid.edges[e].dihedral > pi + TANGENT]
+    planes = [
+        f for e in folds for f in solid.edges[e].faces if solid.faces[f].kind == "plane" and not _only_touches(solid, f)
+    ]
+    cut = f"cut the part there yourself (cut='face {planes[0]}')" if planes else "cut the part beside it yourself"
+    return f"leave the feature that it belongs to out of the model, or {cut}"
+
+
+def _only_touches(solid: Solid, face: int) -> bool:
+    """Whether all of the solid is on one side of a plane face: its plane parts nothing."""
+    plane = solid.faces[face]
+    return bool(((solid.vertices - plane.center) @ plane.normal).max() < 1e-6 * solid.size)
 
 
 def _runs_out(solid: Solid, source: int, side: int) -> bool:
@@ -114,9 +161,11 @@ def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
     planes = {face.id: face.kind == "plane" for face in solid.faces}
     telling = max(reasons, key=lambda r: (r.weight, planes[r.face], solid.faces[r.face].area))
     n = len(reasons)
+    worst = in_the_way(solid, reasons)[:1]
+    lead = "".join(f", because of {solid.faces[f].label()}: {what_to_do(solid, f)}" for f in worst)
     return (
-        f"no pair of faces makes {name} a sweep ({n} faces were tried as caps); for one, {telling.text}; "
-        "cut it into solids that are extrusions, or see 'cadsweep info' for the other faces"
+        f"{name} is no sweep{lead}; no pair of its {n} faces can be the caps, for one, {telling.text}"
+        "; 'cadsweep info' has the others"
     )
 
 

@@ -10,9 +10,11 @@ pyvista is the extra ``view`` and is imported when first needed.
     quiet_vtk, check_drawing, write_whole                      the machine             display
 """
 
+from .clipping import Clip, kept_by_clip
 from .display import can_open_window, check_drawing, quiet_vtk, write_whole
-from .grid import Clip, boundaries_to_pyvista, boundary_colors, kept_by_clip, mesh_colors, outline, skin, to_pyvista
-from .picture import add_mesh, plot, save_screenshot
+from .grid import boundaries_to_pyvista, boundary_colors, mesh_colors, outline, skin, to_pyvista
+from .histogram import plot_report
+from .picture import add_mesh, mesh_picture, part_picture, plot, save_screenshot
 
 __all__ = [
     "Clip",
@@ -23,8 +25,11 @@ __all__ = [
     "check_drawing",
     "kept_by_clip",
     "mesh_colors",
+    "mesh_picture",
     "outline",
+    "part_picture",
     "plot",
+    "plot_report",
     "quiet_vtk",
     "save_screenshot",
     "skin",

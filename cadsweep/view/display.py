@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from ..errors import CadSweepError
@@ -21,6 +22,11 @@ def in_notebook() -> bool:
     """Whether this process is the kernel of a notebook."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return getattr(shell, "kernel", None) is not None
+
+
+def has_trame() -> bool:
+    """Whether what pyvista needs for a view to turn in a notebook is installed: the extra ``notebook``."""
+    return all(find_spec(module) is not None for module in ("trame", "trame_vtk", "trame_vuetify", "ipywidgets"))
 
 
 def check_drawing() -> None:

@@ -1,27 +1,21 @@
 """Meshes as pyvista objects: the grid, its skin, its boundaries, and what a clip keeps.
 
-A clip keeps whole hexahedra behind a plane, so that what is seen inside is the mesh and not a cut through it.
 Boundaries are the quads that the mesh names, not guessed from angles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
-from ..errors import CadSweepError, InputError
+from ..arrays import IntArray
+from ..errors import CadSweepError
 from ..libraries import explain_import_error
 from ..mesh import HexMesh
 from ..quality import scaled_jacobians
 
 _VTK_TYPES = {8: 12, 20: 25, 27: 29}
-
-Clip = str | tuple[Sequence[float], Sequence[float]]
-"""An axis, ``"x"`` or ``"-x"``, through the middle of the mesh, or (normal, origin) of a plane.
-What the normal points at is taken away."""
 
 
 def import_pyvista() -> Any:
@@ -138,35 +132,6 @@ def outline(quads: IntArray) -> IntArray:
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
     unique, counts = np.unique(edges, axis=0, return_counts=True)
     return unique[counts == 1]
-
-
-def kept_by_clip(mesh: HexMesh, clip: Clip) -> np.ndarray:
-    """Which hexahedra (n_hexes,) lie behind a plane, judged by their middles.
-
-    Raises
-    ------
-    InputError
-        The clip is no axis and no plane.
-    """
-    normal, origin = _plane(mesh, clip)
-    return (mesh.points[mesh.hexes[:, :8]].mean(axis=1) - origin) @ normal <= 0
-
-
-def _plane(mesh: HexMesh, clip: Clip) -> tuple[FloatArray, FloatArray]:
-    if isinstance(clip, str):
-        axis = clip.removeprefix("-").lower()
-        if axis not in ("x", "y", "z"):
-            raise InputError(f"clip must be an axis such as 'x' or '-x', or (normal, origin), not {clip!r}")
-        normal = np.eye(3)["xyz".index(axis)] * (-1 if clip.startswith("-") else 1)
-        return normal, (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
-    try:
-        normal, origin = (np.asarray(v, dtype=np.float64) for v in clip)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"clip must be an axis, or (normal, origin) with three numbers each, not {clip!r}") from error
-    length = np.linalg.norm(normal)
-    if normal.shape != (3,) or origin.shape != (3,) or not np.isfinite(origin).all() or not 0 < length < np.inf:
-        raise InputError(f"clip needs a normal of some length and an origin, three numbers each, not {clip!r}")
-    return normal / length, origin
 
 
 def boundary_colors(n: int) -> list[str]:

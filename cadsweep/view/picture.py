@@ -6,16 +6,19 @@ Not handled: hexahedra of order 2 are drawn straight between their corners.
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..arrays import FloatArray, IntArray
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
-from .display import can_open_window, check_drawing, in_notebook, quiet_vtk, write_whole
-from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_colors, outline, skin
+from .clipping import Clip, cut_skin, kept_by_clip, left_of_rim
+from .display import can_open_window, check_drawing, has_trame, in_notebook, quiet_vtk, write_whole
+from .grid import cad_colors, import_pyvista, legible, mesh_colors, outline, skin
 
 _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
@@ -41,6 +44,7 @@ def add_mesh(
     *,
     scalars: str | None = "scaled_jacobian",
     clip: Clip | None = None,
+    crinkle: bool = False,
     show_boundaries: bool = True,
     limits: tuple[float, float] = (0.0, 1.0),
     scale: bool | dict[str, Any] = True,
@@ -56,15 +60,14 @@ def add_mesh(
     """
     if scalars not in (None, "scaled_jacobian", "boundary", "cad"):
         raise InputError(f"scalars must be 'scaled_jacobian', 'boundary', 'cad' or None, not {scalars!r}")
-    kept = None if clip is None else kept_by_clip(mesh, clip)
-    hexes = mesh.hexes if kept is None else mesh.hexes[kept]
-    if not len(hexes):
+    kept = kept_by_clip(mesh, clip) if clip is not None and crinkle else None
+    surface, owners = skin(mesh, kept) if clip is None or kept is not None else cut_skin(mesh, clip)
+    if not surface.n_cells:
         raise InputError(f"clip = {clip!r} takes every hexahedron away; turn its normal round or move its origin")
     names = list(mesh.boundaries)
     colors = mesh_colors(mesh)
     edge_width = 1.0 if mesh.n_hexes < 50_000 else 0.3
     style = {"show_edges": True, "edge_color": "#303030", "line_width": edge_width, "ambient": 0.35, "diffuse": 0.75}
-    surface, owners = skin(mesh, kept)
     any_below = bool(surface.cell_data["scaled_jacobian"].min() < limits[0])
     below = {"below_label": "inverted"} if any_below and limits[0] == 0 else {}
     if scalars == "scaled_jacobian":
@@ -87,23 +90,23 @@ def add_mesh(
     else:
         plotter.add_mesh(surface, color=_PLAIN, **style)
     if show_boundaries and names:
-        _add_boundaries(plotter, mesh, [legible(color) for color in colors], kept)
+        _add_boundaries(plotter, mesh, [legible(color) for color in colors], clip, kept)
 
 
-def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str], kept: np.ndarray | None) -> None:
-    """Draw the rim of every boundary in its colour, and a legend of the names."""
-    pv = import_pyvista()
-    seen = np.zeros(mesh.n_nodes, dtype=bool)
-    seen[mesh.hexes[:, :8] if kept is None else mesh.hexes[kept, :8]] = True
-    for quads, color in zip(mesh.boundaries.values(), colors, strict=True):
+def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str], clip: Clip | None, kept: np.ndarray | None) -> None:
+    """Draw what the clip leaves of the rim of every boundary in its colour, and a legend of the names."""
+    entries = []
+    for (name, quads), color in zip(mesh.boundaries.items(), colors, strict=True):
         rim = outline(quads[:, :4])
-        rim = rim[seen[rim].all(axis=1)]  # nothing is left of the half that was taken away
-        if len(rim):
-            lines = pv.PolyData(mesh.points, lines=np.column_stack([np.full(len(rim), 2), rim]).ravel())
+        lines = left_of_rim(mesh, rim, clip=clip, kept=kept)
+        if lines is not None:
             plotter.add_mesh(lines, color=color, line_width=4)
-    entries = [[name, color] for name, color in zip(mesh.boundaries, colors, strict=True)][:_LONGEST_LEGEND]
-    if len(mesh.boundaries) > _LONGEST_LEGEND:
-        entries.append([f"and {len(mesh.boundaries) - _LONGEST_LEGEND} more", "white"])
+        if lines is not None or not len(rim):  # a closed boundary has no rim, and is in the legend
+            entries.append([name, color])
+    n_more = len(entries) - _LONGEST_LEGEND
+    entries = [*entries[:_LONGEST_LEGEND], [f"and {n_more} more", "white"]] if n_more > 0 else entries
+    if not entries:
+        return
     height = min(0.9, 0.028 * len(entries) + 0.02)
     plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
 
@@ -114,6 +117,7 @@ def plot(
     screenshot: str | PathLike[str] | None = None,
     scalars: str | None = "scaled_jacobian",
     clip: Clip | None = None,
+    crinkle: bool = False,
     show_boundaries: bool = True,
     limits: tuple[float, float] = (0.0, 1.0),
     window_size: tuple[int, int] = (1200, 900),
@@ -130,6 +134,8 @@ def plot(
         others elsewhere; with "cad" all is as the CAD model shows it.
     clip : str or (normal, origin), optional
         Take away what lies on the side of the normal: ``"x"``, ``"-z"`` through the middle, or any plane.
+    crinkle : bool
+        Keep whole hexahedra behind the plane, instead of cutting them smoothly.
     show_boundaries : bool
         Draw the rims of the named boundaries, with a legend.
     limits : (float, float)
@@ -141,9 +147,9 @@ def plot(
 
     Returns
     -------
-    Path, PIL.Image.Image or None
-        Where the picture was written; in a notebook the picture itself, which the cell shows; None after a
-        window was closed.
+    Path, PIL.Image.Image, widget or None
+        Where the picture was written; in a notebook the picture itself, which the cell shows, or where trame is
+        installed a view to turn; None after a window was closed.
 
     Raises
     ------
@@ -167,20 +173,63 @@ def plot(
     if screenshot is not None and Path(screenshot).suffix.lower() != ".png":
         raise InputError(f"screenshot must end in .png, not '{screenshot}'")
     check_drawing()
+    turning = False
     with quiet_vtk():
         plotter = pv.Plotter(off_screen=inline or screenshot is not None, window_size=window_size)
         try:
             plotter.set_background("white")
-            add_mesh(plotter, mesh, scalars=scalars, clip=clip, show_boundaries=show_boundaries, limits=limits)
+            shown: dict[str, Any] = {"scalars": scalars, "clip": clip, "crinkle": crinkle, "limits": limits}
+            add_mesh(plotter, mesh, show_boundaries=show_boundaries, **shown)
             plotter.add_axes(color="black")
             if camera is not None:
                 plotter.camera_position = camera
             if screenshot is not None:
                 return save_screenshot(plotter, Path(screenshot))
+            if inline and has_trame():
+                turning = True
+                return plotter.show(jupyter_backend="trame", return_viewer=True, auto_close=False)
             if inline:
                 return take_picture(plotter)
             plotter.show()
             return None
+        finally:
+            if not turning:  # the view is drawn from the plotter for as long as it is looked at
+                plotter.close()
+
+
+def mesh_picture(mesh: HexMesh, *, size: tuple[int, int] = (640, 480)) -> Any:
+    """A small picture of a mesh, as a ``PIL.Image.Image``: for cards."""
+    pv = import_pyvista()
+    check_drawing()
+    with quiet_vtk():
+        plotter = pv.Plotter(off_screen=True, window_size=size)
+        try:
+            plotter.set_background("white")
+            add_mesh(plotter, mesh, show_boundaries=False)
+            return take_picture(plotter)
+        finally:
+            plotter.close()
+
+
+def part_picture(
+    faces: Sequence[tuple[FloatArray, IntArray, str]],
+    edges: Sequence[FloatArray],
+    *,
+    size: tuple[int, int] = (640, 480),
+) -> Any:
+    """A small picture of a part: faces as points (n, 3), triangles (t, 3) and a colour each, edges as chains (m, 3)."""
+    pv = import_pyvista()
+    check_drawing()
+    with quiet_vtk():
+        plotter = pv.Plotter(off_screen=True, window_size=size)
+        try:
+            plotter.set_background("white")
+            for points, triangles, color in faces:
+                surface = pv.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
+                plotter.add_mesh(surface, color=color, ambient=0.35, diffuse=0.75)
+            for chain in edges:
+                plotter.add_mesh(pv.lines_from_points(chain), color="#303030", line_width=2)
+            return take_picture(plotter)
         finally:
             plotter.close()
 

@@ -1,9 +1,11 @@
 """The page about a mesh: whole, self-contained, and drawn by a browser without a complaint."""
 
+import base64
 import io
 import json
 import re
 import sys
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +25,13 @@ COMMAND = "cadsweep report 'a <b>.step' -o page.html"
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     return write_report(twisted_block(), tmp_path_factory.mktemp("report") / "page.html", command=COMMAND)
+
+
+def traces_of(page):
+    """What the page's viewer draws, unpacked as the browser does it."""
+    text = page.read_text(encoding="utf-8")
+    packed = re.search(r'id="traces">([^<]*)<', text)[1].replace("/", "<")
+    return json.loads(zlib.decompressobj().decompress(base64.b85decode(packed)))
 
 
 def drawn_share(png):
@@ -83,11 +92,16 @@ def test_the_page_has_the_colours_and_names_of_the_cad(tmp_path):
     mesh = painted_block()
     names = {"side_1": "Seite größer", "steel_37": "steel 37"}
     mesh = replace(mesh, info={**mesh.info, "names": names, "material": "steel_37"})
-    text = write_report(mesh, tmp_path / "page.html").read_text(encoding="utf-8")
-    assert '"color":"#ff0000"' in text
-    assert '"color":"#00ff00"' in text
+    page = write_report(mesh, tmp_path / "page.html")
+    text = page.read_text(encoding="utf-8")
+    assert {"#ff0000", "#00ff00"} <= {trace.get("color") for trace in traces_of(page)}
     assert "side_1 (named Seite größer)" in text
     assert "steel_37 (named steel 37)" in text
+
+
+def test_a_page_of_a_few_hundred_hexahedra_is_small(page):
+    assert twisted_block().n_hexes < 400
+    assert page.stat().st_size < 2e6
 
 
 def test_an_invalid_mesh_says_so():

@@ -1,0 +1,60 @@
+"""Facets of a loaded solid's faces: what pictures of a part are drawn from.
+
+Place in the flow: called by ``report``; nothing is computed from facets.
+
+Method: OpenCASCADE's incremental mesh of a copy of each face, so that the model's own shapes carry no triangles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopLoc import TopLoc_Location
+
+from ...arrays import FloatArray, IntArray
+from ...brep import Solid
+from ...errors import CadError
+from ..shapes import FACE, SolidShape, typed
+
+DEFLECTION = 1e-3
+"""Distance of facets from their face, over the part's size: what an eye takes for round in a picture."""
+
+ANGLE = 0.3
+"""Angle between neighbouring facets, radians."""
+
+
+def find_facets(solid: Solid) -> list[tuple[FloatArray, IntArray]]:
+    """Facet every face of a solid.
+
+    Returns
+    -------
+    list of (n, 3) float64, (t, 3) int64
+        By face id: points, working units, and triangles, counter-clockwise from outside; empty where OpenCASCADE made
+        none.
+
+    Raises
+    ------
+    CadError
+        The solid was not made by ``cad``.
+    """
+    if not isinstance(solid.kernel, SolidShape):
+        raise CadError("the solid has no shape in the CAD kernel to be drawn from")
+    return [_facets(face, DEFLECTION * solid.size) for face in solid.kernel.faces]
+
+
+def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
+    copied = typed(BRepBuilderAPI_Copy(face).Shape(), FACE)
+    BRepMesh_IncrementalMesh(copied, deflection, False, ANGLE, False)
+    place = TopLoc_Location()
+    made = BRep_Tool.Triangulation_s(copied, place)
+    if made is None:
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+    move = place.Transformation()
+    nodes = [made.Node(i).Transformed(move) for i in range(1, made.NbNodes() + 1)]
+    triangles = np.array([made.Triangle(i).Get() for i in range(1, made.NbTriangles() + 1)], dtype=np.int64) - 1
+    if copied.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+        triangles = triangles[:, ::-1]
+    return np.array([[p.X(), p.Y(), p.Z()] for p in nodes]), np.ascontiguousarray(triangles.reshape(-1, 3))

@@ -1,0 +1,128 @@
+"""The page about a part that is refused: the part with the faces in question coloured, and why.
+
+Place in the flow: called by ``cadsweep report`` where there is no mesh to report on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from html import escape
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import cad
+from .._version import __version__
+from ..brep import Part
+from .page import listed, make_layout, table, write_page
+from .traces import faces, lines
+
+IN_QUESTION, PLAIN = "#e0241b", "#d6dbe2"
+
+
+def write_refusal(
+    part: Part,
+    path: str | PathLike[str],
+    *,
+    reason: str,
+    faces_in_question: Collection[int],
+    reasons: Sequence[str] = (),
+    command: str | None = None,
+) -> Path:
+    """Write a page about a part that has no mesh.
+
+    Parameters
+    ----------
+    part : Part
+    path : path
+        Suffix ``.html``.
+    reason : str
+        What the refusal says.
+    faces_in_question : collection of int
+        Ids of the faces that are coloured, of the solids that `reason` names.
+    reasons : sequence of str
+        What every face lacks, a line each.
+    command : str, optional
+        What was tried; shown on the page.
+
+    Returns
+    -------
+    Path
+        Where the page was written: whole, or not at all.
+
+    Raises
+    ------
+    CadSweepError
+        The extra ``view`` is not installed, or the page cannot be written.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> from cadsweep.report import write_refusal
+    >>> ball = cs.load(cq.Workplane().sphere(3))
+    >>> write_refusal(ball, "ball.html", reason="a ball is no sweep", faces_in_question=[0]).name
+    'ball.html'
+    """
+    chosen = _chosen(part, reason, faces_in_question)
+    several = len(part.solids) > 1
+    rows = [
+        (escape((f"{part.solids[j].name}: " if several else "") + part.solids[j].faces[f].label()), "")
+        for j, f in sorted(chosen)
+    ]
+    made = f"<p>Tried: <code>{escape(command)}</code>, cadsweep {__version__}.</p>" if command else ""
+    sections = [
+        f'<h1>{escape(part.name)}</h1><p class="invalid">No mesh: {escape(reason)}</p>{made}',
+        '<div class="bar" id="bar"></div><div id="view"></div>',
+        "<p>Drag to turn, scroll to zoom, click a name in the legend to hide it.</p>",
+        f"<h2>Faces in question</h2>{table(rows)}" if rows else "",
+        listed("What each face lacks as a cap", reasons) + listed("Notes", part.notes),
+    ]
+    return write_page(Path(path), f"{part.name}: no mesh", sections, _scene(part, chosen))
+
+
+def _chosen(part: Part, reason: str, wanted: Collection[int]) -> set[tuple[int, int]]:
+    """Solid and face of what is coloured: faces of the solids that the refusal names, and all pieces of a divided one."""
+    named = {j for j, solid in enumerate(part.solids) if solid.name and f"'{solid.name}'" in reason}
+    found = set()
+    for j, solid in enumerate(part.solids):
+        if named and j not in named:
+            continue
+        keys = {solid.faces[f].key for f in wanted if f < len(solid.faces)} - {""}
+        found |= {(j, face.id) for face in solid.faces if face.id in wanted or face.key in keys}
+    return found
+
+
+def _scene(part: Part, questioned: set[tuple[int, int]]) -> dict[str, Any]:
+    """The faces in question one by one, by name, all others together, and the edges."""
+    others: list[tuple[Any, Any]] = []
+    traces = []
+    for j, solid in enumerate(part.solids):
+        for face, (points, triangles) in zip(solid.faces, cad.find_facets(solid), strict=True):
+            if not len(triangles):
+                continue
+            if (j, face.id) in questioned:
+                traces.append(faces(part.to_model(points), triangles, color=IN_QUESTION, name=face.label()))
+            else:
+                others.append((points, triangles))
+    if others:
+        starts = np.cumsum([0, *(len(points) for points, _ in others)])
+        joined = np.concatenate([triangles + start for (_, triangles), start in zip(others, starts, strict=False)])
+        everywhere = part.to_model(np.concatenate([points for points, _ in others]))
+        traces.append(faces(everywhere, joined, color=PLAIN, name="other faces"))
+    chains = [
+        part.to_model(edge.curve.evaluate(np.linspace(0.0, 1.0, 2 if edge.kind == "line" else 33)))
+        for solid in part.solids
+        for edge in solid.edges
+    ]
+    points = np.concatenate(chains)
+    first = np.cumsum([0, *(len(chain) for chain in chains)])[:-1]
+    pairs = [
+        np.column_stack([np.arange(len(c) - 1), np.arange(1, len(c))]) + k for c, k in zip(chains, first, strict=True)
+    ]
+    traces.append(lines(points, np.concatenate(pairs), color="#303030", width=3))
+    for trace in traces:
+        trace["visible"] = True
+    return {"traces": traces, "views": {"faces in question": list(range(len(traces)))}, "layout": make_layout(points)}
