@@ -17,6 +17,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from OCP.BOPAlgo import BOPAlgo_Builder, BOPAlgo_BuilderFace
 from OCP.BOPTools import BOPTools_AlgoTools3D
 from OCP.BRep import BRep_Builder, BRep_Tool
@@ -92,27 +93,29 @@ def _projected(  # noqa: PLR0917
     solid: Solid, holder: SolidShape, direction: FloatArray, plane: Any, lines: Sequence[int], fuzzy: float
 ) -> list[_Line]:
     """The edges on the plane, those that fall on each other once."""
-    found: list[_Line] = []
-    known: dict[tuple[int, ...], list[tuple[int, FloatArray]]] = {}
-    step = 16.0 * fuzzy
-    for e in lines:
-        shape = _project(holder.edges[e], direction, plane)
+    shapes = [_project(holder.edges[e], direction, plane) for e in lines]
+    ends = np.empty((len(shapes), 3, 3))
+    for places, shape in zip(ends, shapes, strict=True):
         adaptor = BRepAdaptor_Curve(shape)
         first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-        at = np.array([_row(adaptor.Value(t)) for t in (first, (first + last) / 2.0, last)])
-        places = [at, at[::-1]]
-        cell = np.floor(at[1] / step).astype(np.int64)
+        for place, t in zip(places, (first, (first + last) / 2.0, last), strict=True):
+            place[:] = _row(adaptor.Value(t))
+    near = scipy.spatial.cKDTree(ends[:, 1]).query_ball_point(ends[:, 1], 2.0 * fuzzy)
+    found: list[_Line] = []
+    number: dict[int, int] = {}
+    for j, others in enumerate(near):
         match = None
-        for shift in np.ndindex(3, 3, 3):
-            for j, other in known.get(tuple((cell + shift - 1).tolist()), ()):
-                gaps = [float(np.abs(other - place).max()) for place in places]
+        for k in sorted(others):
+            if k in number:
+                gaps = [float(np.abs(ends[k] - places).max()) for places in (ends[j], ends[j, ::-1])]
                 if min(gaps) <= fuzzy:
-                    match = j, gaps[0] <= gaps[1]
+                    match = number[k], gaps[0] <= gaps[1]
+                    break
         if match is None:
-            known.setdefault(tuple(cell.tolist()), []).append((len(found), at))
-            found.append(_Line(shape, [(e, True)]))
+            number[j] = len(found)
+            found.append(_Line(shapes[j], [(lines[j], True)]))
         else:
-            found[match[0]].over.append((e, match[1]))
+            found[match[0]].over.append((lines[j], match[1]))
     return found
 
 
@@ -171,7 +174,7 @@ def _fused(projected: Sequence[_Line], fuzzy: float) -> list[_Line]:
             if key not in at:
                 at[key] = len(pieces)
                 pieces.append(_Line(typed(number.FindKey(key), EDGE), []))
-            same = _runs_along(pieces[at[key]].shape, line.shape)
+            same = image.IsSame(line.shape) or _runs_along(pieces[at[key]].shape, line.shape)
             pieces[at[key]].over.extend((e, own == same) for e, own in line.over)
     return pieces
 
