@@ -10,7 +10,15 @@ from collections.abc import Sequence
 
 
 class CadSweepError(Exception):
-    """Root of the errors that cadsweep raises on purpose."""
+    """Root of the errors that cadsweep raises on purpose.
+
+    Attributes
+    ----------
+    solids : tuple of str
+        The solids of an assembly that are at fault, where that is known.
+    """
+
+    solids: tuple[str, ...] = ()
 
 
 class InputError(CadSweepError, ValueError):

@@ -30,6 +30,9 @@ TOUCH = click.option(
 )
 
 
+ONLY = click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be taken, by name.")
+SKIP = click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out, by name.")
+
 CUT = click.option(
     "--cut",
     "cuts",
@@ -90,8 +93,8 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Whether solids that touch share nodes, or get contacts named in pairs.",
         ),
-        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
-        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
+        ONLY,
+        SKIP,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(

@@ -7,6 +7,7 @@ order the caps and the inside.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..arrays import IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
-from ..errors import SurfaceMeshError
+from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -63,10 +64,11 @@ def mesh_cells(
         for done, cell in enumerate(plan.order):
             try:
                 builder.add(cell, plan.ways[cell].sweep)
-            except SurfaceMeshError as error:
-                shorter = _halved(part, cell, counts[cell], error.edges, asked)
+            except (SurfaceMeshError, ProjectionError) as error:
+                edges = error.edges if isinstance(error, SurfaceMeshError) else ()
+                shorter = _halved(part, cell, counts[cell], edges, asked)
                 if not shorter or halving == MOST_HALVINGS:
-                    raise
+                    raise _of_solid(part, cell, error) from error
                 break
             run.on_progress("cells", (done + 1) / len(plan.order))
         if not shorter:
@@ -75,6 +77,16 @@ def mesh_cells(
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
     return builder.joined(), counts, [*finer, *skeleton.notes]
+
+
+def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
+    """The same error, with the solid that it is about."""
+    name = part.models[part.owners[cell]].name
+    found = copy(error)
+    found.solids = (name,)
+    if len(part.models) > 1:
+        found.args = (f"'{name}': {error}",)
+    return found
 
 
 def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:
