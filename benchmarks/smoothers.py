@@ -32,9 +32,9 @@ from cadsweep.gmsh_session import gmsh_session
 from cadsweep.quality import HEX_CORNERS
 from cadsweep.smoothing import ladder
 from cadsweep.smoothing.cutting import grown, hex_nodes, patches, touches_others
+from cadsweep.smoothing.laplacian import relaxed
 from cadsweep.smoothing.optimise import polished, untangled
 from cadsweep.smoothing.patch import Patch, edge_lengths, proven_values
-from cadsweep.smoothing.relax import relaxed
 
 LONGEST = 60.0
 Array = NDArray[Any]

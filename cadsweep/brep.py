@@ -146,6 +146,18 @@ class Edge:
         may say more.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> import numpy as np
+    >>> edge = cs.load(box).solids[0].edges[0]
+    >>> edge.kind, edge.length
+    ('line', 2.0)
+    >>> bool(np.allclose(edge.curve.evaluate(np.array([0.5]))[0], edge.midpoint))
+    True
     """
 
     id: int
@@ -199,7 +211,7 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Patch:
+class FormerFace:
     """A part of a face that was a face of its own in the model; its outline is no edge any more.
 
     Attributes
@@ -251,10 +263,21 @@ class Face:
     key : str
         A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
         of a divided face share it.
-    patches : tuple of Patch
+    former : tuple of FormerFace
         Parts of a merged face that go by another name.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> face = cs.load(box).solids[0].faces[0]
+    >>> face.label()
+    'face 0 (plane at -2, 0, 0)'
+    >>> face.area, face.center.tolist()
+    (6.0, [-2.0, 0.0, 0.0])
     """
 
     id: int
@@ -268,7 +291,7 @@ class Face:
     groups: tuple[str, ...] = ()
     color: str | None = None
     key: str = ""
-    patches: tuple[Patch, ...] = ()
+    former: tuple[FormerFace, ...] = ()
     units: Units = field(default_factory=Units)
 
     @property
@@ -318,6 +341,17 @@ class Solid:
         What messages give places in.
     opened : pair of frozenset of int, or None
         Of a closed ring that was cut open, the faces on either side of the cut: two caps in one place.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> solid = cs.load(box).solids[0]
+    >>> len(solid.faces), len(solid.edges), solid.vertices.shape
+    (6, 12, (8, 3))
+    >>> all(len(edge.faces) == 2 for edge in solid.edges)
+    True
     """
 
     vertices: FloatArray
@@ -335,6 +369,16 @@ class Solid:
     color: str | None = None
     units: Units = field(default_factory=Units)
     opened: tuple[frozenset[int], frozenset[int]] | None = None
+
+    def first_vertex(self, directed: tuple[int, bool]) -> int:
+        """Vertex where a directed edge ``(edge id, forward)`` begins."""
+        edge = self.edges[directed[0]]
+        return edge.start if directed[1] else edge.end
+
+    def last_vertex(self, directed: tuple[int, bool]) -> int:
+        """Vertex where a directed edge ``(edge id, forward)`` ends."""
+        edge = self.edges[directed[0]]
+        return edge.end if directed[1] else edge.start
 
     def __repr__(self) -> str:
         names = [face.name for face in self.faces if face.name]
@@ -400,6 +444,17 @@ class Part:
         Distance, working units, by which faces of solids may have been moved to one another where they touch.
     contacts : frozenset of str
         Names of faces that stand for contacts, where the solids share nothing.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> part = cs.load("models/flanges.step")
+    >>> [solid.name for solid in part.solids]
+    ['lower', 'gasket', 'upper']
+    >>> shared = set(part.solids[0].face_keys) & set(part.solids[1].face_keys)
+    >>> len(shared)  # the gasket lies on one face of the lower flange
+    1
     """
 
     solids: tuple[Solid, ...]
@@ -434,7 +489,8 @@ class Part:
         n_faces = sum(len(solid.faces) for solid in self.solids)
         solids = ", ".join(model.name for model in self.models[:6]) + (", ..." if len(self.models) > 6 else "")
         cells = f" in {len(self.solids)} cells" if len(self.solids) > len(self.models) else ""
-        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {len(self.models)} solids{cells}: {solids}"
+        count = f"{len(self.models)} solid{'s' * (len(self.models) > 1)}"
+        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {count}{cells}: {solids}"
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

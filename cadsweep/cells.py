@@ -32,6 +32,22 @@ HEX_FACES = np.array(
 )
 """The six outward faces of a hexahedron: bottom, top, then the four sides in the order of the quad's edges."""
 
+HEX_EDGES = np.array(
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]],
+    dtype=np.int64,
+)
+"""Corners of the edge whose middle is node 8 + j of a hexahedron."""
+
+AXIS_EDGES = np.array(
+    [
+        [[0, 1], [3, 2], [4, 5], [7, 6]],
+        [[0, 3], [1, 2], [4, 7], [5, 6]],
+        [[0, 4], [1, 5], [2, 6], [3, 7]],
+    ],
+    dtype=np.int64,
+)
+"""The same edges along xi, eta and zeta, each from its lower to its upper end."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptStructure:
@@ -40,6 +56,15 @@ class SweptStructure:
     Node i of layer k is ``k * n_nodes + i``; hex q between layers k and k + 1 is ``k * n_quads + q``
     and has the nodes ``quads[q] + k * n_nodes`` and ``quads[q] + (k + 1) * n_nodes``. On a closed
     ring (``periodic``) the last layer is the first.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> structure = cs.sweep_mesh(box, size=1.0, layers=2).structure
+    >>> structure.n_layers, structure.quads.shape, structure.n_nodes
+    (2, (12, 4), 20)
     """
 
     quads: IntArray

@@ -24,6 +24,7 @@ import numpy as np
 
 from ._version import __version__
 from .arrays import FloatArray, IntArray
+from .cells import HEX_EDGES
 from .errors import CadSweepError
 from .mesh import HexMesh
 from .quality import QualityReport
@@ -33,7 +34,6 @@ from .view import kept_by_clip, mesh_colors, skin, write_whole
 MOST_QUADS = 150_000
 """Quads of the outside above which cuts and edges are left out."""
 
-_HEX_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 72rem; padding: 0 1rem; color: #1d2733 }
 h1 { font-size: 1.5rem; margin: 0 } h2 { font-size: 1.1rem; margin: 1.6rem 0 .4rem }
@@ -102,6 +102,15 @@ def write_report(
     ------
     CadSweepError
         The extra ``view`` is not installed, or the page cannot be written.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.report import write_report
+    >>> write_report(cs.sweep_mesh(box, size=1.0), "box.html").name
+    'box.html'
     """
     library = _plotly_js()
     report = _quality(mesh)
@@ -294,7 +303,7 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         views["quality"].append(1)
     if report.worst:
         worst = mesh.hexes[[h.id for h in report.worst], :8]
-        edges = worst[:, _HEX_EDGES].reshape(-1, 2)
+        edges = worst[:, HEX_EDGES].reshape(-1, 2)
         always = [len(traces)]
         traces.append(_lines(mesh.points, edges, color="#e0241b", width=5, name="worst hexahedra"))
         views["quality"] += always

@@ -75,6 +75,13 @@ class Stack:
     score : float
         Expected quality, best 1; candidates are listed best first.
     notes : tuple of str
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> stack = cs.find_sweeps("models/block.step")[0]
+    >>> [solid_face.name for solid_face in (stack.solid.faces[i] for i in stack.source)]
+    ['base']
     """
 
     solid: Solid

@@ -13,17 +13,21 @@ import cadsweep
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
+    "asked",
     "contacts",
     "brep",
     "sweep",
     "stack",
     "cells",
+    "corner_blocks",
     "mesh",
     "record",
     "quality",
     "errors",
     "libraries",
     "machine",
+    "choices",
+    "progress",
     "_version",
 }
 COMPOSITION = {"pipeline", "__init__", "__main__", "cli", "batch", "cadquery"}  # cadquery: the plugin for Workplanes

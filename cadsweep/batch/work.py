@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ..errors import CadSweepError, WorkerError
 from ..isolation import Worker, leftovers
+from ..progress import Progress
 from .base import NODES, carried_options
 from .records import CASES, RECORD, case_folder, locked, read_record, write_record
 from .study import Case, Study
-
-Progress = Callable[[str, float | None], None]
 
 
 def claimed_case(

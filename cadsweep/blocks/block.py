@@ -23,8 +23,8 @@ from ..cells import SweptStructure, side_quads, sweep_hexes
 from ..mesh import HexMesh, SurfaceMesh
 from ..record import MeshRecord
 from ..sweep import Sweep
+from .former_faces import own_quads
 from .naming import name_pieces
-from .patches import own_quads
 
 if TYPE_CHECKING:
     from ..projection import FactoredSweep

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -30,6 +31,11 @@ _PREFIX = "mesh_"
 
 def save_factors(factored: FactoredMesh, stream: BinaryIO, more: Mapping[str, Any] | None = None) -> None:
     """Write `factored` as a numpy archive, with `more` arrays beside it."""
+    np.savez_compressed(stream, **factor_arrays(factored), **(more or {}))
+
+
+def factor_arrays(factored: FactoredMesh) -> dict[str, Any]:
+    """The arrays of a numpy archive of `factored`."""
     structure = factored.structure
     text = {
         "owner_names": factored.owner_names,
@@ -47,17 +53,18 @@ def save_factors(factored: FactoredMesh, stream: BinaryIO, more: Mapping[str, An
         "offset": factored.offset,
         "text": np.array(json.dumps(text)),
     }
-    named = {_PREFIX + name: array for name, array in arrays.items()}
-    np.savez_compressed(stream, **sweep_arrays(factored.sweep), **named, **(more or {}))  # type: ignore[arg-type]
+    return {**sweep_arrays(factored.sweep), **{_PREFIX + name: array for name, array in arrays.items()}}
 
 
 def load_factors(path: str | PathLike[str]) -> FactoredMesh:
-    """Read what :func:`save_factors` wrote; raises as :func:`load_archive`."""
-    return load_archive(path)[0]
+    """Read what :func:`save_factors` wrote; raises as :func:`reading`."""
+    with reading(path) as arrays:
+        return factored_of_arrays(arrays)
 
 
-def load_archive(path: str | PathLike[str]) -> tuple[FactoredMesh, dict[str, Any]]:
-    """Read what :func:`save_factors` wrote, and all arrays of the file.
+@contextmanager
+def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
+    """All arrays of a file, for somebody who makes a mesh of them.
 
     Raises
     ------
@@ -69,30 +76,34 @@ def load_archive(path: str | PathLike[str]) -> tuple[FactoredMesh, dict[str, Any
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
-        text = json.loads(str(arrays[_PREFIX + "text"]))
-        sweep = sweep_of_arrays(arrays)
-        factored = FactoredMesh(
-            sweep=sweep,
-            structure=SweptStructure(
-                quads=sweep.quads,
-                loops=sweep.loops,
-                n_nodes=sweep.n_nodes,
-                n_layers=sweep.n_layers,
-                periodic=bool(text["periodic"]),
-            ),
-            owner_names=tuple(tuple(names) for names in text["owner_names"]),
-            source_owners=arrays[_PREFIX + "source_owners"].astype(np.int64),
-            target_owners=arrays[_PREFIX + "target_owners"].astype(np.int64),
-            side_owners=arrays[_PREFIX + "side_owners"].astype(np.int64),
-            moved_nodes=arrays[_PREFIX + "moved_nodes"],
-            moved_points=arrays[_PREFIX + "moved_points"],
-            part=text["part"],
-            scale=float(text["scale"]),
-            offset=arrays[_PREFIX + "offset"],
-            info=text["info"],
-        )
-        return factored, arrays
+        yield arrays
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, KeyError, ValueError, EOFError, TypeError, IndexError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: not a file of sweep factors, or a damaged one ({error})") from error
+
+
+def factored_of_arrays(arrays: dict[str, Any]) -> FactoredMesh:
+    """The factors again."""
+    text = json.loads(str(arrays[_PREFIX + "text"]))
+    sweep = sweep_of_arrays(arrays)
+    return FactoredMesh(
+        sweep=sweep,
+        structure=SweptStructure(
+            quads=sweep.quads,
+            loops=sweep.loops,
+            n_nodes=sweep.n_nodes,
+            n_layers=sweep.n_layers,
+            periodic=bool(text["periodic"]),
+        ),
+        owner_names=tuple(tuple(names) for names in text["owner_names"]),
+        source_owners=arrays[_PREFIX + "source_owners"].astype(np.int64),
+        target_owners=arrays[_PREFIX + "target_owners"].astype(np.int64),
+        side_owners=arrays[_PREFIX + "side_owners"].astype(np.int64),
+        moved_nodes=arrays[_PREFIX + "moved_nodes"],
+        moved_points=arrays[_PREFIX + "moved_points"],
+        part=text["part"],
+        scale=float(text["scale"]),
+        offset=arrays[_PREFIX + "offset"],
+        info=text["info"],
+    )

@@ -28,7 +28,7 @@ def name_pieces(sweep: Sweep) -> dict[tuple[int, int], tuple[str, ...]]:
         own: list[tuple[tuple[int, int], tuple[str, ...], str]] = []
         for i in ids:
             own.append(((i, -1), faces[i].names, faces[i].key or f"face {i}"))
-            own += [((i, j), patch.names, patch.key) for j, patch in enumerate(faces[i].patches)]
+            own += [((i, j), patch.names, patch.key) for j, patch in enumerate(faces[i].former)]
         pieces.append((role, own))
     taken = {name for _, own in pieces for _, given, _ in own for name in given}
     for role, own in pieces:
@@ -63,7 +63,7 @@ def find_colors(sweep: Sweep, part: str) -> dict[str, dict[str, str]]:
     solid = sweep.solid
     boundaries = {}
     for name, pieces in pieces_by_name(sweep).items():
-        own = {(solid.faces[i] if j < 0 else solid.faces[i].patches[j]).color for i, j in pieces}
+        own = {(solid.faces[i] if j < 0 else solid.faces[i].former[j]).color for i, j in pieces}
         if len(own) == 1 and None not in own:
             boundaries[name] = str(own.pop())
     return {"boundaries": boundaries, "parts": {} if solid.color is None else {part: solid.color}}

@@ -24,7 +24,7 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
         if faces:
             by_name[name] = faces
         for i in faces:
-            if sum(1 for face, _ in pieces if face == i) < 1 + len(solid.faces[i].patches):
+            if sum(1 for face, _ in pieces if face == i) < 1 + len(solid.faces[i].former):
                 mixed.append({name})
                 break
     parted = set().union(*mixed)

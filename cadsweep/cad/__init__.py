@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
-from .names.selection import select_edges, select_edges_of, select_faces
+from .names.selection import select_edges, select_edges_of, select_faces, select_vertices
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -44,6 +44,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "select_vertices",
     "write_step",
 ]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +18,7 @@ import numpy as np
 
 from ..errors import NotSweepableError
 from ..mesh import HexMesh
-
-Progress = Callable[[str, float | None], None]
+from ..progress import Progress
 
 
 def mesh_file(

@@ -166,10 +166,7 @@ def from_solid(solid: Solid) -> tuple[Pool, Cell]:
     number = [pool.vertex(to_vector(point)) for point in solid.vertices]
     cell = []
     for face in solid.faces:
-        loops = tuple(
-            tuple(number[solid.edges[e].start if forward else solid.edges[e].end] for e, forward in loop.directed)
-            for loop in face.loops
-        )
+        loops = tuple(tuple(number[solid.first_vertex(directed)] for directed in loop.directed) for loop in face.loops)
         vector = (0.0, 0.0, 0.0)
         for loop in loops:
             vector = plus(vector, area_vector([pool.points[v] for v in loop])[0])

@@ -23,10 +23,11 @@ from typing import BinaryIO
 import numpy as np
 
 from ..arrays import IntArray
+from ..cells import HEX_EDGES
 from ..errors import InputError
 from ..mesh import HexMesh
 from .labels import Blocks, LabelledMesh, check_nodes
-from .sides import HEX_EDGES, SIDES, corner_keys, find_sides, quads_of_sides
+from .sides import SIDES, corner_keys, find_sides, quads_of_sides
 from .text import write_rows
 
 LEXICOGRAPHIC = np.array(

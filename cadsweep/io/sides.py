@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import IntArray
-from ..cells import HEX_FACES
+from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError
 
 _CHUNK = 1 << 14
-
-HEX_EDGES = np.array(
-    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]], dtype=np.int64
-)
-"""Edge j of a hex has its middle at node 8 + j."""
 
 
 def _full_sides() -> IntArray:

@@ -9,13 +9,14 @@ import pickle
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from types import TracebackType
 from typing import Any
 
 from ..errors import InputError, WorkerError
+from ..progress import Progress
 from . import worker
 from .context import CONTEXT, WorkerProcess
 from .place import Workplace
@@ -23,7 +24,6 @@ from .transfer import unpack
 
 log = logging.getLogger(__name__)
 
-Progress = Callable[[str, float | None], None]
 
 LOOK_EVERY = 0.05
 """Seconds between two looks at the worker's memory."""

@@ -30,7 +30,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray, IntArray
-from ..cells import HEX_FACES
+from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError, InvertedHexError
 from ..mesh import HexMesh
 from ..quality import positive_inside
@@ -38,16 +38,11 @@ from ..quality import positive_inside
 Projection = Callable[[FloatArray], FloatArray]
 """Takes points (m, 3) near a curve or surface and returns points (m, 3) on it."""
 
-EDGES = np.array(
-    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]], dtype=np.int64
-)
-"""Corners of the edge whose middle is node 8 + j of a hex."""
-
 _FACE_NODES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 """Corners of the face whose centre is node 20 + j of a hex27."""
 
 _FACE_EDGES = np.array([[8, 7, 11, 3], [1, 10, 5, 9], [0, 9, 4, 8], [11, 6, 10, 2], [3, 2, 1, 0], [4, 5, 6, 7]])
-"""Edges of the same faces, as rows of `EDGES`."""
+"""Edges of the same faces, as rows of ``HEX_EDGES``."""
 
 _OPPOSITE = np.array(
     [[0, 2], [0, 4], [2, 6], [4, 6], [1, 3], [1, 5], [3, 7], [5, 7], [8, 9], [9, 10], [10, 11], [11, 8]]
@@ -121,7 +116,7 @@ def place_lattice(
         raise InputError(f"a hex of order 2 has 20 or 27 nodes, not {nodes!r}")
     n = mesh.n_nodes
     corners = mesh.hexes
-    edges, edge_of = _unique(np.sort(corners[:, EDGES], axis=2).reshape(-1, 2))
+    edges, edge_of = unique_rows(np.sort(corners[:, HEX_EDGES], axis=2).reshape(-1, 2))
     edge_of = edge_of.reshape(-1, 12)
     straight = 0.5 * (mesh.points[edges[:, 0]] + mesh.points[edges[:, 1]])
     surfaces = [(np.asarray(quads, dtype=np.int64), project) for quads, project in surfaces]
@@ -137,10 +132,10 @@ def place_lattice(
     faces: IntArray | None = None
     if nodes == 27:
         first_face = n + len(edges)
-        faces, face_of = _unique(np.sort(corners[:, _FACE_NODES], axis=2).reshape(-1, 4))
+        faces, face_of = unique_rows(np.sort(corners[:, _FACE_NODES], axis=2).reshape(-1, 4))
         centres = _face_centres(mesh.points, middles, corners, edge_of, face_of)
         for quads, project in surfaces:
-            ids = _find(faces, np.sort(quads, axis=1), "quad")
+            ids = find_rows(faces, np.sort(quads, axis=1), "quad")
             centres[ids] = project(centres[ids])
         face_of = face_of.reshape(-1, 6)
         volume = (
@@ -164,19 +159,19 @@ def _boundary_bow(
     bow = np.zeros_like(straight)
     placed = np.zeros(len(edges), dtype=bool)
     for segments, project in curves:
-        ids = _find(edges, np.sort(np.asarray(segments, dtype=np.int64), axis=1), "segment")
+        ids = find_rows(edges, np.sort(np.asarray(segments, dtype=np.int64), axis=1), "segment")
         bow[ids] = project(straight[ids]) - straight[ids]
         placed[ids] = True
     for quads, project in surfaces:
-        ids = np.unique(_find(edges, _quad_edges(quads).reshape(-1, 2), "quad's edge"))
+        ids = np.unique(find_rows(edges, _quad_edges(quads).reshape(-1, 2), "quad's edge"))
         ids = ids[~placed[ids]]
         if len(ids):
             bow[ids] = project(straight[ids]) - straight[ids]
         placed[ids] = True
     sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
-    faces, of_side = _unique(np.sort(sides, axis=1))
+    faces, of_side = unique_rows(np.sort(sides, axis=1))
     outer = sides[np.bincount(of_side, minlength=len(faces))[of_side] == 1]
-    placed[_find(edges, _quad_edges(outer).reshape(-1, 2), "quad's edge")] = True
+    placed[find_rows(edges, _quad_edges(outer).reshape(-1, 2), "quad's edge")] = True
     return bow, placed
 
 
@@ -185,7 +180,7 @@ def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
     free = np.flatnonzero(~fixed)
     if len(free) == 0:
         return bow
-    pairs, _ = _unique(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
+    pairs, _ = unique_rows(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
     links = scipy.sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
     laplacian = (scipy.sparse.diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()
@@ -211,9 +206,9 @@ def _face_centres(
 
 def _elevated_quads(quads: IntArray, edges: IntArray, n: int, faces: IntArray | None, *, first_face: int) -> IntArray:
     sides = _quad_edges(quads).reshape(-1, 2)
-    columns = [quads, n + _find(edges, sides, "boundary edge").reshape(-1, 4)]
+    columns = [quads, n + find_rows(edges, sides, "boundary edge").reshape(-1, 4)]
     if faces is not None:
-        columns.append(first_face + _find(faces, np.sort(quads, axis=1), "boundary quad")[:, None])
+        columns.append(first_face + find_rows(faces, np.sort(quads, axis=1), "boundary quad")[:, None])
     return np.hstack(columns)
 
 
@@ -222,7 +217,7 @@ def _quad_edges(quads: IntArray) -> IntArray:
     return np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2)
 
 
-def _unique(rows: IntArray) -> tuple[IntArray, IntArray]:
+def unique_rows(rows: IntArray) -> tuple[IntArray, IntArray]:
     """Different rows of node ids, ascending, and for every row its place among them."""
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]
@@ -233,9 +228,9 @@ def _unique(rows: IntArray) -> tuple[IntArray, IntArray]:
     return ordered[new], place
 
 
-def _find(known: IntArray, wanted: IntArray, what: str) -> IntArray:
+def find_rows(known: IntArray, wanted: IntArray, what: str) -> IntArray:
     """Places of rows among known, ascending rows."""
-    rows, place = _unique(np.concatenate([known, wanted]))
+    rows, place = unique_rows(np.concatenate([known, wanted]))
     if len(rows) != len(known):
         raise InputError(f"a {what} is none of the mesh")
     return place[len(known) :]

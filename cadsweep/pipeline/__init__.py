@@ -23,6 +23,7 @@ run        seconds by stage, progress
 ========== =========================================================================
 """
 
+from ..progress import Progress
 from .candidates import SMOOTH_BELOW, figures, smoothed
 from .decomposing import decompose_part as decompose
 from .derivatives import Sensitivity, sensitivity
@@ -30,7 +31,6 @@ from .directions import find_sweeps
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
 from .refinement import refine
-from .run import Progress
 
 __all__ = [
     "SMOOTH_BELOW",

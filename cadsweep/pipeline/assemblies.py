@@ -11,20 +11,17 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
 
-import numpy as np
-
 from .. import cad
 from ..brep import Part
 from ..contacts import say_leave_out
 from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import check_mesh
-from .refusing import refusal
+from .groups import make_group, put_together
+from .origin import made_of
 from .run import Run
-from .separate import name_contacts
-from .several import mesh_complex, plan_cells, side_by_side
-from .shared_hints import check_words, local_hints, resolve_wishes
+from .several import mesh_complex, plan_cells
+from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
 from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
@@ -55,31 +52,24 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     check_words(part, options)
     if options.interfaces == "separate":
         part = separated(part)
-    groups = touching_groups(part)
-    meshes = []
-    for cells in groups:
+    made = []
+    for cells in touching_groups(part):
         own = subset(part, cells)
         alone = len(cells) == 1
         try:
             if not alone:
-                meshes.append(_mesh_together(own, options, run))
+                mesh = made_of(_mesh_together(own, options, run), own)
             elif options.interfaces == "separate":
-                meshes.append(_mesh_separate(own, options, run, mesh_one))
+                mesh = _mesh_separate(own, options, run, mesh_one)
             else:
-                meshes.append(_mesh_alone(own, options, run, mesh_one))
+                mesh = _mesh_alone(own, options, run, mesh_one)
         except CadSweepError as error:
             if isinstance(error, InputError):
                 raise  # what the user asked for, and no solid, is at fault
             at_fault = error.solids or ((own.models[0].name,) if alone else ())
             raise _proposing(error, at_fault, [model.name for model in part.models]) from error
-    if len(meshes) == 1:
-        return meshes[0]
-    mesh = side_by_side(meshes)
-    with run.stage("quality"):
-        report = check_mesh(mesh, cad={})
-    if not report.valid and not options.allow_inverted:
-        raise refusal(report)
-    return replace(mesh, info={**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report})
+        made.append(make_group(own, mesh))
+    return put_together(part, made, options, run)
 
 
 def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]) -> CadSweepError:
@@ -121,9 +111,9 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     with run.stage("recognition"):
-        found = plan_cells(part, run)
+        found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options)
-    return mesh_complex(found, options, run, wishes)
+    return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
 
 
 def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
@@ -135,7 +125,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
     for decompose in (False, True) if options.decompose else (False,):
         own = replace(options, decompose=decompose)
         try:
-            return name_contacts(_mesh_alone(part, own, run, mesh_one), part)
+            return _mesh_alone(part, own, run, mesh_one)
         except CadSweepError as error:
             if isinstance(error, InputError | CadError):
                 raise
@@ -143,7 +133,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
         original = cad.part_apart(part)
         if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
             try:
-                return name_contacts(_mesh_alone(original, own, run, mesh_one), part)
+                return _mesh_alone(original, own, run, mesh_one)
             except CadSweepError as error:
                 log.info("nor without the outlines of contacts: %s", error)
     assert first is not None
@@ -151,17 +141,16 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
-    """One solid by itself, its boundaries called after it where their user gave them no name."""
+    """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)
-    own = replace(options, sizes=hints.sizes or None, counts=hints.counts or None, interfaces="shared")
+    own = replace(
+        options,
+        sizes=hints.sizes or None,
+        counts=hints.counts or None,
+        biases=hints.biases or None,
+        interfaces="shared",
+    )
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
-    mesh = mesh_one(part, own, run)
-    given = {label for face in part.solids[0].faces for label in face.names}
-    return replace(
-        mesh,
-        boundaries={label if label in given else f"{name}_{label}": quads for label, quads in mesh.boundaries.items()},
-        parts={name: np.arange(mesh.n_hexes)},
-        structure=None,
-    )
+    return mesh_one(part, own, run)

@@ -22,6 +22,7 @@ from ..options import SweepOptions
 from ..plan import Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
+from .origin import made_of
 from .parts import load, only_solid
 from .run import Run, silent
 from .several import Complex, mesh_complex, plan_cells, recognise
@@ -103,9 +104,8 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         names = f"{', '.join(_ONE_SWEEP[:-1])} and {_ONE_SWEEP[-1]}"
         raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
-        part = cad.apply_cuts(part, options.cuts or ())
-        found = plan_cells(part, run, decompose=options.decompose)
-    return mesh_complex(found, options, run, resolve_wishes(found.part, options))
+        found = plan_cells(cad.apply_cuts(part, options.cuts or ()), run, decompose=options.decompose)
+    return made_of(mesh_complex(found, options, run, resolve_wishes(found.part, options)), part)
 
 
 def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
@@ -129,6 +129,15 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     ------
     NotSweepableError
         No cuts were found; names the cell and the edges in the way.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> cells = cs.decompose("models/bracket.step")
+    >>> len(cells.solids) > 1, len(cells.models)
+    (True, 1)
+    >>> print(cells.cuts[0].split(" (")[0])
+    face 12
     """
     part = load(source, params=params)
     run = Run(on_progress=silent)

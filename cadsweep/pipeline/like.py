@@ -1,57 +1,41 @@
 """The same mesh on another part: equal connectivity, names and numbering, nodes that move smoothly with the part.
 
-Place in the flow: ``sweep_mesh(part, like=mesh)`` comes here instead of looking for a sweep of its own.
+Place in the flow: ``sweep_mesh(part, like=mesh)`` comes here instead of looking for a sweep of its own. What the mesh
+is made of decides how it is carried: one sweep (:mod:`.sweep_like`), cells or columns (:mod:`.cells_like`), or solids
+side by side, each as it is made.
 
-Method. The part is made ready as ever; then its faces, edges and vertices are paired with those of the mesh's part
-(:mod:`.matching`), and what the sweep was there it is here. Nodes on edges keep their fractions of arc length. Every
-face, cap or side, is then carried by the least-squares affine map of its boundary in the parameters of its surface,
-the residual included (:mod:`cadsweep.projection.carried`). Inner layers are placed by the factored sweep with the
-options of the mesh; what smoothing moved there is moved here by the local linear part of the map between the rings.
-All of this is a smooth function of the part. All checks are made; where they find an invalid hex, smoothing is tried,
-and then the part is refused.
-
-Not handled: meshes of several sweeps; parts whose faces do not pair.
+Not handled: parts whose faces do not pair.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
 from typing import Any
 
-import numpy as np
-
-from ..arrays import FloatArray
-from ..blocks.block import FactoredMesh
-from ..blocks.files import load_archive
-from ..blocks.reference import make_reference, volume_doubt
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
-from ..mesh import HexMesh, QuadMesh, SurfaceMesh
+from ..errors import CadError, InputError
+from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..order2.curving import project_to_edges, project_to_faces
-from ..order2.elevate import elevate
-from ..projection import project_layers
-from ..projection.carried import carry_face
-from ..quality import check_mesh
-from ..surface.spacing import fit_linear_parts
-from ..sweep import Sweep
-from .attempts import open_and_find
-from .candidates import smoothed, volume_notes
-from .matching import Match, graph_of, match_graphs
-from .origin import Origin, origin_of
-from .parts import only_solid
+from .cells_like import cells_like, meshed_solids
+from .cells_template import CellsTemplate
+from .groups import make_group, put_together
 from .refinement import refined
 from .routes import open_part
 from .run import Run
-from .template import Template, linking_side, make_template, template_of_arrays
+from .subsets import subset, touching_groups
+from .sweep_like import sweep_like
+from .template import AnyTemplate, GroupsTemplate, make_template
+from .template_files import load_template
 
-OWN = ("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers")
+OWN = (
+    *("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers", "biases"),
+    *("cuts", "decompose", "only", "skip", "interfaces"),
+)
 """Options that a mesh brings along, so that none may be asked for besides."""
 
 
-def as_template(like: Any) -> Template:
+def as_template(like: Any) -> AnyTemplate:
     """A mesh, a file of factors or a template as a template.
 
     Raises
@@ -59,17 +43,16 @@ def as_template(like: Any) -> Template:
     InputError
         It is none of these, or a mesh that does not know its CAD model.
     """
-    if isinstance(like, Template):
+    if isinstance(like, AnyTemplate):
         return like
     if isinstance(like, HexMesh):
-        return make_template(origin_of(like, "a mesh to be like"))
+        return make_template(like, "a mesh to be like")
     if isinstance(like, str | PathLike):
-        factored, arrays = load_archive(like)
-        return template_of_arrays(factored, arrays, str(like))
+        return load_template(like)
     raise InputError(f"like must be a mesh or a .sweep.npz file, not {type(like).__name__}")
 
 
-def mesh_like(source: Any, template: Template, options: SweepOptions, run: Run) -> HexMesh:
+def mesh_like(source: Any, template: AnyTemplate, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part as another one is meshed.
 
     Raises
@@ -82,219 +65,36 @@ def mesh_like(source: Any, template: Template, options: SweepOptions, run: Run) 
         Options that the mesh brings along are asked for.
     """
     for name in OWN:
-        if getattr(options, name) is not None:
+        if getattr(options, name) not in (None, SweepOptions.__dataclass_fields__[name].default):
             raise InputError(f"like brings its own {name}; leave that out")
-    how = template.factored.sweep
-    options = replace(options, functional=how.functional, strategy=how.strategy)
     part = open_part(source, options, run)
-    options = replace(options, params=None, part=None)
-    with run.stage("recognition"):
-        part, match = _paired(part, template)
-        sweep = _same_sweep(part, template, match)
-    with run.stage("surface"):
-        points = _boundary(template, match, sweep)
-        surfaces = _surfaces(template, match, points)
-    with run.stage("projection"):
-        factored = _factored(template, part, surfaces, points, run)
-    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
-    return refined(_finished(origin, run), options, run)
+    return refined(_part_like(part, template, replace(options, params=None, part=None), run), options, run)
 
 
-def _paired(part: Part, template: Template) -> tuple[Part, Match]:
-    """The part as it is swept, and the partners of the template's entities in it."""
-    ready = [part]
-    # It needs no sweep of its own, and the user's choice of caps has its answer in the template.
-    with suppress(NotSweepableError, InputError):
-        ready.insert(0, open_and_find(part, *template.choice)[0])
-    first: CadSweepError | None = None
-    for one in ready:
-        try:
-            return one, match_graphs(template.graph, graph_of(only_solid(one)))
-        except CadError as error:
-            first = first or error
-    assert first is not None
-    raise first
+def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    if isinstance(template, GroupsTemplate):
+        return _groups_like(part, template, options, run)
+    if isinstance(template, CellsTemplate):
+        return cells_like(part, template, options, run)
+    return sweep_like(part, template, options, run)
 
 
-def _same_sweep(part: Part, template: Template, match: Match) -> Sweep:
-    """The template's sweep on the part's faces and edges."""
-    roles, faces = template.roles, match.faces
-
-    def directed(edge: int, forward: bool) -> tuple[int, bool]:
-        there, same = match.edges[edge]
-        return there, forward == same
-
-    def chains(loops: Any) -> Any:
-        return tuple(tuple(directed(edge, forward) for edge, forward in loop) for loop in loops)
-
-    def target(edge: int, there: int, forward: bool) -> tuple[int, tuple[int, bool]]:
-        own, same = match.edges[edge]
-        partner, same_there = match.edges[there]
-        return own, (partner, forward == (same == same_there))
-
-    sweep = Sweep(
-        solid=only_solid(part),
-        source=tuple(faces[f] for f in roles["source"]),
-        target=tuple(faces[f] for f in roles["target"]),
-        linking_sides=tuple(linking_side(side, faces[side["face"]], directed) for side in roles["linking_sides"]),
-        source_loops=chains(roles["source_loops"]),
-        target_loops=chains(roles["target_loops"]),
-        rails=tuple(match.edges[edge][0] for edge in roles["rails"]),
-        stations=tuple(tuple(match.edges[edge][0] for edge in ring) for ring in roles["stations"]),
-        spans=tuple(tuple(tuple(match.edges[edge][0] for edge in span) for span in spans) for spans in roles["spans"]),
-        span_lengths=tuple(tuple(lengths) for lengths in roles["span_lengths"]),
-        target_faces={faces[f]: faces[t] for f, t in roles["target_faces"]},
-        target_edges=dict(target(*row) for row in roles["target_edges"]),
-        score=roles["score"],
-    )
-    if sweep.closed != roles["closed"]:
-        raise CadError("the parts do not correspond: one is a closed ring, and the other is not")
-    return sweep
-
-
-def _boundary(template: Template, match: Match, sweep: Sweep) -> FloatArray:
-    """Places of all nodes on the boundary (n_layers + 1, n, 3), working units; NaN inside."""
-    solid = sweep.solid
-    n, n_layers = template.factored.structure.n_nodes, template.n_layers
-    points = np.full(((n_layers + 1) * n, 3), np.nan)
-    surfaces = template.surfaces
-    nodes = np.arange(n_layers + 1)[:, None] * n + np.concatenate(surfaces.source.loops)
-    on_vertex = surfaces.node_vertices >= 0
-    partners = np.array([match.vertices.get(v, -1) for v in range(len(template.graph.vertices))])
-    points[nodes[on_vertex]] = solid.vertices[partners[surfaces.node_vertices[on_vertex]]]
-    for edge, chain in surfaces.source.edge_nodes.items():
-        for vertex, node in zip(template.graph.ends[edge], chain[[0, -1]].tolist(), strict=True):
-            points[node] = solid.vertices[match.vertices[vertex]]
-    for edge, there, forward in template.roles["target_edges"]:
-        if edge in surfaces.source.edge_nodes and there in surfaces.target_edge_points:
-            ends = surfaces.source.edge_nodes[edge][[0, -1]] + n_layers * n
-            for vertex, node in zip(template.graph.ends[there], ends[:: 1 if forward else -1].tolist(), strict=True):
-                points[node] = solid.vertices[match.vertices[vertex]]
-    for edge, (own, fractions) in template.on_edges.items():
-        there, same = match.edges[edge]
-        points[own] = solid.edges[there].curve.evaluate(fractions if same else 1.0 - fractions)
-    for face, meshed in template.faces.items():
-        loops = meshed.loops()
-        known = meshed.nodes[np.concatenate(loops)]
-        if np.isnan(points[known]).any():
-            label = template.graph.face_labels[face]
-            raise CadError(f"the parts do not correspond: {label} has an outline that is on no edge")
-        points[meshed.nodes] = carry_face(meshed, points[known], loops, solid.faces[match.faces[face]].surface)
-    layers = points.reshape(n_layers + 1, n, 3)
-    if sweep.closed:
-        layers[-1] = layers[0]
-    return layers
-
-
-def _surfaces(template: Template, match: Match, points: FloatArray) -> SurfaceMesh:
-    """The boundary's mesh, with the ids of the part's faces, edges and vertices."""
-    old = template.surfaces
-    faces = np.full(len(template.graph.loops) + 1, -1, dtype=np.int64)
-    edges = np.full(len(template.graph.ends) + 1, -1, dtype=np.int64)
-    vertices = np.full(len(template.graph.vertices) + 1, -1, dtype=np.int64)
-    faces[list(match.faces)] = list(match.faces.values())
-    edges[list(match.edges)] = [there for there, _ in match.edges.values()]
-    vertices[list(match.vertices)] = list(match.vertices.values())
-
-    def run(edge: int, chain: Any) -> tuple[int, Any]:
-        there, same = match.edges[edge]
-        return there, chain if same else chain[::-1]
-
-    on_target: dict[int, FloatArray] = {}
-    for edge, there, forward in template.roles["target_edges"]:
-        if there in old.target_edge_points:
-            chain = points[-1][old.source.edge_nodes[edge]]
-            on_target.update([run(there, chain if forward else chain[::-1])])
-    return SurfaceMesh(
-        source=QuadMesh(
-            points=points[0].copy(),
-            quads=old.source.quads,
-            faces=faces[old.source.faces],
-            loops=old.source.loops,
-            edge_nodes=dict(run(edge, chain) for edge, chain in old.source.edge_nodes.items()),
-        ),
-        rings=np.ascontiguousarray(points[:, np.concatenate(old.source.loops)]),
-        side_faces=faces[old.side_faces],
-        node_edges=edges[old.node_edges],
-        node_vertices=vertices[old.node_vertices],
-        target_edge_points=on_target,
-    )
-
-
-def _factored(template: Template, part: Part, surfaces: SurfaceMesh, points: FloatArray, run: Run) -> FactoredMesh:
-    old, solid = template.factored, only_solid(part)
-    how = old.sweep
-    placed = project_layers(
-        points[0],
-        how.quads,
-        surfaces.rings,
-        loops=how.loops,
-        functional=how.functional,
-        strategy=how.strategy,
-        target_points=points[-1],
-        residual=template.residual,
-    )
-    moved = _moved(old, placed.points, surfaces.rings)
-    info = {
-        **{key: value for key, value in old.info.items() if key in ("sweeps", "colors")},
-        "part": part.name,
-        "material": solid.material,
-        "cad_volume": solid.volume * part.scale**3,
-        "cad_volume_doubt": volume_doubt(solid) * part.scale**3,
-        "names": dict(part.names),
-        "notes": [*part.notes, f"meshed like '{old.info.get('part', 'another part')}'"],
-        "seconds": run.seconds,
-    }
-    return replace(old, sweep=placed, moved_points=moved, scale=part.scale, offset=part.offset, info=info)
-
-
-def _moved(old: FactoredMesh, place: Any, rings: FloatArray) -> FloatArray:
-    """Where the nodes go that smoothing moved in the template: by as much, in the map between the rings."""
-    moved = old.moved_points.copy()
-    n, n_layers = old.structure.n_nodes, old.structure.n_layers
-    layers, nodes = np.divmod(old.moved_nodes, n)
-    for k in np.unique(layers).tolist():
-        chosen = layers == k
-        near = slice(max(0, min(k - 1, n_layers - 2)), max(k + 2, 3))
-        source, image = old.sweep.rings[near].reshape(-1, 3), rings[near].reshape(1, -1, 3)
-        linear = fit_linear_parts(source, image)[0]
-        shift = moved[chosen] - old.sweep.layer(k)[nodes[chosen]]
-        moved[chosen] = place(slice(k, k + 1))[0][nodes[chosen]] + shift @ linear.T
-    return moved
-
-
-def _finished(origin: Origin, run: Run) -> HexMesh:
-    """The mesh, checked as ever."""
-    part, sweep, surfaces, options = origin.part, origin.sweep, origin.surfaces, origin.options
-    factored = origin.factored
-    with run.stage("assembly"):
-        mesh = factored.to_mesh()
-    reference = make_reference(part, sweep)
-    with run.stage("quality"):
-        report = check_mesh(mesh, cad=reference)
-    if not report.valid and options.smoothing:
-        with run.stage("smoothing"):
-            factored = smoothed(factored)
-            mesh = factored.to_mesh()
-            report = check_mesh(mesh, cad=reference)
-    if options.order == 2 and (report.valid or options.allow_inverted):
-        with run.stage("order 2"):
-            mesh = elevate(
-                mesh,
-                nodes=options.nodes,
-                curves=project_to_edges(part, sweep, surfaces),
-                surfaces=project_to_faces(part, sweep, factored),
-                allow_inverted=options.allow_inverted,
+def _groups_like(part: Part, template: GroupsTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    """Solids that do not all touch: each group of them as its partner, which has the same names."""
+    part = meshed_solids(part, template.solids)
+    owners = {model.name: [c for c, own in enumerate(part.owners) if own == j] for j, model in enumerate(part.models)}
+    known = {name for names, _ in template.groups for name in names}
+    for here, there, whose in ((known, owners, "this part"), (owners, known, "the mesh's part")):
+        for name in sorted(here):
+            if name not in there:
+                raise CadError(f"the parts do not correspond: there is no solid '{name}' in {whose}")
+    present = {frozenset(part.models[part.owners[c]].name for c in cells) for cells in touching_groups(part)}
+    groups = []
+    for names, own in template.groups:
+        if frozenset(names) not in present:
+            raise CadError(
+                f"the parts do not correspond: '{names[0]}' touches other solids here than in the mesh's part"
             )
-            report = check_mesh(mesh, cad=reference)
-    if not report.valid and not options.allow_inverted:
-        problems = "; ".join(report.problems[:3])
-        raise InvertedHexError(
-            f"'{part.name}' cannot have the same mesh: carried here it is not valid ({problems}); mesh it by itself, "
-            "or start from a part that is nearer to it",
-            hexes=[hexahedron.id for hexahedron in report.worst],
-            min_scaled_jacobian=report.min_scaled_jacobian,
-        )
-    factored = factored.noted(volume_notes(report, factored))
-    origin = replace(origin, factored=factored)
-    return replace(mesh, origin=origin, info={**factored.info, "quality": report})
+        alone = subset(part, sorted(cell for name in names for cell in owners[name]))
+        groups.append(make_group(alone, _part_like(alone, own, options, run)))
+    return put_together(part, groups, replace(options, **template.solids), run)

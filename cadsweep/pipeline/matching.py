@@ -23,55 +23,11 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray
-from ..brep import Solid
 from ..errors import CadError
+from .graphs import Graph
 
 FORBIDDEN = 1e9
 """Cost of a pairing that cannot be."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Graph:
-    """Faces, edges and vertices of a solid as plain data.
-
-    Attributes
-    ----------
-    loops : tuple of tuple of tuple of (int, bool)
-        Loops of every face, as directed edges.
-    face_names, edge_names : tuple of tuple of str
-        The user's names of every face and edge, sorted.
-    face_keys : tuple of str
-        What the faces are called in the input.
-    face_labels : tuple of str
-        What messages call them.
-    ends : tuple of (int, int)
-        Start and end vertex of every edge.
-    vertices : tuple of (float, float, float)
-        In the bounding box of all of them: 0 to 1.
-    """
-
-    loops: tuple[tuple[tuple[tuple[int, bool], ...], ...], ...]
-    face_names: tuple[tuple[str, ...], ...]
-    edge_names: tuple[tuple[str, ...], ...]
-    face_keys: tuple[str, ...]
-    face_labels: tuple[str, ...]
-    ends: tuple[tuple[int, int], ...]
-    vertices: tuple[tuple[float, ...], ...]
-
-
-def graph_of(solid: Solid) -> Graph:
-    """The graph of a solid."""
-    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
-    size = np.where(high > low, high - low, 1.0)
-    return Graph(
-        loops=tuple(tuple(tuple(loop.directed) for loop in face.loops) for face in solid.faces),
-        face_names=tuple(tuple(sorted(face.names)) for face in solid.faces),
-        edge_names=tuple(tuple(sorted(edge.names)) for edge in solid.edges),
-        face_keys=tuple(face.key for face in solid.faces),
-        face_labels=tuple(face.label() for face in solid.faces),
-        ends=tuple((edge.start, edge.end) for edge in solid.edges),
-        vertices=tuple(tuple(row) for row in ((solid.vertices - low) / size).tolist()),
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +70,20 @@ class _Darts:
         self.twin = [-1] * len(self.face)
         for first, second in by_edge.values():
             self.twin[first], self.twin[second] = second, first
+        self.across = self._across()
         self.components = list(self._components())
+
+    def _across(self) -> list[int]:
+        """The same edge on the same face as the solid on the other side has it; -1 where there is none."""
+        across = [-1] * len(self.face)
+        one_of = {other: own[0] for own in self.graph.shared_edges for other in own}
+        beyond = {a: b for one, other in self.graph.shared_faces for a, b in ((one, other), (other, one))}
+        places = [(face, one_of.get(edge, edge)) for face, edge in zip(self.face, self.edge, strict=True)]
+        known = {place: dart for dart, place in enumerate(places)}
+        for dart, (face, edge) in enumerate(places):
+            if face in beyond:
+                across[dart] = known[beyond[face], edge]
+        return across
 
     def _components(self) -> Iterator[list[int]]:
         seen: set[int] = set()
@@ -126,8 +95,8 @@ class _Darts:
             while waiting:
                 dart = waiting.pop()
                 found.append(dart)
-                for other in (self.following[dart], self.twin[dart]):
-                    if other not in seen:
+                for other in (self.following[dart], self.twin[dart], self.across[dart]):
+                    if other >= 0 and other not in seen:
                         seen.add(other)
                         waiting.append(other)
             yield found
@@ -174,6 +143,7 @@ class _Matcher:
                 match.faces[self.first.face[dart]] = self.second.face[partner]
                 match.edges[self.first.edge[dart]] = (self.second.edge[partner], same)
                 match.vertices[self.first.start(dart)] = self.second.start(partner)
+        _check_shared(self.first.graph, self.second.graph, match)
         return match
 
     def images(self, component: Sequence[int], faces: dict[int, int], within: set[int]) -> Iterator[dict[int, int]]:
@@ -203,8 +173,15 @@ class _Matcher:
                 return None
             if first.graph.edge_names[first.edge[dart]] != second.graph.edge_names[second.edge[partner]]:
                 return None
-            for step, step_there in ((first.following, second.following), (first.twin, second.twin)):
-                if step[dart] not in image:
+            for step, step_there in (
+                (first.following, second.following),
+                (first.twin, second.twin),
+                (first.across, second.across),
+            ):
+                if step[dart] < 0 or step_there[partner] < 0:
+                    if step[dart] != step_there[partner]:
+                        return None
+                elif step[dart] not in image:
                     image[step[dart]] = step_there[partner]
                     waiting.append(step[dart])
                 elif image[step[dart]] != step_there[partner]:
@@ -248,6 +225,17 @@ class _Matcher:
         away = float(np.linalg.norm(starts - partners, axis=1).mean())
         same = all(here.face_keys[self.first.face[d]] == there.face_keys[self.second.face[p]] for d, p in image.items())
         return 1e-3 * away if same else 1.0 + away
+
+
+def _check_shared(base: Graph, other: Graph, match: Match) -> None:
+    """Refuse parts whose solids touch in other edges or vertices."""
+    edges = {edge: there for edge, (there, _) in match.edges.items()}
+    for what, own, theirs, partners in (
+        ("an edge", base.shared_edges, other.shared_edges, edges),
+        ("a vertex", base.shared_vertices, other.shared_vertices, match.vertices),
+    ):
+        if {frozenset(partners[one] for one in ids) for ids in own} != {frozenset(ids) for ids in theirs}:
+            raise CadError(f"the parts do not correspond: solids share {what} in one of them, and not in the other")
 
 
 def _classes(base: Graph, other: Graph) -> tuple[list[int], list[int]]:

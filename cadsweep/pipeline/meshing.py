@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from ..blocks.block import FactoredMesh
-from ..blocks.files import load_factors, save_factors
 from ..blocks.reference import make_reference
 from ..blocks.stream import check_boundary, make_slab_report, write_slabs
 from ..brep import Part
@@ -17,17 +16,17 @@ from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..progress import Progress
 from ..quality import QualityAccumulator, QualityReport, check_mesh
 from ..sweep import Sweep
 from .attempts import find_candidates
 from .candidates import Made, checked, figures, first_good, refuse
 from .factoring import factor_sweep
 from .like import as_template, mesh_like
-from .making import make_mesh
 from .refinement import refined
 from .routes import mesh_part
-from .run import Progress, Run, silent
-from .template import make_template, template_arrays
+from .run import Run, silent
+from .template_files import load_mesh, save_template
 
 
 def sweep_mesh(
@@ -59,8 +58,8 @@ def sweep_mesh(
     **options
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
-        ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
+        ``sizes``, ``counts``, ``rail_layers``, ``biases``, ``params``, ``part``, ``order``, ``nodes``,
+        ``allow_inverted``, ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
@@ -72,6 +71,20 @@ def sweep_mesh(
     ------
     InputError, CadError, NotSweepableError, SurfaceMeshError, ProjectionError, InvertedHexError, WorkerError
         All of them ``CadSweepError``; no mesh is better than a wrong one.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> mesh.n_hexes, mesh.quality().valid
+    (24, True)
+    >>> pipe = cs.sweep_mesh("models/elbow.step", size=4.0, rail_layers={"span 2": 8})
+    >>> pipe.record.sweeps[0]["span_layers"][1]
+    8
+    >>> sorted(pipe.boundaries)
+    ['bore', 'inlet', 'outlet', 'wall']
     """
     chosen = make_options(options)
     if isolated:
@@ -116,6 +129,8 @@ def write_factors(
 ) -> HexMesh:
     """Mesh a part as :func:`sweep_mesh` does, and keep its factors: megabytes for any number of layers.
 
+    What is not of one sweep is kept as its arrays; of both kinds others can be made like it.
+
     Parameters
     ----------
     source, **options
@@ -127,18 +142,26 @@ def write_factors(
     -------
     HexMesh
         The mesh that the factors give back, bit for bit.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.pipeline import write_factors
+    >>> write_factors(box, "box.sweep.npz", size=1.0, layers=2).n_hexes
+    24
     """
     chosen = make_options(options)
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
     run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
-    made = first_good(part, sweeps, chosen, run, make_mesh)
-    assert made.mesh is not None
-    with replaced_file(check_place(Path(path))) as stream:
-        save_factors(made.factored, stream, template_arrays(make_template(made.mesh.origin)))
-    return made.mesh
+    place = check_place(Path(path))
+    mesh = mesh_part(source, chosen, run)
+    with replaced_file(place) as stream:
+        save_template(mesh, stream)
+    return mesh
 
 
 def expand(path: str | PathLike[str]) -> HexMesh:
@@ -148,8 +171,18 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     ------
     InputError
         The file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.pipeline import expand, write_factors
+    >>> mesh = write_factors(box, "box.sweep.npz", size=1.0)
+    >>> bool((expand("box.sweep.npz").points == mesh.points).all())
+    True
     """
-    mesh = load_factors(path).to_mesh()
+    mesh = load_mesh(path)
     return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
 
 
@@ -171,6 +204,15 @@ def stream_mesh(
     -------
     dict
         The figures that ``cadsweep mesh --json`` prints.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> figures = cs.stream_mesh(box, "box.vtkhdf", size=1.0, layers=2)
+    >>> figures["n_hexes"], figures["valid"]
+    (24, True)
     """
     chosen = make_options(options)
     if chosen.order != 1:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..blocks.block import FactoredMesh
+from ..blocks.finish import NamedFaces
+from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..errors import InputError
 from ..mesh import HexMesh, SurfaceMesh
@@ -33,7 +35,70 @@ class Origin:
     options: SweepOptions
 
 
-def origin_of(mesh: HexMesh, purpose: str) -> Origin:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellsOrigin:
+    """Of a mesh of several cells or of columns: the cells, and the mesh before its order was raised.
+
+    Attributes
+    ----------
+    model : Part
+        The solids as they were before they were cut; with nothing cut, the cells themselves.
+    part : Part
+        The cells.
+    joined : JoinedMesh
+        Its nodes are those of the mesh, working units.
+    names : NamedFaces
+    options : SweepOptions
+    """
+
+    model: Part
+    part: Part
+    joined: JoinedMesh
+    names: NamedFaces
+    options: SweepOptions
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Group:
+    """Solids that touch, or one that touches no other, and their mesh.
+
+    Attributes
+    ----------
+    solids : tuple of str
+    given : frozenset of str
+        Boundary names that the user gave; the others of a solid by itself are called after it.
+    mesh : HexMesh
+        As if it were the whole part.
+    part : Part
+        The solids, with a face a contact, whether the mesh follows its outline or not.
+    """
+
+    solids: tuple[str, ...]
+    given: frozenset[str]
+    mesh: HexMesh
+    part: Part
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GroupsOrigin:
+    """Of a mesh of solids that do not all touch: the meshes of those that do, each with an origin of its own.
+
+    Attributes
+    ----------
+    part : Part
+    groups : tuple of Group
+    options : SweepOptions
+    """
+
+    part: Part
+    groups: tuple[Group, ...]
+    options: SweepOptions
+
+
+AnyOrigin = Origin | CellsOrigin | GroupsOrigin
+
+
+def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     """The origin of a mesh.
 
     Raises
@@ -41,9 +106,16 @@ def origin_of(mesh: HexMesh, purpose: str) -> Origin:
     InputError
         It has none.
     """
-    if isinstance(mesh.origin, Origin):
+    if isinstance(mesh.origin, AnyOrigin):
         return mesh.origin
     raise InputError(
-        f"{purpose} needs the CAD model that the mesh was made from, and this mesh comes from a file, from another "
-        "process or from several sweeps: make it with cadsweep.sweep_mesh(...), without isolated=True"
+        f"{purpose} needs the CAD model that the mesh was made from, and this mesh comes from a file or from another "
+        "process: make it with cadsweep.sweep_mesh(...), without isolated=True"
     )
+
+
+def made_of(mesh: HexMesh, model: Part) -> HexMesh:
+    """The mesh, knowing the part that its cells were cut from."""
+    if not isinstance(mesh.origin, CellsOrigin):
+        return mesh
+    return replace(mesh, origin=replace(mesh.origin, model=model))

@@ -46,6 +46,19 @@ def load(
         No such file, an unknown format, a part that is not there, or parameters that the script does not have.
     CadError
         The model cannot be read, or holds no usable solid.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.load(box)
+    Part part: 6 faces, volume 24
+      1 solid: solid
+    >>> cs.load("models/elbow.py", params={"angle": 45}).name
+    'elbow'
+    >>> [model.name for model in cs.load("models/flanges.step").models]
+    ['lower', 'gasket', 'upper']
     """
     if isinstance(source, Part):
         if params:

@@ -30,12 +30,13 @@ from ..io.atomic import check_place, replaced_file
 from ..io.slabs import PieceSizes, SlabWriter
 from ..io.vtk_cells import color_fields
 from ..options import SweepOptions
+from ..progress import Progress
 from ..quality import QualityAccumulator, QualityReport
 from . import make_options
 from .attempts import find_candidates
 from .candidates import Made, checked, explained, figures, first_good, refuse, smoothed
 from .factoring import factor_sweep
-from .run import Progress, Run, silent
+from .run import Run, silent
 
 SUFFIXES = (".pvtu", ".vtkhdf")
 

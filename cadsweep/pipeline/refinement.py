@@ -8,7 +8,9 @@ half the steps, and the inner nodes of those come from one factored sweep. What 
 it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
 the nodes that stay. Where the checks find an invalid hex, the new nodes, and they alone, are smoothed.
 
-Not handled: meshes of several sweeps. A quad with two segments on one smooth curve has an angle there that tends to
+Meshes of several cells are refined by :mod:`.cells_refinement`.
+
+Not handled: a quad with two segments on one smooth curve has an angle there that tends to
 two right ones, whatever is done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
 """
 
@@ -30,9 +32,11 @@ from ..order2.curving import project_to_edges, project_to_faces, ring_segments
 from ..order2.elevate import elevate, place_lattice
 from ..projection import project_layers
 from ..quality import check_mesh
-from .origin import Origin, origin_of
+from .cells_refinement import refine_cells
+from .groups import put_together
+from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
 from .refusing import refusal
-from .run import Run
+from .run import Run, silent
 
 MOST_LEVELS = 8
 """Each makes eight times as many hexes."""
@@ -61,10 +65,33 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
         The mesh does not know its CAD model, or `levels` is not a whole number from 1 to 8.
     InvertedHexError
         The refined mesh is not valid: the coarse one follows the model's curves too coarsely.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> fine = cs.refine(mesh)
+    >>> fine.n_hexes == 8 * mesh.n_hexes
+    True
+    >>> bool((fine.points[fine.info["coarse_nodes"]] == mesh.points).all())
+    True
     """
     if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= MOST_LEVELS:
         raise InputError(f"levels must be a whole number from 1 to {MOST_LEVELS}, not {levels!r}")
+    return _refine(mesh, levels, Run(on_progress=silent))
+
+
+def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
     origin = origin_of(mesh, "refining")
+    if isinstance(origin, GroupsOrigin):
+        return _refine_groups(origin, levels, run)
+    if isinstance(origin, CellsOrigin):
+        cells, parents = refine_cells(mesh, levels, run)
+        return replace(
+            cells, parents=parents, info={**cells.info, "coarse_nodes": np.arange(len(origin.joined.points))}
+        )
     parents, kept = (
         np.arange(mesh.n_hexes),
         np.arange(origin.factored.structure.n_nodes * origin.factored.n_node_layers),
@@ -77,6 +104,21 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
     if mesh.order == 2:
         fine = _second_order(fine, mesh.hexes.shape[1])
     return replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept})
+
+
+def _refine_groups(origin: GroupsOrigin, levels: int, run: Run) -> HexMesh:
+    """Each of the meshes that lie side by side, refined."""
+    groups = [replace(group, mesh=_refine(group.mesh, levels, run)) for group in origin.groups]
+    fine = put_together(origin.part, groups, origin.options, run)
+    parents, kept = [], []
+    coarse_hexes, fine_nodes = 0, 0
+    for coarse, group in zip(origin.groups, groups, strict=True):
+        assert group.mesh.parents is not None
+        parents.append(group.mesh.parents + coarse_hexes)
+        kept.append(group.mesh.info["coarse_nodes"] + fine_nodes)
+        coarse_hexes += coarse.mesh.n_hexes
+        fine_nodes += group.mesh.n_nodes
+    return replace(fine, parents=np.concatenate(parents), info={**fine.info, "coarse_nodes": np.concatenate(kept)})
 
 
 def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:

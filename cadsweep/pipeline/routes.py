@@ -28,6 +28,7 @@ from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
 from .decomposing import is_planar, mesh_decomposed, mesh_user_cut
 from .making import make_mesh
+from .origin import made_of
 from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
@@ -53,8 +54,7 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
     part = open_part(source, options, run)
     chosen = options.only is not None or options.skip is not None
-    # They are about the source, which is open now.
-    options = replace(options, params=None, part=None, only=None, skip=None)
+    options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if options.cuts:
         return mesh_user_cut(part, options, run)
     if len(part.solids) > 1 or chosen:  # one that is left of several keeps its name
@@ -87,7 +87,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
             break
     if best is not None:
-        return best
+        return made_of(best, part)
     assert refused is not None
     raise refused
 

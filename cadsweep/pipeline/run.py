@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-Progress = Callable[[str, float | None], None]
-"""Called with the stage under way and how much of it is done (0 to 1, None where unknown)."""
+from ..progress import Progress
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -34,6 +34,8 @@ def name_contacts(mesh: HexMesh, imprinted: Part) -> HexMesh:
     HexMesh
         A contact has all quads that reach into it; these leave the boundaries that were named by us.
     """
+    if not imprinted.contacts:
+        return mesh
     contacts: dict[str, list[int]] = {}
     given: set[str] = set()
     for face in imprinted.solids[0].faces:

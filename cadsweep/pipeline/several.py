@@ -7,7 +7,7 @@ open, faces merged); those that touch are planned and meshed together.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -18,6 +18,7 @@ from .. import cad, recognition, smoothing
 from ..blocks.finish import NamedFaces, by_face, find_colors, make_references, name_faces, to_hex_mesh
 from ..blocks.joined import JoinedMesh, neighbours_of
 from ..brep import Part, Solid
+from ..corner_blocks import CornerBlocks
 from ..decomposition.curved import Found, Tools, find_cells
 from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
@@ -25,12 +26,13 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
-from ..plan import Plan, list_ways, make_plan
-from ..quality import CadReference, QualityReport, check_mesh
+from ..plan import Fill, Plan, list_ways, make_plan
+from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
-from ..sweep import Sweep
+from ..sweep import Intervals, Sweep
 from .candidates import SMOOTH_BELOW
 from .cells import mesh_cells
+from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
 
@@ -86,8 +88,14 @@ def cut_until_planned(part: Part, run: Run) -> Found:
     return found
 
 
-def recognise(solid: Solid) -> list[Sweep]:
-    """Sweeps of a cell that a plan can use: the fast way, and thoroughly only for cells that are nearly convex."""
+def recognise(solid: Solid) -> list[Fill]:
+    """How a cell can be filled: sweeps that a plan can use, and blocks at its corners."""
+    blocks = recognition.find_corner_blocks(solid)
+    return [*_usable(solid), *([] if blocks is None else [blocks])]
+
+
+def _usable(solid: Solid) -> list[Sweep]:
+    """Sweeps found the fast way, and thoroughly only of cells that are nearly convex."""
     for most_readings in (1, None):
         sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
         usable = [sweep for sweep in sweeps if list_ways([sweep])]
@@ -158,15 +166,18 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         run,
         notes=notes,
         sweeps=[
-            {
-                "source": [solid.faces[f].name or f for f in way.sweep.source],
-                "target": [solid.faces[f].name or f for f in way.sweep.target],
-                "layers": own.n_layers,
-                "cell": cell,
-            }
+            _described(solid, way.fill, own) | {"cell": cell}
             for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
         ],
     )
+
+
+def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
+    """What a mesh's record says of one cell."""
+    if isinstance(fill, CornerBlocks):
+        return {"source": [], "target": [], "layers": 0, "corners": len(fill.corners)}
+    caps = {"source": fill.source, "target": fill.target}
+    return {name: [solid.faces[f].name or f for f in own] for name, own in caps.items()} | {"layers": counts.n_layers}
 
 
 def finish(
@@ -198,18 +209,68 @@ def finish(
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }
+    mesh = checked_cells(
+        part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
+    )
+    report = mesh.info["quality"]
+    if not report.valid and not options.allow_inverted:
+        error = refusal(report)
+        error.solids = _at_fault(mesh, report)
+        raise error
+    return mesh
+
+
+def checked_cells(
+    part: Part,
+    joined: JoinedMesh,
+    names: NamedFaces,
+    options: SweepOptions,
+    run: Run,
+    *,
+    make: Callable[[JoinedMesh, dict[str, Any]], HexMesh],
+    info: dict[str, Any],
+    smooth_below: float = SMOOTH_BELOW,
+    kept: np.ndarray | None = None,
+) -> HexMesh:
+    """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the mesh of `joined`, or of it with other points, with names and `info`.
+    smooth_below : float
+        Worst scaled Jacobian below which it is smoothed, valid or not.
+    kept : (n,) bool or None
+        Nodes that smoothing must not move, besides those on the model's faces.
+
+    Returns
+    -------
+    HexMesh
+        With its report as ``info["quality"]``, valid or not.
+    """
     references = make_references(part, names)
-    mesh, report = _checked(part, joined, (names, references), info, run)
-    if options.smoothing and (report.min_scaled_jacobian < SMOOTH_BELOW or report.n_inverted):
+
+    def checked(joined: JoinedMesh) -> tuple[HexMesh, QualityReport]:
+        with run.stage("assembly"):
+            mesh = make(joined, info)
+        with run.stage("quality"):
+            return mesh, check_mesh(mesh, cad=references)
+
+    mesh, report = checked(joined)
+    if options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted):
         with run.stage("smoothing"):
+            fixed = fixed_nodes(joined, names)
             better = smoothing.improve(
-                joined.points, Blocks(joined.hexes, len(joined.points)), fixed=fixed_nodes(joined, names)
+                joined.points,
+                Blocks(joined.hexes, len(joined.points)),
+                fixed=fixed if kept is None else fixed | kept,
             )
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
             points[better.nodes] = better.positions
-            mesh, report = _checked(part, joined.moved(points), (names, references), info, run)
+            joined = joined.moved(points)
+            mesh, report = checked(joined)
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
             mesh = elevate(
@@ -221,12 +282,8 @@ def finish(
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
-    mesh = replace(mesh, info={**mesh.info, "quality": report})
-    if not report.valid and not options.allow_inverted:
-        error = refusal(report)
-        error.solids = _at_fault(mesh, report)
-        raise error
-    return mesh
+    origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
+    return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 
 def _at_fault(mesh: HexMesh, report: QualityReport) -> tuple[str, ...]:
@@ -234,20 +291,6 @@ def _at_fault(mesh: HexMesh, report: QualityReport) -> tuple[str, ...]:
     said = [name for name in mesh.parts if any(problem.startswith(f"part '{name}'") for problem in report.problems)]
     inverted = [bad.id for bad in report.worst if bad.scaled_jacobian <= 0]
     return tuple(said) or tuple(name for name, ids in mesh.parts.items() if np.isin(inverted, ids).any())
-
-
-def _checked(
-    part: Part,
-    joined: JoinedMesh,
-    known: tuple[NamedFaces, dict[str, CadReference]],
-    info: dict[str, Any],
-    run: Run,
-) -> tuple[HexMesh, QualityReport]:
-    names, references = known
-    with run.stage("assembly"):
-        mesh = to_hex_mesh(part, joined, names, info)
-    with run.stage("quality"):
-        return mesh, check_mesh(mesh, cad=references)
 
 
 def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
@@ -291,4 +334,4 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     )
 
 
-__all__ = ["Complex", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
+__all__ = ["Complex", "checked_cells", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]

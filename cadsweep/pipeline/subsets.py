@@ -43,11 +43,17 @@ def chosen_solids(part: Part, *, only: Sequence[str] | None, skip: Sequence[str]
         A name that no solid has, or nothing is left.
     """
     names = [model.name for model in part.models]
+
+    def called(word: str) -> list[str]:
+        """Unique names that a word is, or was before they were made unique."""
+        return [name for name in names if word in (name, part.names.get(name))]
+
     for option, words in (("only", only), ("skip", skip)):
         for word in words or ():
-            if word not in names:
+            if not called(word):
                 raise InputError(f"{option}: no solid is called '{word}'; the solids are {', '.join(names[:20])}")
-    wanted = {name for name in (names if only is None else only) if name not in (skip or ())}
+    wanted = set(names) if only is None else {name for word in only for name in called(word)}
+    wanted -= {name for word in skip or () for name in called(word)}
     if not wanted:
         raise InputError("only and skip leave no solid to be meshed")
     cells = [cell for cell, owner in enumerate(part.owners) if names[owner] in wanted]

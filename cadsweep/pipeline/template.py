@@ -15,12 +15,12 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..blocks.block import FactoredMesh
-from ..errors import InputError
-from ..mesh import QuadMesh, SurfaceMesh
+from ..mesh import HexMesh, QuadMesh, SurfaceMesh
 from ..projection.carried import MeshedFace, meshed_face
 from ..sweep import LinkingSide, Sweep
-from .matching import Graph, graph_of
-from .origin import Origin
+from .cells_template import CellsTemplate, make_cells_template, meshed_words, tuples
+from .graphs import Graph, graph_of
+from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
 
 PREFIX = "like_"
 
@@ -67,8 +67,50 @@ class Template:
         return self.factored.structure.n_layers
 
 
-def make_template(origin: Origin) -> Template:
-    """See a mesh as a template."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GroupsTemplate:
+    """A mesh of solids that do not all touch.
+
+    Attributes
+    ----------
+    groups : tuple of (tuple of str, AnyTemplate)
+        Names of the solids that hang together, and their mesh.
+    mesh : HexMesh
+        All of it, of order 1.
+    solids : dict of str to Any
+        What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
+    """
+
+    groups: tuple[tuple[tuple[str, ...], AnyTemplate], ...]
+    mesh: HexMesh
+    solids: dict[str, Any]
+
+
+AnyTemplate = Template | CellsTemplate | GroupsTemplate
+
+
+def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
+    """See a mesh as a template.
+
+    Raises
+    ------
+    InputError
+        The mesh does not know its CAD model, or its nodes do not follow the model's edges.
+    """
+    origin = origin_of(mesh, purpose)
+    if isinstance(origin, CellsOrigin):
+        return make_cells_template(origin, mesh)
+    if isinstance(origin, GroupsOrigin):
+        return GroupsTemplate(
+            groups=tuple((group.solids, make_template(group.mesh, purpose)) for group in origin.groups),
+            mesh=mesh,
+            solids=meshed_words(origin.options),
+        )
+    return make_sweep_template(origin)
+
+
+def make_sweep_template(origin: Origin) -> Template:
+    """See a mesh of one sweep as a template."""
     sweep, surfaces, factored = origin.sweep, origin.surfaces, origin.factored
     source, n = surfaces.source, factored.structure.n_nodes
     n_layers = factored.structure.n_layers
@@ -155,7 +197,7 @@ def _roles(sweep: Sweep) -> dict[str, Any]:
 
 
 def template_arrays(template: Template) -> dict[str, Any]:
-    """A template's own arrays, for a numpy archive that holds its factors."""
+    """The own arrays of a sweep's template, for a numpy archive that holds its factors."""
     surfaces, graph = template.surfaces, template.graph
     text = {
         "graph": {name: getattr(graph, name) for name in Graph.__dataclass_fields__},
@@ -196,16 +238,8 @@ def _is_plain(value: Any) -> bool:
     return True
 
 
-def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any], path: str) -> Template:
-    """The template again.
-
-    Raises
-    ------
-    InputError
-        The archive holds none.
-    """
-    if PREFIX + "text" not in arrays:
-        raise InputError(f"{path}: this file of factors says nothing of the CAD model's faces; write it anew")
+def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any]) -> Template:
+    """The template again."""
     own = {name.removeprefix(PREFIX): array for name, array in arrays.items() if name.startswith(PREFIX)}
     text = json.loads(str(own["text"]))
     sweep = factored.sweep
@@ -238,7 +272,7 @@ def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any], path: 
         faces[face] = MeshedFace(nodes=nodes, quads=local.reshape(-1, 4), points=flat[nodes], uv=uv)
     return Template(
         factored=factored,
-        graph=Graph(**{name: _tuples(value) for name, value in text["graph"].items()}),
+        graph=Graph(**{name: tuples(value) for name, value in text["graph"].items()}),
         roles=text["roles"],
         surfaces=surfaces,
         target_faces=target_faces,
@@ -247,11 +281,6 @@ def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any], path: 
         choice=tuple(text["choice"]),
         residual=text["residual"],
     )
-
-
-def _tuples(value: Any) -> Any:
-    """Lists of lists as tuples of tuples, as they were before JSON."""
-    return tuple(_tuples(one) for one in value) if isinstance(value, list) else value
 
 
 def linking_side(side: Mapping[str, Any], face: int, directed: Any) -> LinkingSide:

@@ -1,6 +1,6 @@
 """Minimise a smooth energy of many unknowns: limited-memory BFGS on top of a Laplacian.
 
-Place in the flow: the minimiser under :mod:`.relax` and under ``smoothing``.
+Place in the flow: the minimiser under :mod:`.injective` and under ``smoothing``.
 
 Method: the two-loop recursion with the inverse of a fixed sparse matrix as its first guess of the inverse Hessian. With
 a Laplacian of the mesh there, a step moves all nodes together, and their number hardly grows with the mesh. Steps are

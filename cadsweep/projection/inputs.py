@@ -15,9 +15,6 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 
-FUNCTIONALS = ("F", "G", "H")
-STRATEGIES = ("source", "advancing", "both")
-
 
 def checked_points(values: npt.ArrayLike, name: str, *, n_axes: int = 2) -> FloatArray:
     """Return `values` as a finite float64 array of `n_axes` axes whose last one is the space R^n, n >= 2."""

@@ -7,7 +7,7 @@ least-squares affine map between the two images of the loops (functional H, n = 
 the surface's own parametrisation lifts them: no root finding per node. Where that gives poor quads (a parametrisation
 that winds round a pole, or is stretched unevenly) the 3-D image of the source is projected orthogonally to the surface.
 Both are judged by their worst quad, and the better one is kept. Where that is folded or poor, its nodes are moved along
-the surface until it is not (:mod:`.relax`).
+the surface until it is not (:mod:`.injective`).
 
 Not handled: a target ring that is not on the surface; the ring is taken as it is.
 """
@@ -24,10 +24,10 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..errors import InputError, ProjectionError
+from .injective import rectangles, relax_plane
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
 from .normals import pseudo_normal
-from .relax import rectangles, relax_plane
 
 log = logging.getLogger(__name__)
 
@@ -101,6 +101,24 @@ def project_target(
         Arrays that do not fit each other.
     ProjectionError
         No method gave finite points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import project_target
+    >>> class Plane:  # z = 5, all that is asked of a surface
+    ...     periods = (None, None)
+    ...     def evaluate(self, uv):
+    ...         return np.column_stack([uv, np.full(len(uv), 5.0)])
+    ...     def derivatives(self, uv):
+    ...         return np.tile([1.0, 0, 0], (len(uv), 1)), np.tile([0.0, 1, 0], (len(uv), 1))
+    ...     def project(self, points):
+    ...         return points[:, :2]
+    >>> source = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0]])
+    >>> quads = [[0, 1, 4, 3], [1, 2, 3, 4]]
+    >>> cap = project_target(source, quads, [[0, 1, 2, 3]], source[:4] + [0, 0, 5], surface=Plane())
+    >>> cap.points[4].round(9).tolist()
+    [1.0, 1.0, 5.0]
     """
     source, cap_ring = checked_points(source_points, "source_points"), checked_points(ring, "ring")
     cap_loops, cap_quads = checked_loops(loops, len(source)), checked_ids(quads, "quads", len(source))

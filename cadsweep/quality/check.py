@@ -62,6 +62,19 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
     -------
     QualityReport
         ``report.valid`` says whether nothing is wrong, ``report.problems`` what is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep import HexMesh
+    >>> from cadsweep.quality import check_mesh
+    >>> cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
+    >>> mesh = HexMesh(points=cube, hexes=np.arange(8)[None], boundaries={})
+    >>> check_mesh(mesh).valid
+    True
+    >>> inside_out = HexMesh(points=cube * [1, 1, -1], hexes=np.arange(8)[None], boundaries={})
+    >>> check_mesh(inside_out).n_inverted
+    1
     """
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)

@@ -13,6 +13,7 @@ from math import pi
 import numpy as np
 
 from ..brep import Solid
+from ..errors import NotSweepableError
 from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .bands import Band
 from .layout import Layout
@@ -24,8 +25,8 @@ MAX_FOLD = pi / 3
 """Radians from pi beyond which an inner edge of a cap is a fold that the other cap must answer."""
 
 
-def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep | str:
-    """Return the sweep of a layout, or the reason why it is none.
+def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep:
+    """Return the sweep of a layout.
 
     Parameters
     ----------
@@ -33,6 +34,11 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
     layout : Layout
     reverse : bool
         Take the second cap for the source.
+
+    Raises
+    ------
+    NotSweepableError
+        The layout is none of a sweep; the message is the reason, in half a sentence.
     """
     source, target = layout.caps[::-1] if reverse else layout.caps
     loops: list[tuple[list[LinkingSide], list[DirectedEdge], list[DirectedEdge]]] = []
@@ -40,16 +46,12 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
     for chain in chains:
         bottom = order_loop(solid, _ends(solid, chain[0], set(source), top=False))
         top = order_loop(solid, _ends(solid, chain[-1], set(target), top=True))
-        if isinstance(bottom, str):
-            return bottom
-        if isinstance(top, str):
-            return top
         loops.append(([side for span in chain for side in span], bottom, top))
     extent = [_extent(solid, [e for e, _ in bottom]) for _, bottom, _ in loops]
     order = sorted(range(len(loops)), key=lambda j: -extent[j])
     for cap in (source, target):
         if euler(solid, cap) != 2 - len(loops):
-            return f"the cap with {solid.faces[cap[0]].label()} is not a disc with holes"
+            raise NotSweepableError(f"the cap with {solid.faces[cap[0]].label()} is not a disc with holes")
 
     source_loops, target_loops, spans, lengths, stations = [], [], [], [], []
     for j in order:
@@ -63,8 +65,6 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         for k in range(len(chains[j]) - 1):
             below = {f.face for f in chains[j][k]}
             ring = order_loop(solid, _ends(solid, chains[j][k + 1], below, top=False))
-            if isinstance(ring, str):
-                return ring
             stations.append((sum(lengths[-1][: k + 1]) / total, tuple(e for e, _ in ring)))
     all_sides = tuple(side for j in order for side in loops[j][0])
     sweep = Sweep(
@@ -80,7 +80,10 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         span_lengths=tuple(lengths),
     )
     sweep = match_caps(sweep)
-    return _reentrant_rim(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep) or sweep
+    reason = _reentrant_rim(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep)
+    if reason:
+        raise NotSweepableError(reason)
+    return sweep
 
 
 def _reentrant_rim(sweep: Sweep) -> str:
@@ -143,23 +146,30 @@ def _ends(solid: Solid, span: Sequence[LinkingSide], neighbours: set[int], *, to
     return found
 
 
-def order_loop(solid: Solid, edges: Sequence[DirectedEdge]) -> list[DirectedEdge] | str:
-    """Put directed edges in cyclic order; a string says why they are not one loop."""
+def order_loop(solid: Solid, edges: Sequence[DirectedEdge]) -> list[DirectedEdge]:
+    """Put directed edges in cyclic order.
+
+    Raises
+    ------
+    NotSweepableError
+        They are not one loop; the message says why.
+    """
     begins: dict[int, DirectedEdge] = {}
     for e, forward in edges:
-        v = solid.edges[e].start if forward else solid.edges[e].end
+        v = solid.first_vertex((e, forward))
         if v in begins:
-            return f"a loop of the cap touches itself at ({solid.units.place(solid.vertices[v])})"
+            raise NotSweepableError(f"a loop of the cap touches itself at ({solid.units.place(solid.vertices[v])})")
         begins[v] = (e, forward)
     loop = [edges[0]]
     while len(loop) <= len(edges):
-        e, forward = loop[-1]
-        v = solid.edges[e].end if forward else solid.edges[e].start
+        v = solid.last_vertex(loop[-1])
         step = begins.get(v)
         if step is None or step == loop[0]:
             break
         loop.append(step)
-    return loop if len(loop) == len(edges) else "a ring of its linking sides is not one closed loop"
+    if len(loop) != len(edges):
+        raise NotSweepableError("a ring of its linking sides is not one closed loop")
+    return loop
 
 
 def euler(solid: Solid, faces: Sequence[int]) -> int:
@@ -197,9 +207,9 @@ def _begin_on_rail(
         for e, forward in side.left + side.right:
             a, b = solid.edges[e].start, solid.edges[e].end
             up[a if forward else b] = b if forward else a
-    tops = {(solid.edges[e].start if f else solid.edges[e].end): k for k, (e, f) in enumerate(top)}
-    for j, (e, forward) in enumerate(bottom):
-        v = solid.edges[e].start if forward else solid.edges[e].end
+    tops = {solid.first_vertex(directed): k for k, directed in enumerate(top)}
+    for j, directed in enumerate(bottom):
+        v = solid.first_vertex(directed)
         while v in up:
             v = up[v]
         if v in tops:

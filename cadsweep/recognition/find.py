@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from ..brep import Solid
@@ -130,15 +131,20 @@ def _turned(sweep: Sweep) -> Sweep | None:
             for reverse in (False, True):
                 caps = layout.caps[::-1] if reverse else layout.caps
                 if (caps[0], caps[1]) == (sweep.target, sweep.source):
-                    built = build_sweep(sweep.solid, layout, reverse=reverse)
-                    return None if isinstance(built, str) else replace(built, score=sweep.score)
+                    with suppress(NotSweepableError):  # not a sweep from this side
+                        return replace(build_sweep(sweep.solid, layout, reverse=reverse), score=sweep.score)
+                    return None
     return None
 
 
 def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     search = find_bands(solid, folded=folded)
-    laid_out = [layout for bands in choose_bands(search.bands) for layout in lay_out(solid, bands)[0]]
-    return [each for layout in laid_out for each in with_grown(solid, layout)]
+    layouts: list[Layout] = []
+    for bands in choose_bands(search.bands):
+        with suppress(NotSweepableError):  # other bands may make the sweep that is looked for
+            for layout in lay_out(solid, bands):
+                layouts.extend(with_grown(solid, layout))
+    return layouts
 
 
 def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None = None) -> Findings:
@@ -158,18 +164,21 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
         for bands in choose_bands(search.bands):
-            layouts, reason = lay_out(solid, bands)
-            if not layouts:
-                found.failures.append((bands, reason))
+            try:
+                layouts = lay_out(solid, bands)
+            except NotSweepableError as reason:
+                found.failures.append((bands, str(reason)))
+                continue
             for layout in layouts:
                 best = 1.0
                 for each in with_grown(solid, layout):
                     if frozenset(each.caps) in seen:
                         continue
                     seen.add(frozenset(each.caps))
-                    built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
-                    if isinstance(built, str):
-                        found.failures.append((bands, built))
+                    try:
+                        built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
+                    except NotSweepableError as reason:
+                        found.failures.append((bands, str(reason)))
                         continue
                     score = min(best, score_sweep(built, score_layout(solid, each)))
                     best = SMALLER * score

@@ -13,10 +13,13 @@ ring whose every face is a rectangle) are opened at the two best places.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import combinations
 from math import pi
 
 from ..brep import Solid
+from ..errors import NotSweepableError
 from .bands import Band
 
 FLAT = 0.03
@@ -76,8 +79,14 @@ def choose_bands(bands: Sequence[Band]) -> Iterator[list[Band]]:
             yield [bands[j] for j in chosen]
 
 
-def lay_out(solid: Solid, bands: Sequence[Band]) -> tuple[list[Layout], str]:
-    """Join bands to layouts; where there is none, the second value says why."""
+def lay_out(solid: Solid, bands: Sequence[Band]) -> list[Layout]:
+    """Join bands to layouts.
+
+    Raises
+    ------
+    NotSweepableError
+        There is none; the message is the reason, in half a sentence.
+    """
     bands = list(bands)
     for _ in range(len(bands) + 1):
         graph = _Graph(solid, bands)
@@ -86,27 +95,28 @@ def lay_out(solid: Solid, bands: Sequence[Band]) -> tuple[list[Layout], str]:
             bands = [b for i, b in enumerate(bands) if i not in drop]
             continue
         if graph.reason:
-            return [], graph.reason
+            raise NotSweepableError(graph.reason)
         if graph.groups:
-            found = graph.layout()
-            return ([], found) if isinstance(found, str) else ([found], "")
+            return [graph.layout()]
         return _open_cycle(solid, bands, graph)
-    return [], "the bands of its linking sides do not fit together"
+    raise NotSweepableError("the bands of its linking sides do not fit together")
 
 
-def _open_cycle(solid: Solid, bands: list[Band], graph: _Graph) -> tuple[list[Layout], str]:
+def _open_cycle(solid: Solid, bands: list[Band], graph: _Graph) -> list[Layout]:
     """Lay out bands that close to a cycle and leave no caps, by giving up two of them."""
     if any(not edges for edges in graph.edges.values()):
         face = solid.faces[min(bands[0].faces)]
-        return [], f"the linking sides form a closed ring through {face.label()}, so that no face is left for a cap"
+        raise NotSweepableError(
+            f"the linking sides form a closed ring through {face.label()}, so that no face is left for a cap"
+        )
     layouts: list[Layout] = []
     n = len(bands)
-    if n < 4 or n > MAX_CYCLE:
-        return [], "its faces close to rings in both directions"
-    for i in range(n):
-        for j in range(i + 1, n):
-            layouts.extend(lay_out(solid, [b for k, b in enumerate(bands) if k not in (i, j)])[0])
-    return layouts, "its faces close to rings in both directions"
+    for i, j in combinations(range(n), 2) if 4 <= n <= MAX_CYCLE else ():
+        with suppress(NotSweepableError):  # two other bands may do
+            layouts.extend(lay_out(solid, [b for k, b in enumerate(bands) if k not in (i, j)]))
+    if not layouts:
+        raise NotSweepableError("its faces close to rings in both directions")
+    return layouts
 
 
 class _Graph:
@@ -233,10 +243,10 @@ class _Graph:
                     return {i}
         return set()
 
-    def layout(self) -> Layout | str:
+    def layout(self) -> Layout:
         """Follow the bands from one group of faces to the other."""
         if len(self.groups) != 2:
-            return self._wrong_groups()
+            raise NotSweepableError(self._wrong_groups())
         chains = []
         used: set[int] = set()
         for start, partners in sorted(self.partners.items()):
@@ -251,19 +261,21 @@ class _Graph:
                 chain.append((self.bands[i], turn))
                 far = self.partners[i, 1 - side]
                 if not far:
-                    return "a ring of its linking sides ends nowhere"
+                    raise NotSweepableError("a ring of its linking sides ends nowhere")
                 kind, j, s = next(iter(far))
                 if kind == "cap":
                     break
                 end = (j, s)
             if j != 1:
-                return f"the sides from {self._name(self.groups[0])} lead back to it"
+                raise NotSweepableError(f"the sides from {self._name(self.groups[0])} lead back to it")
             chains.append(tuple(chain))
         if not chains:
-            return f"no linking sides join {self._name(self.groups[0])} with {self._name(self.groups[1])}"
+            one, other = (self._name(group) for group in self.groups)
+            raise NotSweepableError(f"no linking sides join {one} with {other}")
         if len(used) != len(self.bands):
-            other = next(b for i, b in enumerate(self.bands) if i not in used)
-            return f"the sides through {self._label(min(other.faces))} do not lead from one cap to the other"
+            unused = next(b for i, b in enumerate(self.bands) if i not in used)
+            astray = self._label(min(unused.faces))
+            raise NotSweepableError(f"the sides through {astray} do not lead from one cap to the other")
         return Layout(caps=(tuple(self.groups[0]), tuple(self.groups[1])), chains=tuple(chains))
 
     def _name(self, group: list[int]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..brep import Solid
-from ..sweep import DirectedEdge, Sweep
+from ..sweep import Sweep
 from .corners import read_rectangles
 
 NEAR = 1e-5
@@ -26,7 +26,7 @@ def why_not_closed(sweep: Sweep) -> str:
     """Say how a ring that was cut open fails to close on itself; empty where it does."""
     solid = sweep.solid
     for source, target in zip(sweep.source_loops, sweep.target_loops, strict=True):
-        a, b = (solid.vertices[_start(solid, loop[0])] for loop in (source, target))
+        a, b = (solid.vertices[solid.first_vertex(loop[0])] for loop in (source, target))
         if np.linalg.norm(a - b) > NEAR * solid.size:
             places = " and ".join(f"({solid.units.place(p)})" for p in (a, b))
             return (
@@ -34,8 +34,3 @@ def why_not_closed(sweep: Sweep) -> str:
                 "ends, once around, at the second, so that no mesh of one section meets itself"
             )
     return ""
-
-
-def _start(solid: Solid, directed: DirectedEdge) -> int:
-    edge, forward = directed
-    return solid.edges[edge].start if forward else solid.edges[edge].end

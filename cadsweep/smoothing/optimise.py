@@ -17,8 +17,8 @@ from ..arrays import FloatArray, IntArray
 from ..projection.descent import minimise
 from ..quality.threads import n_threads
 from .energy import hex_energy
+from .laplacian import laplacian_solver
 from .patch import Patch
-from .relax import laplacian_solver
 
 LEAST_GAIN = 0.01
 """Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""

@@ -1,7 +1,7 @@
 """A patch of hexahedra whose inner nodes may move, and how good it is.
 
 Place in the flow: :mod:`cadsweep.smoothing.ladder` cuts patches out of a swept mesh and decides
-what is kept; :mod:`.relax` and :mod:`.optimise` move their nodes.
+what is kept; :mod:`.laplacian` and :mod:`.optimise` move their nodes.
 
 Each hexahedron has wanted edge lengths, and being as long as wanted counts as undistorted: what is put
 right are its angles, so graded layers stay graded.
@@ -15,18 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
+from ..cells import AXIS_EDGES
 from ..quality import measure_hexes, positive_inside
 
 BoolArray = npt.NDArray[np.bool_]
-
-EDGES = np.array(
-    [
-        [[0, 1], [3, 2], [4, 5], [7, 6]],
-        [[0, 3], [1, 2], [4, 7], [5, 6]],
-        [[0, 4], [1, 5], [2, 6], [3, 7]],
-    ]
-)
-"""Edges of a hexahedron along xi, eta, zeta."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +81,7 @@ def edge_lengths(points: FloatArray, hexes: IntArray) -> FloatArray:
     result = np.empty((len(hexes), 3))
     for axis in range(3):
         total = np.zeros(len(hexes))
-        for a, b in EDGES[axis]:
+        for a, b in AXIS_EDGES[axis]:
             total += np.linalg.norm(points[hexes[:, b]] - points[hexes[:, a]], axis=1)
         result[:, axis] = total / 4
     return result

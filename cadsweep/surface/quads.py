@@ -8,7 +8,7 @@ divided once, so the faces conform; each face is then filled by the ways of ``fi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -40,12 +40,15 @@ class CapBuilder:
         opposite: FloatArray,
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
+        graded: Mapping[int, FloatArray] | None = None,
     ) -> None:
+        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
+        self.graded = graded or {}
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -73,7 +76,7 @@ class CapBuilder:
 
     def _take_edge(self, edge: int, ids: IntArray) -> None:
         self.edge_nodes[edge] = ids
-        self.fractions[edge] = np.linspace(0.0, 1.0, len(ids))
+        self.fractions[edge] = self.graded.get(edge, np.linspace(0.0, 1.0, len(ids)))
         self._vertex_nodes[self.solid.edges[edge].start] = int(ids[0])
         self._vertex_nodes[self.solid.edges[edge].end] = int(ids[-1])
 
@@ -87,7 +90,7 @@ class CapBuilder:
             n = int(self.counts[e])
             if n < 1:
                 raise SurfaceMeshError(f"edge {e} inside the source cap has {n} segments")
-            points = edge.curve.evaluate(np.linspace(0.0, 1.0, n + 1))[1:-1]
+            points = edge.curve.evaluate(self.graded.get(e, np.linspace(0.0, 1.0, n + 1)))[1:-1]
             ids = np.concatenate(
                 [[self._vertex_nodes[edge.start]], self._add(points), [self._vertex_nodes[edge.end]]]
             ).astype(np.int64)

@@ -20,7 +20,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..errors import InputError
 from ..sweep import Sweep
-from .layout import Layout
+from .sweep_grid import SweepGrid
 
 Fit = Callable[[FloatArray, FloatArray], FloatArray]
 """``fit(source_ring (b, 3), rings (m, b, 3)) -> (m, 3, 3)``: linear parts A, ``ring ~ ring_0 @ A.T + c``."""
@@ -59,7 +59,7 @@ def graded_places(n: int, bias: float | Sequence[float] | None) -> FloatArray:
 
 
 def place_layers(
-    sweep: Sweep, layout: Layout, *, bias: float | Sequence[float] | None, fractions: Sequence[float] | None
+    sweep: Sweep, layout: SweepGrid, *, bias: float | Sequence[float] | None, fractions: Sequence[float] | None
 ) -> FloatArray:
     """Places of the layers, for every loop.
 
@@ -111,7 +111,9 @@ def _at_smooth_rim(sweep: Sweep, loop: int, ends: tuple[bool, bool]) -> float | 
     return 1 / _RIM_BIAS if ends[0] else _RIM_BIAS
 
 
-def _follow_junctions(sweep: Sweep, layout: Layout, loop: int, span: tuple[int, int], places: FloatArray) -> FloatArray:
+def _follow_junctions(
+    sweep: Sweep, layout: SweepGrid, loop: int, span: tuple[int, int], places: FloatArray
+) -> FloatArray:
     """Places of the layers of one span, moved to where rails have vertices inside it.
 
     A T-junction holds a layer at one height of its rail. Where that is not far from where the layer
@@ -144,7 +146,7 @@ def _follow_junctions(sweep: Sweep, layout: Layout, loop: int, span: tuple[int, 
     return np.interp(places, places[knots], values)
 
 
-def _station_layers(sweep: Sweep, layout: Layout) -> list[list[int]]:
+def _station_layers(sweep: Sweep, layout: SweepGrid) -> list[list[int]]:
     """Layers of the stations of each loop, rising."""
     layers: list[set[int]] = [set() for _ in layout.loop_sizes]
     for station in sweep.stations:
@@ -155,7 +157,7 @@ def _station_layers(sweep: Sweep, layout: Layout) -> list[list[int]]:
     return [sorted(found) for found in layers]
 
 
-def _span_lengths(sweep: Sweep, layout: Layout, loop: int, knots: Sequence[int]) -> FloatArray:
+def _span_lengths(sweep: Sweep, layout: SweepGrid, loop: int, knots: Sequence[int]) -> FloatArray:
     """Mean length of the rails of each span of a loop."""
     lengths = np.zeros(len(knots) - 1)
     weights = np.zeros(len(knots) - 1)
@@ -173,6 +175,12 @@ def rescaled(places: FloatArray) -> FloatArray:
     out = (places - places[0]) / (places[-1] - places[0])
     out[0], out[-1] = 0.0, 1.0
     return out
+
+
+def finer(fractions: FloatArray, m: int) -> FloatArray:
+    """Every step of rising fractions (n + 1,) in m equal ones."""
+    n = len(fractions) - 1
+    return np.asarray(np.interp(np.arange(n * m + 1) / m, np.arange(n + 1), fractions))
 
 
 def fit_linear_parts(source_ring: FloatArray, rings: FloatArray) -> FloatArray:

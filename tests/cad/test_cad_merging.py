@@ -55,7 +55,7 @@ def test_an_imprint_on_any_surface_is_merged_and_stays_a_patch(kind, through_fil
     (before,), (after,), (as_drawn,) = part.solids, merged.solids, plain.solids
     assert len(after.faces) == len(as_drawn.faces)
     assert after.volume == pytest.approx(before.volume, rel=1e-6)
-    patches = [(face, patch) for face in after.faces for patch in face.patches]
+    patches = [(face, patch) for face in after.faces for patch in face.former]
     assert {patch.names for _, patch in patches} == {("pad",)}
     pieces = [face for face in before.faces if face.name == "pad"]
     different = {id(patch): patch.area for _, patch in patches}  # parts of a divided face share theirs

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from io_meshes import bent_box, box, twisted_box
 
+from cadsweep.cells import HEX_EDGES
 from cadsweep.errors import InputError, InvertedHexError
-from cadsweep.io.sides import HEX_EDGES, SIDES
+from cadsweep.io.sides import SIDES
 from cadsweep.mesh import HexMesh
 from cadsweep.order2.elevate import elevate
 from cadsweep.quality import positive_inside

@@ -9,7 +9,8 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.errors import CadError, CadSweepError, InputError
-from cadsweep.pipeline.matching import graph_of, match_graphs
+from cadsweep.pipeline.graphs import graph_of
+from cadsweep.pipeline.matching import match_graphs
 from cadsweep.pipeline.template import make_template
 
 cq = pytest.importorskip("cadquery")
@@ -67,7 +68,7 @@ def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base
         # And back again: on edges all is as it was, inside faces the map of a boundary has no exact inverse.
         back = cs.sweep_mesh(base(), like=variant)
         off = np.abs(back.points - mesh.points).max(axis=1)
-        on_edges = np.concatenate([nodes for nodes, _ in make_template(mesh.origin).on_edges.values()])
+        on_edges = np.concatenate([nodes for nodes, _ in make_template(mesh, "a test").on_edges.values()])
         assert off[on_edges % mesh.n_nodes].max() < 1e-6
         assert off.max() < 0.1 * options["size"]
 
@@ -193,3 +194,64 @@ def test_the_command_makes_the_same_mesh(tmp_path):
     assert np.array_equal(cs.read(tmp_path / "other.vtu").hexes, expand(tmp_path / "base.sweep.npz").hexes)
     assert mesh("-o", "o.vtu", "--like", "base.sweep.npz", "--size", "1").returncode == 1
     assert mesh("-o", "o.sweep.npz", "--like", "base.sweep.npz").returncode == 2
+
+
+def stepped(height=1.0):
+    """Columns of two heights."""
+    return cq.Workplane().box(4, 2, 1).faces(">Z").workplane().rect(1.5, 1).extrude(height)
+
+
+def crossing(width=1.5):
+    """Blocks that stick out in three directions: no sweep and no stack, so cells."""
+    block = cq.Workplane().box(6, 2, 1.5).union(cq.Workplane().box(width, 2, 2).translate((0, 0, 1.75)))
+    return block.union(cq.Workplane().box(width, 3, 1).translate((0, 2.5, 0)))
+
+
+def stacked(gap=0.5):
+    """Two solids that touch, and one that stands apart."""
+    model = cq.Assembly(name="pair")
+    model.add(cq.Workplane().box(2, 2, 1), name="low")
+    model.add(cq.Workplane().box(2, 2, gap), name="high", loc=cq.Location((0, 0, 0.5 + gap / 2)))
+    model.add(cq.Workplane().box(1, 1, 1), name="beside", loc=cq.Location((5, 0, 0)))
+    return model
+
+
+@pytest.mark.parametrize(
+    ("base", "params"), [(stepped, {"height": 1.5}), (crossing, {"width": 1.7}), (stacked, {"gap": 0.7})]
+)
+def test_columns_cells_and_assemblies_have_one_mesh_from_memory_and_from_a_file(base, params, tmp_path):
+    from cadsweep.pipeline import expand, write_factors
+
+    path = tmp_path / "base.sweep.npz"
+    mesh = write_factors(base(), path, size=0.5)
+    assert mesh.structure is None
+    itself = cs.sweep_mesh(base(), like=mesh)
+    same_arrays(mesh, itself)
+    assert np.abs(itself.points - mesh.points).max() < 1e-9
+    variant = cs.sweep_mesh(base(**params), like=mesh)
+    same_arrays(mesh, variant)
+    assert {name: len(quads) for name, quads in variant.interfaces.items()} == {
+        name: len(quads) for name, quads in mesh.interfaces.items()
+    }
+    assert variant.info["quality"].volume == pytest.approx(variant.info["cad_volume"], rel=1e-9)
+    assert np.array_equal(expand(path).points, mesh.points)
+    assert np.array_equal(cs.sweep_mesh(base(**params), like=path).points, variant.points)
+    twice = cs.sweep_mesh(base(**params), like=path, order=2)
+    assert twice.hexes.shape == (mesh.n_hexes, 20)
+
+
+def test_solids_without_partners_are_named():
+    mesh = cs.sweep_mesh(stacked(), size=0.5)
+    other = cq.Assembly(name="pair")
+    other.add(cq.Workplane().box(2, 2, 1), name="low")
+    other.add(cq.Workplane().box(1, 1, 1), name="beside", loc=cq.Location((5, 0, 0)))
+    with pytest.raises(CadError, match="no solid 'high' in this part"):
+        cs.sweep_mesh(other, like=mesh)
+    apart = cq.Assembly(name="pair")
+    apart.add(cq.Workplane().box(2, 2, 1), name="low")
+    apart.add(cq.Workplane().box(2, 2, 0.5), name="high", loc=cq.Location((0, 0, 3)))
+    apart.add(cq.Workplane().box(1, 1, 1), name="beside", loc=cq.Location((5, 0, 0)))
+    with pytest.raises(CadError, match="touches other solids"):
+        cs.sweep_mesh(apart, like=mesh)
+    with pytest.raises(CadError, match="has 3"):
+        cs.sweep_mesh(stacked(), like=cs.sweep_mesh(plate(), size=0.5))

@@ -37,16 +37,32 @@ def stepped_side():
     return lower.faces(">Z").workplane().rect(2, 1).extrude(0.5, combine="a", clean=False)
 
 
+def boss():
+    """A round boss on a block: columns of two heights."""
+    return cq.Workplane().box(3, 2, 1).faces(">Z").workplane().circle(0.5).extrude(0.6)
+
+
+def assembly():
+    """Two blocks that share a face, and a pin beside them."""
+    model = cq.Assembly(name="three")
+    model.add(cq.Workplane().box(2, 2, 1), name="low")
+    model.add(cq.Workplane().box(2, 2, 0.5), name="high", loc=cq.Location((0, 0, 0.75)))
+    model.add(cq.Workplane().circle(0.5).extrude(1), name="pin", loc=cq.Location((5, 0, 0)))
+    return model
+
+
 @pytest.mark.parametrize(
     ("part", "options"),
     [
+        (boss, {"size": 0.4}),
+        (assembly, {"size": 0.4}),
         (elbow, {"size": 0.5, "layers": 5}),
         (ring, {"size": 0.5, "layers": 12}),
         (plate, {"size": 0.3, "layers": 2, "strategy": "source"}),
         (stepped_side, {"size": 0.5}),
         (lambda: elbow().translate((1000, 0, 0)), {"size": 0.5, "layers": 5}),
     ],
-    ids=["elbow", "ring", "plate", "stepped", "far away"],
+    ids=["boss", "assembly", "elbow", "ring", "plate", "stepped", "far away"],
 )
 def test_coarse_nodes_stay_and_hexes_nest(part, options):
     coarse = cs.sweep_mesh(part(), allow_coarse=True, **options)
@@ -65,7 +81,22 @@ def test_coarse_nodes_stay_and_hexes_nest(part, options):
     }
     for name, quads in coarse.boundaries.items():
         assert set(kept[quads].ravel()) <= set(fine.boundaries[name].ravel())
+    assert {name: 4 * len(quads) for name, quads in coarse.interfaces.items()} == {
+        name: len(quads) for name, quads in fine.interfaces.items()
+    }
+    for name, ids in coarse.parts.items():
+        assert set(fine.parents[fine.parts[name]]) == set(ids)
     assert fine.info["quality"].valid
+
+
+def test_cells_follow_the_curves_of_the_model_and_two_levels_are_one_after_the_other():
+    coarse = cs.sweep_mesh(boss(), size=0.4, allow_coarse=True)
+    fine = cs.refine(coarse, 2)
+    assert np.array_equal(fine.points, cs.refine(cs.refine(coarse)).points)
+    off = [abs(mesh.info["quality"].volume / coarse.info["cad_volume"] - 1.0) for mesh in (coarse, fine)]
+    assert off[1] == pytest.approx(off[0] / 16, rel=0.1)  # second order: 1 / 4 a level
+    on_boss = fine.points[np.unique(fine.boundaries["side_5"])]
+    assert np.allclose(np.hypot(on_boss[:, 0], on_boss[:, 1]), 0.5, atol=1e-9)
 
 
 def test_two_levels_are_one_after_the_other_and_the_option_does_the_same():

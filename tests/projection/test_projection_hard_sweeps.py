@@ -21,7 +21,7 @@ from test_projection_target import Graph, Plane
 from cadsweep.cells import sweep_hexes
 from cadsweep.projection import project_layers, project_target
 from cadsweep.projection.descent import minimise
-from cadsweep.projection.relax import _corner_energies
+from cadsweep.projection.injective import _corner_energies
 from cadsweep.quality import scaled_jacobians
 
 

@@ -5,14 +5,14 @@ import pytest
 from surface_shapes import count_segments, l_shape, polygon_prism, raised, square, torus_piece
 
 from cadsweep.errors import InputError, SurfaceMeshError
-from cadsweep.surface.layout import build_layout
 from cadsweep.surface.sides import RingBuilder
 from cadsweep.surface.spacing import fit_linear_parts, graded_places, place_layers
+from cadsweep.surface.sweep_grid import build_grid
 from cadsweep.sweep import Intervals
 
 
 def build_rings(sweep, intervals, **options):
-    layout = build_layout(sweep, intervals)
+    layout = build_grid(sweep, intervals)
     places = place_layers(sweep, layout, bias=options.get("bias"), fractions=options.get("fractions"))
     builder = RingBuilder(sweep, layout, places, fit_linear_parts)
     builder.build()
@@ -136,7 +136,7 @@ def test_a_layer_that_a_t_junction_holds_is_held_on_all_rails():
 
 def test_a_junction_far_from_its_layer_does_not_undo_the_bias():
     sweep = polygon_prism([square()], [raised(0), raised(1), raised(2)], merged=[(0, 1)])
-    layout = build_layout(sweep, count_segments(sweep, 4, [4, 4]))
+    layout = build_grid(sweep, count_segments(sweep, 4, [4, 4]))
     places = place_layers(sweep, layout, bias=100.0, fractions=None)
     assert np.array_equal(places[0], graded_places(8, 100.0))
 
@@ -156,7 +156,7 @@ def test_counts_that_do_not_match_name_the_face():
     intervals = count_segments(sweep, 3, 2)
     intervals.counts[sweep.target_loops[0][1][0]] = 4
     with pytest.raises(SurfaceMeshError, match=r"face 1 .* 3 segments at the bottom and 4 at the top"):
-        build_layout(sweep, intervals)
+        build_grid(sweep, intervals)
 
 
 def test_sides_that_leave_a_gap_are_refused():
@@ -165,7 +165,7 @@ def test_sides_that_leave_a_gap_are_refused():
     sweep = polygon_prism([square()], [raised(0), raised(1)])
     gap = replace(sweep, linking_sides=sweep.linking_sides[:3])
     with pytest.raises(SurfaceMeshError, match="do not tile the band"):
-        build_layout(gap, count_segments(sweep, 3, 2))
+        build_grid(gap, count_segments(sweep, 3, 2))
 
 
 def test_a_wrong_layer_count_is_refused():
@@ -173,4 +173,4 @@ def test_a_wrong_layer_count_is_refused():
 
     sweep = polygon_prism([square()], [raised(0), raised(1)])
     with pytest.raises(SurfaceMeshError):
-        build_layout(sweep, replace(count_segments(sweep, 3, 2), n_layers=3))
+        build_grid(sweep, replace(count_segments(sweep, 3, 2), n_layers=3))

@@ -67,8 +67,7 @@ def _is_annulus(face: Face) -> bool:
 def _dividing_lines(solid: Solid, face: Face) -> list[Any]:
     """Two straight edges between the loops of a face, at the vertices of the hole that lie farthest apart."""
     outer, hole = (
-        np.array([solid.vertices[edge.start if forward else edge.end] for edge, forward in directed])
-        for directed in ([(solid.edges[e], forward) for e, forward in loop.directed] for loop in face.loops)
+        np.array([solid.vertices[solid.first_vertex(directed)] for directed in loop.directed]) for loop in face.loops
     )
     nearest = np.argmin(np.linalg.norm(hole[:, None] - outer, axis=2), axis=1)
     apart = np.linalg.norm(hole[:, None] - hole, axis=2) * (nearest[:, None] != nearest)

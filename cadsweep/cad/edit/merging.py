@@ -23,7 +23,7 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_State
 
 from ...arrays import FloatArray
-from ...brep import Edge, Face, Part, Patch
+from ...brep import Edge, Face, FormerFace, Part
 from ...errors import CadError
 from ..extract.solids import extract_solid
 from ..geometry.same_surface import (
@@ -174,11 +174,11 @@ def _label(pieces: Sequence[Face], holder: SolidShape) -> dict[str, Any]:
         "groups": names[1:],
         "color": common_color([piece.color for piece in main]),
         "key": max(main, key=lambda piece: piece.area).key,
-        "patches": tuple(_patch(own_names, own, holder) for own_names, own in others),
+        "former": tuple(_former_face(own_names, own, holder) for own_names, own in others),
     }
 
 
-def _patch(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> Patch:
+def _former_face(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -> FormerFace:
     largest = max(pieces, key=lambda piece: piece.area)
     inside = inner_point(holder.faces[largest.id])
     place = largest.center if inside is None else np.array([inside[0].X(), inside[0].Y(), inside[0].Z()])
@@ -189,7 +189,7 @@ def _patch(names: tuple[str, ...], pieces: Sequence[Face], holder: SolidShape) -
             found |= _lie_inside(holder.faces[piece.id], piece.surface.project(points))
         return found
 
-    return Patch(
+    return FormerFace(
         names=names,
         key=largest.key,
         color=common_color([piece.color for piece in pieces]),

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arrays import FloatArray, IntArray
-from ...brep import Face, Loop, Patch, Solid
+from ...brep import Face, FormerFace, Loop, Solid
 from ...sweep import DirectedEdge
 from ..shapes import SolidShape
 from .face_surface import FaceSurface
@@ -197,12 +197,12 @@ def join_faces(solid: Solid, group: Sequence[int], into: int) -> Solid | None:
         normal=surface.normals(surface.project(center[None]))[0],
         loops=_ordered(loops, surface),
         surface=surface,
-        patches=_patches(faces, plane.names, surface),
+        former=_former_faces(faces, plane.names, surface),
     )
     return _without(solid, members - {into}, inner, joined)
 
 
-def _patches(faces: Sequence[Face], names: tuple[str, ...], surface: GraphSurface) -> tuple[Patch, ...]:
+def _former_faces(faces: Sequence[Face], names: tuple[str, ...], surface: GraphSurface) -> tuple[FormerFace, ...]:
     """A patch for every name among the members that is not the plane's."""
     by_names: dict[tuple[str, ...], list[int]] = {}
     for k, face in enumerate(faces):
@@ -213,7 +213,7 @@ def _patches(faces: Sequence[Face], names: tuple[str, ...], surface: GraphSurfac
         mine = [faces[k] for k in members]
         largest = max(mine, key=lambda face: face.area)
         patches.append(
-            Patch(
+            FormerFace(
                 names=own,
                 key=largest.key,
                 color=largest.color,
@@ -231,13 +231,13 @@ def _outline(solid: Solid, group: Sequence[int], inner: set[int]) -> list[Loop] 
     leaving: dict[int, DirectedEdge] = {}
     for f in group:
         for loop in solid.faces[f].loops:
-            for (e, forward), angle in zip(loop.directed, loop.angles, strict=True):
-                v = solid.edges[e].start if forward else solid.edges[e].end
+            for directed, angle in zip(loop.directed, loop.angles, strict=True):
+                v = solid.first_vertex(directed)
                 angles[v] = angles.get(v, 0.0) + angle
-                if e not in inner:
+                if directed[0] not in inner:
                     if v in leaving:
                         return None
-                    leaving[v] = (e, forward)
+                    leaving[v] = directed
     loops = []
     while leaving:
         start = next(iter(leaving))
@@ -245,8 +245,7 @@ def _outline(solid: Solid, group: Sequence[int], inner: set[int]) -> list[Loop] 
         while v in leaving:
             corner.append(angles[v])
             chain.append(leaving.pop(v))
-            edge = solid.edges[chain[-1][0]]
-            v = edge.end if chain[-1][1] else edge.start
+            v = solid.last_vertex(chain[-1])
         if v != start:
             return None
         loops.append(

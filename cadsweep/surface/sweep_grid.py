@@ -62,7 +62,7 @@ class PlacedSide:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layout:
+class SweepGrid:
     """The grid of a sweep.
 
     Attributes
@@ -106,7 +106,7 @@ class Layout:
         return layers[:, None], self.columns(placed.loop, placed.column, placed.width + 1)[None, :]
 
 
-def build_layout(sweep: Sweep, intervals: Intervals) -> Layout:
+def build_grid(sweep: Sweep, intervals: Intervals) -> SweepGrid:
     """Lay the edges and linking sides of a sweep out in the grid of ring nodes times layers.
 
     Raises
@@ -127,7 +127,7 @@ def build_layout(sweep: Sweep, intervals: Intervals) -> Layout:
             faces = ", ".join(sweep.solid.faces[side.face].label() for side in later[:3])
             raise SurfaceMeshError(f"linking sides that no chain of sides joins to the source: {faces}")
         waiting = later
-    layout = Layout(
+    layout = SweepGrid(
         n_layers=n_layers,
         loop_sizes=loop_sizes,
         edges=builder.edges,
@@ -224,7 +224,7 @@ class _Builder:
         return True
 
 
-def _check_tiling(sweep: Sweep, layout: Layout) -> None:
+def _check_tiling(sweep: Sweep, layout: SweepGrid) -> None:
     """Every quad between the caps belongs to exactly one side."""
     uses = np.zeros((layout.n_layers, layout.n_ring), dtype=np.int64)
     for placed in layout.sides:

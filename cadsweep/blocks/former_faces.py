@@ -30,7 +30,7 @@ class Share:
         face = faces[self.face]
         return (
             f"boundary '{names[self.owner]}': the mesh does not follow its outline on {face.label()}; it has the "
-            f"{self.n_quads} quads whose middles lie in it, {100 * self.area / face.patches[self.patch].area:.3g} % "
+            f"{self.n_quads} quads whose middles lie in it, {100 * self.area / face.former[self.patch].area:.3g} % "
             "of its area"
         )
 
@@ -64,12 +64,12 @@ def own_quads(
     """
     owners, shares = table[face_ids], []
     by_patch: dict[int, list[tuple[int, int]]] = {}  # a face that was divided has its patches on both parts
-    for f, j in sorted(patches, key=lambda place: faces[place[0]].patches[place[1]].area):
-        by_patch.setdefault(id(faces[f].patches[j]), []).append((f, j))
+    for f, j in sorted(patches, key=lambda place: faces[place[0]].former[place[1]].area):
+        by_patch.setdefault(id(faces[f].former[j]), []).append((f, j))
     taken = np.zeros(face_ids.shape, dtype=bool)
     for places in by_patch.values():
         f, j = places[0]
-        patch = faces[f].patches[j]
+        patch = faces[f].former[j]
         mine = np.nonzero(np.isin(face_ids, [f for f, _ in places]) & ~taken)
         if not len(mine[0]):
             continue

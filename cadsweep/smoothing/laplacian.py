@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray
-from .patch import EDGES, BoolArray, Patch
+from ..cells import AXIS_EDGES
+from .patch import BoolArray, Patch
 
 MOST_FREE = 30_000
 """Free nodes up to which a system is solved directly."""
@@ -26,7 +27,7 @@ def laplacian(patch: Patch) -> scipy.sparse.csr_matrix:
     n = len(patch.points)
     rows, cols, weights = [], [], []
     for axis in range(3):
-        for a, b in EDGES[axis]:
+        for a, b in AXIS_EDGES[axis]:
             rows.append(patch.hexes[:, a])
             cols.append(patch.hexes[:, b])
             weights.append(1.0 / patch.lengths[:, axis])

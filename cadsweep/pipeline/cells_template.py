@@ -1,0 +1,231 @@
+"""What another part's mesh must know of a mesh of several cells to be like it: arrays and names alone.
+
+Place in the flow: made from a :class:`~.origin.CellsOrigin`, or read from a file; :mod:`.cells_like` carries it to
+another part. :mod:`.template` is the same for a mesh of one sweep. Ids of faces, edges and vertices run through all
+solids of the model (:func:`~.graphs.first_ids`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..blocks.finish import by_face, to_hex_mesh
+from ..brep import Part
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..projection.carried import MeshedFace, meshed_face
+from .graphs import Graph, first_ids, graph_of_part
+from .model_faces import find_on_model
+from .origin import CellsOrigin
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellsTemplate:
+    """A mesh of several cells that others can be made like.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Working units.
+    mesh : HexMesh
+        Of order 1, in model units; what others get of it are its hexes and names.
+    graph : Graph
+        Of the solids before they were cut.
+    hex_solids : (m,) int64
+        Solid of every hex.
+    quads : (q, 4) int64
+        Boundary of every solid, outward; a quad between two solids stands here twice.
+    quad_faces : (q,) int64
+    faces : dict of int to MeshedFace
+        Of a face between two solids, the first one's.
+    edges : dict of int to ((m,) int64, (m,) float64)
+        Nodes along every edge, start to end, and their fractions of its arc length.
+    vertices : (v,) int64
+        Node on every vertex.
+    outside, between : dict of int to tuple of str
+        Names of boundaries and interfaces by face.
+    first_faces : tuple of int
+        A face of every solid.
+    first : tuple of int
+        Faces of the solids that the names of their interfaces begin with.
+    solids : dict of str to Any
+        What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
+    """
+
+    points: FloatArray
+    mesh: HexMesh
+    graph: Graph
+    hex_solids: IntArray
+    quads: IntArray
+    quad_faces: IntArray
+    faces: dict[int, MeshedFace]
+    edges: dict[int, tuple[IntArray, FloatArray]]
+    vertices: IntArray
+    outside: dict[int, tuple[str, ...]]
+    between: dict[int, tuple[str, ...]]
+    first_faces: tuple[int, ...]
+    first: tuple[int, ...]
+    solids: dict[str, Any]
+
+
+def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
+    """See a mesh of cells as a template.
+
+    Raises
+    ------
+    InputError
+        Its nodes do not follow the edges of the model.
+    """
+    model, joined, names = origin.model, origin.joined, origin.names
+    starts = first_ids(model)
+    solid_of = {owner: solid for solid, owner in enumerate(model.owners)}
+    places = [(place, quads) for place, quads in by_face(joined) if names.of(place)]
+    quads, faces, edges = [], [], dict[int, tuple[IntArray, FloatArray]]()
+    vertices = np.full(starts.vertices[-1], -1, dtype=np.int64)
+    outside, between, first = dict[int, tuple[str, ...]](), dict[int, tuple[str, ...]](), list[int]()
+    for owner, j in sorted(solid_of.items()):
+        own = [(place, rows) for place, rows in places if origin.part.owners[place[0]] == owner]
+        every = np.concatenate([rows for _, rows in own])
+        solid = model.solids[j]
+        found = find_on_model(solid, joined.points, every)
+        quads.append(every)
+        faces.append(found.faces + starts.faces[j])
+        vertices[starts.vertices[j] : starts.vertices[j + 1]] = found.vertices
+        for e, chain in enumerate(found.edges):
+            at = np.clip(solid.edges[e].curve.project(joined.points[chain[1:-1]]), 0.0, 1.0)
+            edges[starts.edges[j] + e] = chain, np.concatenate([[0.0], at, [1.0]])
+        row = 0
+        for place, rows in own:
+            face = int(faces[-1][row])
+            if place in names.outside:
+                outside[face] = names.outside[place]
+            else:
+                between[face] = names.between[place]
+                first += [face] if names.first[place] else []
+            row += len(rows)
+    ids, rows = np.concatenate(faces), np.concatenate(quads)
+    plain = to_hex_mesh(origin.part, joined, names, {k: v for k, v in mesh.info.items() if k != "quality"})
+    return CellsTemplate(
+        points=joined.points,
+        mesh=plain,
+        graph=graph_of_part(model),
+        hex_solids=np.array([solid_of[owner] for owner in origin.part.owners], dtype=np.int64)[joined.hex_cells],
+        quads=rows,
+        quad_faces=ids,
+        faces=_meshed(model, joined.points, rows, ids, graph_of_part(model)),
+        edges=edges,
+        vertices=vertices,
+        outside=outside,
+        between=between,
+        first_faces=starts.faces[:-1],
+        first=tuple(sorted(set(first))),
+        solids=meshed_words(origin.options),
+    )
+
+
+def meshed_words(options: SweepOptions) -> dict[str, Any]:
+    """Which solids are meshed, and whether they share what they touch in."""
+    return {
+        "only": None if options.only is None else list(options.only),
+        "skip": None if options.skip is None else list(options.skip),
+        "interfaces": options.interfaces,
+    }
+
+
+def _meshed(model: Part, points: FloatArray, quads: IntArray, ids: IntArray, graph: Graph) -> dict[int, MeshedFace]:
+    """Every face with its quads, those between two solids once."""
+    surfaces = [face.surface for solid in model.solids for face in solid.faces]
+    twice = {max(pair) for pair in graph.shared_faces}
+    return {
+        face: meshed_face(quads[ids == face], points, surfaces[face])
+        for face in np.unique(ids).tolist()
+        if face not in twice
+    }
+
+
+def mesh_arrays(mesh: HexMesh) -> dict[str, Any]:
+    """A mesh of order 1 as arrays, for a numpy archive."""
+    named = {kind: getattr(mesh, kind) for kind in ("boundaries", "interfaces", "parts")}
+    text = {
+        "names": {kind: list(own) for kind, own in named.items()},
+        "info": {key: value for key, value in mesh.info.items() if key not in ("quality", "coarse_nodes")},
+    }
+    rows = {f"{kind}_{j}": ids for kind, own in named.items() for j, ids in enumerate(own.values())}
+    return {"mesh": np.array(json.dumps(text)), "model_points": mesh.points, "hexes": mesh.hexes, **rows}
+
+
+def mesh_of_arrays(own: Mapping[str, Any]) -> HexMesh:
+    """The mesh again."""
+    text = json.loads(str(own["mesh"]))
+    named: dict[str, Any] = {
+        kind: {name: own[f"{kind}_{j}"] for j, name in enumerate(names)} for kind, names in text["names"].items()
+    }
+    return HexMesh(points=own["model_points"], hexes=own["hexes"], info=text["info"], **named)
+
+
+def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
+    """A template as arrays, for a numpy archive."""
+    text = {
+        "graph": {name: getattr(template.graph, name) for name in Graph.__dataclass_fields__},
+        "outside": sorted(template.outside.items()),
+        "between": sorted(template.between.items()),
+        "first_faces": template.first_faces,
+        "first": template.first,
+        "solids": template.solids,
+        "faces": list(template.faces),
+        "flat": [face for face, meshed in template.faces.items() if meshed.uv is not None],
+        "edges": list(template.edges),
+    }
+    arrays: dict[str, Any] = {
+        **mesh_arrays(template.mesh),
+        "text": np.array(json.dumps(text)),
+        "points": template.points,
+        "hex_solids": template.hex_solids,
+        "quads": template.quads,
+        "quad_faces": template.quad_faces,
+        "vertices": template.vertices,
+    }
+    for face, meshed in template.faces.items():
+        if meshed.uv is not None:
+            arrays[f"uv_{face}"] = meshed.uv
+    for edge, (nodes, fractions) in template.edges.items():
+        arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
+    return arrays
+
+
+def cells_of_arrays(own: Mapping[str, Any]) -> CellsTemplate:
+    """The template again."""
+    text = json.loads(str(own["text"]))
+    points, quads, ids = own["points"], own["quads"], own["quad_faces"]
+    faces = {}
+    for face in text["faces"]:
+        nodes, local = np.unique(quads[ids == face], return_inverse=True)
+        uv = own[f"uv_{face}"] if face in text["flat"] else None
+        faces[face] = MeshedFace(nodes=nodes, quads=local.reshape(-1, 4), points=points[nodes], uv=uv)
+    return CellsTemplate(
+        points=points,
+        mesh=mesh_of_arrays(own),
+        graph=Graph(**{name: tuples(value) for name, value in text["graph"].items()}),
+        hex_solids=own["hex_solids"],
+        quads=quads,
+        quad_faces=ids,
+        faces=faces,
+        edges={edge: (own[f"on_{edge}"], own[f"at_{edge}"]) for edge in text["edges"]},
+        vertices=own["vertices"],
+        outside={face: tuple(names) for face, names in text["outside"]},
+        between={face: tuple(names) for face, names in text["between"]},
+        first_faces=tuple(text["first_faces"]),
+        first=tuple(text["first"]),
+        solids=text["solids"],
+    )
+
+
+def tuples(value: Any) -> Any:
+    """Lists of lists as tuples of tuples, as they were before JSON."""
+    return tuple(tuples(one) for one in value) if isinstance(value, list) else value
