@@ -195,15 +195,17 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     assert not isinstance(sheets, str)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
+    memory = surface.Memory()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
             counts = intervals.assign_intervals(
                 stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
             )
-        return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions)
+        return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions, memory=memory)
 
     counts, _ = attempt(hints.sizes)
+    hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)

@@ -18,6 +18,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import Intervals, Sweep
 from .filling import best_quads
+from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
 from .relax import corner_sines
 from .rim import smooth_loops
@@ -40,6 +41,7 @@ class CapBuilder:
         opposite: FloatArray,
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
+        memory: Memory | None = None,
         graded: Mapping[int, FloatArray] | None = None,
     ) -> None:
         """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
@@ -48,6 +50,7 @@ class CapBuilder:
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
+        self.memory = memory
         self.graded = graded or {}
         self.points = [ring]
         self.n_points = len(ring)
@@ -99,19 +102,20 @@ class CapBuilder:
     def build(self) -> QuadMesh:
         """Mesh every face of the cap."""
         quads, owners = [], []
+        failures: list[SurfaceMeshError] = []
         for f in self.sweep.source:
-            face = self.solid.faces[f]
-            outline = self._outline(face)
-            patch = best_quads(outline)
-            if patch.worst < _FLAT:
-                raise SurfaceMeshError(
-                    f"{face.label()}: the best quads that could be made are folded (worst corner sine "
-                    f"{patch.worst:.2g}); try a smaller size",
-                    edges=self._edges_at_folds(outline, patch),
-                )
+            try:
+                patch = self._fill(self.solid.faces[f])
+            except SurfaceMeshError as error:
+                failures.append(error)
+                continue
             self._add(patch.inner_points)
             quads.append(patch.quads)
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
+        if failures:
+            # All of them at once: who divides their edges finer need not come again for every one.
+            edges = list(dict.fromkeys(e for error in failures for e in error.edges))
+            raise SurfaceMeshError(str(failures[0]), edges=edges) from failures[0]
         return QuadMesh(
             points=np.concatenate(self.points),
             quads=np.concatenate(quads),
@@ -119,6 +123,21 @@ class CapBuilder:
             loops=self.loops,
             edge_nodes=self.edge_nodes,
         )
+
+    def _fill(self, face: Face) -> FaceQuads:
+        outline = self._outline(face)
+        patch = None if self.memory is None else self.memory.recall(outline)
+        if patch is None:
+            patch = best_quads(outline)
+            if self.memory is not None:
+                self.memory.keep(outline, patch)
+        if patch.worst < _FLAT:
+            raise SurfaceMeshError(
+                f"{face.label()}: the best quads that could be made are folded (worst corner sine "
+                f"{patch.worst:.2g}); try a smaller size",
+                edges=self._edges_at_folds(outline, patch),
+            )
+        return patch
 
     def _outline(self, face: Face) -> Outline:
         loops = tuple(tuple(reversed_loop(loop.directed)) for loop in face.loops)
