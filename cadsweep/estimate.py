@@ -16,6 +16,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from .corner_blocks import CornerBlocks
 from .errors import InputError
 from .machine import GIGABYTE, free_memory
 from .mesh import SurfaceMesh
@@ -150,13 +151,13 @@ def estimate_size(
 
 
 def estimate_cells(
-    sweeps: Sequence[Sweep], sizes: Sequence[float], *, layers: int | None = None, scale: float = 1.0
+    fills: Sequence[Sweep | CornerBlocks], sizes: Sequence[float], *, layers: int | None = None, scale: float = 1.0
 ) -> Estimate:
     """Estimate the cost of a part of several cells, before their intervals are assigned.
 
     Parameters
     ----------
-    sweeps : sequence of Sweep
+    fills : sequence of Sweep or CornerBlocks
         By cell.
     sizes : sequence of float
         Edge length wanted in each, working units.
@@ -166,10 +167,12 @@ def estimate_cells(
         Model units per working unit.
     """
     cells = [
-        _from_counts(
-            sweep, size, layers or max(1, _bounded(_sweep_length(sweep) / size)), 0, scale=scale, streamed=False
+        _of_corners(fill, size, scale=scale)
+        if isinstance(fill, CornerBlocks)
+        else _from_counts(
+            fill, size, layers or max(1, _bounded(_sweep_length(fill) / size)), 0, scale=scale, streamed=False
         )
-        for sweep, size in zip(sweeps, sizes, strict=True)
+        for fill, size in zip(fills, sizes, strict=True)
     ]
     largest = max(cells, key=lambda cell: cell.n_hexes)
     n_quads, n_hexes = (sum(getattr(cell, what) for cell in cells) for what in ("n_quads", "n_hexes"))
@@ -209,6 +212,16 @@ def _from_counts(sweep: Sweep, size: float, n_layers: int, n_edges: int, *, scal
         size=size * scale, largest=sweep.solid.size * scale, streamed=streamed,
     )  # fmt: skip
     return _with_counts(unknown, n_quads, n_layers)
+
+
+def _of_corners(blocks: CornerBlocks, size: float, *, scale: float) -> Estimate:
+    """Of a cell of blocks at its corners: cubes that fill its volume, two along its edges at least."""
+    shortest = min(edge.length for edge in blocks.solid.edges)
+    n_layers = max(2, _bounded(max(blocks.solid.volume ** (1.0 / 3.0), shortest) / size))
+    unknown = Estimate(
+        n_quads=0, n_layers=0, n_hexes=0, n_bytes=0, seconds=0.0, size=size * scale, largest=blocks.solid.size * scale
+    )
+    return _with_counts(unknown, min(LARGEST_COUNT, max(len(blocks.corners), n_layers**2)), n_layers)
 
 
 def _with_counts(expected: Estimate, n_quads: int, n_layers: int) -> Estimate:

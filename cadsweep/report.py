@@ -106,6 +106,15 @@ def write_report(
     ------
     CadSweepError
         The extra ``view`` is not installed, or the page cannot be written.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.report import write_report
+    >>> write_report(cs.sweep_mesh(box, size=1.0), "box.html").name
+    'box.html'
     """
     library = _plotly_js()
     report = _quality(mesh)

@@ -13,10 +13,13 @@ import cadsweep
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
+    "asked",
+    "contacts",
     "brep",
     "sweep",
     "stack",
     "cells",
+    "corner_blocks",
     "mesh",
     "record",
     "quality",

@@ -15,7 +15,19 @@ from ..errors import CadSweepError, InputError
 from ..options import INTERFACES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Names, Numbers, Positive, Shard, Size, is_script, parse_cap, parse_parameter
+from .types import (
+    Assignment,
+    Bias,
+    Grading,
+    Names,
+    Numbers,
+    Positive,
+    Shard,
+    Size,
+    is_script,
+    parse_cap,
+    parse_parameter,
+)
 from .worker import QUIET, VERBOSE, limits, run
 from .writing import take_writing_options, writing_options
 
@@ -30,6 +42,9 @@ TOUCH = click.option(
     "--touch", type=Positive(), help="Distance up to which solids of an assembly are taken to touch, model units."
 )
 
+
+ONLY = click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be taken, by name.")
+SKIP = click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out, by name.")
 
 CUT = click.option(
     "--cut",
@@ -99,8 +114,8 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Whether solids that touch share nodes, or get contacts named in pairs.",
         ),
-        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
-        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
+        ONLY,
+        SKIP,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -133,6 +148,15 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             multiple=True,
             metavar="EDGE=N",
             help="Layers along an edge that runs along the sweep, or in a span: 'span 2=8'; may be repeated.",
+        ),
+        click.option(
+            "--edge-bias",
+            "biases",
+            type=Assignment(Grading()),
+            multiple=True,
+            metavar="EDGE=RATIO@TOWARDS",
+            help="Grade an edge towards a face, a vertex, a point x,y,z, 'both' ends or the 'middle': "
+            "'edges:|X=5@clamp', the longest segment over the shortest, or 'edges:|X=first:0.1@clamp'; repeatable.",
         ),
         click.option(
             "--param",
@@ -193,6 +217,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["size"] = plain[-1] if plain else None
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    given["biases"] = dict(given["biases"]) or None
     if given.pop("yes"):
         if given["max_hexes"] is not None:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")

@@ -22,6 +22,9 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
     if summary.get("distance") is not None:
         lines.append(f"boundary: at most {summary['distance']:.3g} off the CAD faces")
     for sweep in summary["sweeps"]:
+        if "corners" in sweep:
+            lines.append(f"a block of hexahedra at each of {sweep['corners']} corners")
+            continue
         spans = sweep.get("span_layers", [])
         parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
         lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")

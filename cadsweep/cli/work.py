@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -143,6 +144,8 @@ def describe_part(
     params: dict[str, Any] | None,
     part: str | None = None,
     touch: float | None = None,
+    only: Sequence[str] | None = None,
+    skip: Sequence[str] | None = None,
     caps: tuple[Any, Any] = (None, None),
     on_progress: Progress,
 ) -> dict[str, Any]:
@@ -156,7 +159,15 @@ def describe_part(
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
-    loaded = load(source, params=params, part=part, touch=touch, on_progress=lambda share: on_progress("cad", share))
+    loaded = load(
+        source,
+        params=params,
+        part=part,
+        only=only,
+        skip=skip,
+        touch=touch,
+        on_progress=lambda share: on_progress("cad", share),
+    )
     on_progress("recognition", None)
     as_loaded = loaded
     if len(loaded.solids) == 1:

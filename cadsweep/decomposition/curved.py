@@ -17,11 +17,15 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..brep import Part, Solid
+from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
 from .costs import BLOCKED, CELL, CONTRADICTION, cell_cost
 
 log = logging.getLogger(__name__)
+
+Fill = Sweep | CornerBlocks
+"""How a cell is filled with hexahedra."""
 
 MOST_PARTS = 40
 """Parts that are looked at before the search is given up: each is imprinted and read anew, in 0.1 to 0.5 s."""
@@ -56,8 +60,8 @@ class Tools:
         Called with the number of cells in the way.
     """
 
-    recognise: Callable[[Solid], list[Sweep]]
-    make_plan: Callable[[Part, list[list[Sweep]]], Any]
+    recognise: Callable[[Solid], list[Fill]]
+    make_plan: Callable[[Part, list[list[Fill]]], Any]
     find_cutters: Callable[[Part, int, Sequence[int]], Sequence[Cutter]]
     cut: Callable[[Part, int, Any], Part | None]
     on_progress: Callable[[int], None] = lambda n: None

@@ -16,9 +16,11 @@ import heapq
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import pi
 
 from ..brep import Face, Part, Solid
+from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
 from .costs import CONTRADICTION, cell_cost
@@ -29,8 +31,11 @@ from .vectors import cross, dot, minus, to_vector, unit
 
 log = logging.getLogger(__name__)
 
-Recognise = Callable[[Solid], list[Sweep]]
-MakePlan = Callable[[Part, list[list[Sweep]]], object]
+Fill = Sweep | CornerBlocks
+"""How a cell is filled with hexahedra."""
+
+Recognise = Callable[[Solid], list[Fill]]
+MakePlan = Callable[[Part, list[list[Fill]]], object]
 
 MOST_STATES = 800
 """Complexes that are looked at before the part is given up."""
@@ -45,6 +50,8 @@ GAP = 0.02
 """Distance between two features, as a share of the part's size, from which a cut between them is worth it."""
 MOST_DIRECTIONS = 4
 """Directions of faces in which features are parted."""
+CORNER_EDGES = 3
+"""Edges of a vertex up to which a block of hexahedra fits into it."""
 FLAT = 1e-6
 """Radians from pi up to which two faces at an edge are one plane."""
 
@@ -54,7 +61,7 @@ class Seen:
     """What is known of a cell, whatever complex it is in."""
 
     solid: Solid
-    sweeps: list[Sweep]
+    sweeps: list[Fill]
     cost: float
 
 
@@ -212,6 +219,28 @@ class Search:
                     found.append((edge.length, square, f"square to {self.name_of(f)} at ({where})"))
         yield from _distinct(found)
         yield from _distinct(self.between_features(solid))
+        yield from _distinct(self.through_points(solid))
+
+    def through_points(self, solid: Solid) -> list[tuple[float, Plane, str]]:
+        """Planes through two edges of a vertex with more than three, that have no face between them: it gets less."""
+        found: list[tuple[float, Plane, str]] = []
+        for vertex in range(len(solid.vertices)):
+            edges = [e for e in solid.edges if vertex in (e.start, e.end)]
+            if len(edges) <= CORNER_EDGES:
+                continue
+            where = self.model.units.place(solid.vertices[vertex])
+            for one, other in combinations(edges, 2):
+                a, b = (
+                    to_vector(solid.vertices[e.end if e.start == vertex else e.start] - solid.vertices[vertex])
+                    for e in (one, other)
+                )
+                square = cross(unit(a), unit(b))
+                if set(one.faces) & set(other.faces) or dot(square, square) < FLAT:
+                    continue
+                normal = unit(square)
+                plane = Plane(normal=normal, offset=dot(normal, to_vector(solid.vertices[vertex])))
+                found.append((one.length + other.length, plane, f"a plane through the point ({where})"))
+        return found
 
     def between_features(self, solid: Solid) -> list[tuple[float, Plane, str]]:
         """Planes half way between two groups of edges that stand in the way, square to a face of the cell."""

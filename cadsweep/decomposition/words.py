@@ -16,9 +16,11 @@ MOST_NAMED = 3
 
 def say(search: Search, state: State) -> str:
     """One line on the cuts of a state."""
+    if not state.cuts:
+        return "filled with a block of hexahedra at every corner"
     cuts = list(dict.fromkeys(cut.reason for cut in state.cuts))
     more = f" and {len(cuts) - MOST_NAMED} more" if len(cuts) > MOST_NAMED else ""
-    return f"cut into {len(state.cells)} cells, each swept: along {'; '.join(cuts[:MOST_NAMED])}{more}"
+    return f"cut into {len(state.cells)} cells, along {'; '.join(cuts[:MOST_NAMED])}{more}"
 
 
 def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:

@@ -120,7 +120,9 @@ def assign_intervals(
 
 def _rail_turning(sweep: Sweep) -> float:
     """Greatest turn of the way from source to target: over all spans, the most any of their rails turns."""
-    return max(sum(max(turning(sweep, sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
+    return max(
+        sum(max(turning(sweep.solid, sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans
+    )
 
 
 def _check_division(sweep: Sweep, wanted: Mapping[int, float], sizes: Mapping[int, float], size: float) -> None:

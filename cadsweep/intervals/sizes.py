@@ -10,7 +10,7 @@ from math import cos, pi, sqrt
 
 import numpy as np
 
-from ..brep import Edge
+from ..brep import Edge, Solid
 from ..sweep import Sweep
 
 WANTED_HEXES = 8_000
@@ -74,7 +74,7 @@ def size_for(area: float, length: float, n_hexes: float) -> float:
     return cube if length >= 2.0 * cube else sqrt(2.0 * area / n_hexes)
 
 
-def turning(sweep: Sweep, edge: Edge) -> float:
+def turning(solid: Solid, edge: Edge) -> float:
     """Angle by which the direction of an edge turns from its start to its end, radians.
 
     Seen on the tangents at the ends and the chords over the middle, which all edges have at hand; an
@@ -82,7 +82,7 @@ def turning(sweep: Sweep, edge: Edge) -> float:
     """
     if edge.kind == "line":
         return 0.0
-    vertices = sweep.solid.vertices
+    vertices = solid.vertices
     chords = np.array([edge.midpoint - vertices[edge.start], vertices[edge.end] - edge.midpoint])
     if edge.length > WINDING * np.linalg.norm(chords, axis=1).sum():
         chords = np.diff(edge.curve.evaluate(np.linspace(0.0, 1.0, SAMPLES)), axis=0)
@@ -98,7 +98,7 @@ def turns_back(sweep: Sweep, edge: Edge) -> bool:
     if edge.kind == "line":
         return False
     cosine = float(edge.tangents[0] @ edge.tangents[1] / np.prod(np.linalg.norm(edge.tangents, axis=1)))
-    return cosine < -cos(pi / 6) and turning(sweep, edge) < 1.5 * pi
+    return cosine < -cos(pi / 6) and turning(sweep.solid, edge) < 1.5 * pi
 
 
 def wanted_counts(
@@ -113,7 +113,7 @@ def wanted_counts(
     sized : bool
         The user named `size`; otherwise curved edges are also divided finely enough for the volume.
     """
-    turns = {e: turning(sweep, sweep.solid.edges[e]) for e in edges}
+    turns = {e: turning(sweep.solid, sweep.solid.edges[e]) for e in edges}
     limit = TURN_SIZED if sized else TURN_DEFAULT
     wanted = {e: max(1.0, sweep.solid.edges[e].length / size, turns[e] / limit) for e in edges}
     if not sized:

@@ -20,9 +20,11 @@ import numpy as np
 import scipy
 
 from ..brep import Solid
+from ..corner_blocks import CornerBlocks
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .balance import FIRM
+from .corner_counts import corner_counts, corner_size
 from .demands import find_conflict
 from .levels import directed_ends
 from .loops import alike, loop_edges, opposite_sides
@@ -50,21 +52,21 @@ class CellSweep:
 
     Attributes
     ----------
-    sweep : Sweep
+    fill : Sweep or CornerBlocks
     grids : tuple of LinkingSide
         All faces that are logical rectangles: the linking sides, and caps that are.
     free : tuple of int
         Faces that get free quads; their loops need even sums.
     """
 
-    sweep: Sweep
+    fill: Sweep | CornerBlocks
     grids: tuple[LinkingSide, ...]
     free: tuple[int, ...] = ()
 
     @property
     def solid(self) -> Solid:
         """The cell."""
-        return self.sweep.solid
+        return self.fill.solid
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,11 +141,14 @@ def cell_sizes(cells: Sequence[CellSweep], wishes: Wishes) -> list[float]:
     for i, cell in enumerate(cells):
         size = wishes.cell_sizes.get(i, wishes.size)
         if size is None:
-            sweep = cell.sweep
+            share = max(float(volumes[i]) / total, LEAST_SHARE)
+            if isinstance(cell.fill, CornerBlocks):
+                sizes.append(corner_size(cell.fill, common, MOST_HEXES * share))
+                continue
+            sweep = cell.fill
             area = sum(cell.solid.faces[f].area for f in sweep.source)
             perimeters = [sum(cell.solid.edges[e].length for e, _ in loop) for loop in sweep.source_loops]
             feature = min(2.0 * area / sum(perimeters) / SEGMENTS_ACROSS, *(p / SEGMENTS_AROUND for p in perimeters))
-            share = max(float(volumes[i]) / total, LEAST_SHARE)
             size = min(common, max(feature, size_for(area, path_length(sweep), MOST_HEXES * share)))
         sizes.append(float(size))
     return sizes
@@ -155,13 +160,16 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
     firm: set[int] = set()
     for i, cell in enumerate(cells):
         sized = wishes.size is not None or i in wishes.cell_sizes
-        own = wanted_counts(cell.sweep, loop_edges(cell.sweep), sizes[i], {}, sized=sized)
-        own |= _rail_counts(cell.sweep, sizes[i], wishes.layers, sized=sized)
         keys = cell.solid.edge_keys
+        if isinstance(cell.fill, CornerBlocks):
+            own = corner_counts(cell.fill, sizes[i], sized=sized)
+        else:
+            own = wanted_counts(cell.fill, loop_edges(cell.fill), sizes[i], {}, sized=sized)
+            own |= _rail_counts(cell.fill, sizes[i], wishes.layers, sized=sized)
+            if wishes.layers is not None:
+                firm.update(int(keys[e]) for e in cell.fill.rails)
         for e, n in own.items():
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
-        if wishes.layers is not None:
-            firm.update(int(keys[e]) for e in cell.sweep.rails)
         for edge in cell.solid.edges:
             key = int(keys[edge.id])
             if key in wishes.edge_sizes:
@@ -180,7 +188,7 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) 
     if layers is not None:
         n = float(layers)
     else:
-        turn = max(sum(max(turning(sweep, solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
+        turn = max(sum(max(turning(solid, solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
         n = max(path_length(sweep) / size, 1.0 if sized else 2.0, turn / (TURN_SIZED if sized else TURN_LAYER))
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
     return {e: max(1.0, n * solid.edges[e].length / totals[e]) for e in sweep.rails}
@@ -203,8 +211,14 @@ class _Equations:
     def __init__(self, cells: Sequence[CellSweep], wanted: Mapping[int, float], *, align: bool) -> None:
         self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
         self.opposite: list[tuple[list[int], list[int]]] = []
-        for cell in cells:
+        self.crossed: list[tuple[list[int], tuple[int, int], tuple[int, int]]] = []
+        for i, cell in enumerate(cells):
             self._tie_cell(cell, wanted, align=align)
+            if isinstance(cell.fill, CornerBlocks):
+                self.crossed += [
+                    ([int(cell.solid.edge_keys[e]) for e, _ in chain], (i, start), (i, end))
+                    for chain, (start, end) in zip(cell.fill.chains, cell.fill.across, strict=True)
+                ]
         self.evens = [
             [int(cell.solid.edge_keys[e]) for e in loop.edges]
             for cell in cells
@@ -221,12 +235,13 @@ class _Equations:
                     pairs += [([a], [b]) for (a, _), (b, _) in zip(near, far, strict=True)]
                 else:
                     pairs.append(([e for e, _ in near], [e for e, _ in far]))
-        pairs += [([a], [b]) for a, (b, _) in cell.sweep.target_edges.items()]
+        if isinstance(cell.fill, Sweep):
+            pairs += [([a], [b]) for a, (b, _) in cell.fill.target_edges.items()]
+            ways = [_way_up(cell.fill, loop) for loop in cell.fill.source_loops]
+            pairs += [(ways[0], other) for other in ways[1:]]
         if align:
             own = {e.id: wanted[int(keys[e.id])] for e in solid.edges}
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
-        ways = [_way_up(cell.sweep, loop) for loop in cell.sweep.source_loops]
-        pairs += [(ways[0], other) for other in ways[1:]]
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))
@@ -257,6 +272,17 @@ class _Equations:
                     row[of[key]] += sign
             if any(row.values()):
                 rows.append({j: float(v) for j, v in row.items() if v})
+        sheets: dict[tuple[int, int], int] = {}
+        for keys, *both in self.crossed:
+            # Segments of a chain are as many as the two sheets that it crosses are thick.
+            crossing = {j: float(n) for j, n in Counter(of[key] for key in keys).items()}
+            for sheet in both:
+                if sheet not in sheets:
+                    sheets[sheet] = len(want)
+                    want.append(1.0)
+                    weight.append(0.0)
+                crossing[sheets[sheet]] = crossing.get(sheets[sheet], 0.0) - 1.0
+            rows.append(crossing)
         demanded: dict[int, int] = {}
         for demand in demands:
             parts = Counter(of[key] for key in demand.keys)
@@ -319,7 +345,9 @@ def _way_up(sweep: Sweep, loop: Sequence[DirectedEdge]) -> list[int]:
 
 
 def _intervals_of(cell: CellSweep, counts: Mapping[int, int], size: float) -> Intervals:
-    sweep = cell.sweep
+    sweep = cell.fill
     own = np.array([counts[int(key)] for key in cell.solid.edge_keys], dtype=np.int64)
+    if isinstance(sweep, CornerBlocks):
+        return Intervals(counts=own, n_layers=0, size=size)
     n_layers = int(sum(own[e] for e in _way_up(sweep, sweep.source_loops[0])))
     return Intervals(counts=own, n_layers=n_layers, size=size, span_layers=tuple((n_layers,) for _ in sweep.spans))

@@ -15,6 +15,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
+from .biases import single_segments
 from .hints import Hints
 from .run import Run
 
@@ -61,7 +62,12 @@ def mesh_boundary(
         try:
             with run.stage("surface"):
                 surfaces = surface.mesh_surfaces(
-                    sweep, counts, bias=options.bias, fractions=options.fractions, sizes=hints.inside
+                    sweep,
+                    counts,
+                    bias=options.bias,
+                    fractions=options.fractions,
+                    sizes=hints.inside,
+                    divisions=hints.divisions,
                 )
         except SurfaceMeshError as error:
             first = first or error
@@ -78,7 +84,8 @@ def mesh_boundary(
         estimate.check_budget(made, max_hexes=options.max_hexes, max_memory=options.max_memory)
         check(made)
         finer = sum(e not in hints.sizes or wished[e] < hints.sizes[e] for e in wished)
-        return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
+        notes = [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
+        return counts, surfaces, [*notes, *single_segments([int(counts.counts[e]) for e in hints.divisions])]
     assert first is not None
     raise first
 

@@ -68,6 +68,18 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
         The mesh does not know its CAD model, or `levels` is not a whole number from 1 to 8.
     InvertedHexError
         The refined mesh is not valid: the coarse one follows the model's curves too coarsely.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> fine = cs.refine(mesh)
+    >>> fine.n_hexes == 8 * mesh.n_hexes
+    True
+    >>> bool((fine.points[fine.info["coarse_nodes"]] == mesh.points).all())
+    True
     """
     if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= MOST_LEVELS:
         raise InputError(f"levels must be a whole number from 1 to {MOST_LEVELS}, not {levels!r}")

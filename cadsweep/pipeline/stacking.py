@@ -26,7 +26,7 @@ from .candidates import COARSE, GOOD_ENOUGH
 from .parts import only_solid
 from .run import Run
 from .several import finish
-from .stack_hints import resolve_stack_hints, weigh_layers
+from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
 from .stack_plane import mesh_plane
 
 log = logging.getLogger(__name__)
@@ -195,18 +195,21 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     assert not isinstance(sheets, str)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
+    memory = surface.Memory()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
             counts = intervals.assign_intervals(
                 stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
             )
-        return counts, lambda: surface.mesh_surfaces(stack.plan, counts)
+        return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions, memory=memory)
 
     counts, _ = attempt(hints.sizes)
+    hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
+        levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)

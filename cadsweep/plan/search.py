@@ -18,9 +18,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..brep import Part, Solid
+from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
-from .ways import Role, Way, corner_vertices, list_ways
+from .ways import Fill, Role, Way, corner_vertices, list_ways
 
 log = logging.getLogger(__name__)
 
@@ -34,6 +35,13 @@ _AGREE: dict[tuple[Role, Role], bool] = {
     ("first", "first"): True,
     ("first", "last"): True,
     ("last", "last"): False,
+    ("star", "grid"): False,
+    ("star", "first"): True,
+    ("star", "last"): False,
+    (
+        "star",
+        "star",
+    ): True,  # where the corners are the same, and odd in number: the counts place the middle of each edge
 }
 
 
@@ -56,9 +64,9 @@ class Plan:
     n_steps: int = 0
 
     @property
-    def sweeps(self) -> tuple[Sweep, ...]:
-        """The sweep of every cell."""
-        return tuple(way.sweep for way in self.ways)
+    def fills(self) -> tuple[Fill, ...]:
+        """How every cell is filled."""
+        return tuple(way.fill for way in self.ways)
 
     @property
     def score(self) -> float:
@@ -79,15 +87,15 @@ def shared_faces(part: Part) -> Shared:
     return {key: own for key, own in users.items() if len(own) > 1}
 
 
-def make_plan(part: Part, candidates: Sequence[Sequence[Sweep]], *, most_steps: int = MOST_STEPS) -> Plan:
+def make_plan(part: Part, candidates: Sequence[Sequence[Fill]], *, most_steps: int = MOST_STEPS) -> Plan:
     """Choose a sweep for every cell.
 
     Parameters
     ----------
     part : Part
         Cells with keys of the whole part.
-    candidates : sequence of sequence of Sweep
-        The sweeps of every cell.
+    candidates : sequence of sequence of Sweep or CornerBlocks
+        How every cell may be filled.
     most_steps : int
         Choices to try in each component of cells that share faces.
 
@@ -113,12 +121,13 @@ def make_plan(part: Part, candidates: Sequence[Sequence[Sweep]], *, most_steps: 
     return Plan(ways=picked, order=tuple(search.order(chosen) or ()), n_steps=search.n_steps)
 
 
-def _no_way(part: Part, cell: int, candidates: Sequence[Sweep]) -> PlanError:
+def _no_way(part: Part, cell: int, candidates: Sequence[Fill]) -> PlanError:
     solid = part.solids[cell]
     name = f"'{solid.name}'" if solid.name else f"cell {cell}"
     if not candidates:
         return PlanError(f"{name} has no sweep", faces=[(cell, f.id) for f in solid.faces])
     sweep = candidates[0]
+    assert isinstance(sweep, Sweep), "blocks at the corners are a way"
     caps = [*sweep.source, *sweep.target]
     return PlanError(
         f"{name}: both caps of its sweep from {solid.faces[sweep.source[0]].label()} to "
@@ -191,14 +200,22 @@ class _Search:
         one, other = (self.ways[cell][way].roles[face] for cell, way, face in (mine, theirs))
         if one == other == "grid":
             return self.corners(*mine) == self.corners(*theirs)
+        if one == other == "star":
+            return self.corners(*mine) == self.corners(*theirs) and len(self.corners(*mine)) % 2 == 1
         return _AGREE[one, other] if (one, other) in _AGREE else _AGREE[other, one]
 
     def corners(self, cell: int, way: int, face: int) -> frozenset[int]:
-        """Keys of the corners of a grid."""
+        """Keys of the corners of a grid or of a star."""
         known = self._corners.get((cell, way, face))
         if known is None:
             solid = self.part.solids[cell]
-            own = corner_vertices(solid, self.ways[cell][way].grids[face])
+            chosen = self.ways[cell][way]
+            own: tuple[int, ...]
+            if face in chosen.grids:
+                own = corner_vertices(solid, chosen.grids[face])
+            else:
+                assert isinstance(chosen.fill, CornerBlocks), "only corner blocks have stars"
+                own = tuple(chosen.fill.ends[chain][not forward] for chain, forward in chosen.fill.outlines[face])
             known = self._corners[cell, way, face] = frozenset(int(solid.vertex_keys[v]) for v in own)
         return known
 
@@ -281,9 +298,9 @@ class _Search:
             if a not in chosen or b not in chosen:
                 continue
             one, other = self.ways[a][chosen[a]].roles[fa], self.ways[b][chosen[b]].roles[fb]
-            if (one, other) == ("last", "first"):
+            if one in ("last", "star") and other == "first":
                 after[b].add(a)
-            elif (one, other) == ("first", "last"):
+            elif one == "first" and other in ("last", "star"):
                 after[a].add(b)
         found: list[int] = []
         ready = sorted((cell for cell, before in after.items() if not before), reverse=True)
@@ -321,7 +338,7 @@ class _Search:
 
     def words(self, cell: int, face: int) -> str:
         """What a face can be to its cell."""
-        names = {"grid": "a side of four corners", "first": "a cap", "last": "a cap"}
+        names = {"grid": "a side of four corners", "first": "a cap", "last": "a cap", "star": "a star of quads"}
         return " or ".join(sorted({names[way.roles[face]] for way in self.ways[cell]}))
 
 

@@ -10,6 +10,8 @@ first
     On the cap where the cell's quads begin: it takes whatever quads it is given, and free ones where it is given none.
 last
     On the cap where they are carried to: nobody else may mesh it.
+star
+    Not of four corners, on a cell that has a block at every corner: its quads meet in a star.
 """
 
 from __future__ import annotations
@@ -21,9 +23,12 @@ from math import pi
 from typing import Literal
 
 from ..brep import Face, Solid
+from ..corner_blocks import CornerBlocks
 from ..sweep import DirectedEdge, LinkingSide, Sweep, turned, turned_chain
 
-Role = Literal["grid", "first", "last"]
+Role = Literal["grid", "first", "last", "star"]
+Fill = Sweep | CornerBlocks
+"""How a cell is filled with hexahedra."""
 
 CORNER = 5.0 * pi / 6.0
 """Interior angle of a face below which a vertex of its outline is a corner: half way to straight from 120 degrees."""
@@ -35,12 +40,12 @@ BOXED = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Way:
-    """A candidate sweep in one direction, and what it makes of the cell's faces.
+    """A candidate sweep in one direction, or blocks at the corners, and what that makes of the cell's faces.
 
     Attributes
     ----------
-    sweep : Sweep
-        From the cap whose quads come first to the one they are carried to.
+    fill : Sweep or CornerBlocks
+        A sweep from the cap whose quads come first to the one they are carried to.
     roles : tuple of Role
         By face id of the cell.
     grids : dict of int to LinkingSide
@@ -49,16 +54,20 @@ class Way:
         The higher the better.
     """
 
-    sweep: Sweep
+    fill: Fill
     roles: tuple[Role, ...]
     grids: dict[int, LinkingSide]
     score: float
 
 
-def list_ways(candidates: Sequence[Sweep]) -> list[Way]:
-    """All ways of the candidate sweeps of a cell, both directions of each, best first."""
+def list_ways(candidates: Sequence[Fill]) -> list[Way]:
+    """All ways of the candidates of a cell, both directions of each sweep, best first."""
     ways = []
     for sweep in candidates:
+        if isinstance(sweep, CornerBlocks):
+            roles: list[Role] = ["grid" if face.id in sweep.grids else "star" for face in sweep.solid.faces]
+            ways.append(Way(fill=sweep, roles=tuple(roles), grids=dict(sweep.grids), score=sweep.score))
+            continue
         for one in (sweep, turned(sweep)):
             sides = {side.face: side for side in one.linking_sides}
             if one is sweep:
@@ -79,7 +88,7 @@ def _way(sweep: Sweep, grids: dict[int, LinkingSide], score: float) -> Way:
             roles.append("first")
         else:
             roles.append("last")
-    return Way(sweep=sweep, roles=tuple(roles), grids=grids, score=score)
+    return Way(fill=sweep, roles=tuple(roles), grids=grids, score=score)
 
 
 def box_caps(sweep: Sweep) -> tuple[LinkingSide, LinkingSide] | None:

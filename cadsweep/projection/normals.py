@@ -97,6 +97,12 @@ def pseudo_normal(ring: npt.ArrayLike, loops: Sequence[npt.ArrayLike] | None = N
     where that vanishes too (a figure of eight), the normal of the best plane, on the side from which the part
     of the loop near its closing segment turns counter-clockwise. In R^2, where a hyperplane is a line, it is the
     left-hand normal of the direction in which the outer loop's nodes progress: ``sum (i - mean(i)) x_i``.
+
+    Examples
+    --------
+    >>> from cadsweep.projection import pseudo_normal
+    >>> pseudo_normal([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]).tolist()
+    [0.0, 0.0, 1.0]
     """
     points = checked_points(ring, "ring")
     order = row_loops(loops, len(points))

@@ -4,6 +4,7 @@ Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a l
 :class:`~cadsweep.sweep.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
 """
 
+from .corner_blocks import find_corner_blocks
 from .edges import describe_edges
 from .find import find_sweeps, search_sweeps
 from .growth import find_roundings, worst_rim
@@ -15,6 +16,7 @@ __all__ = [
     "describe",
     "describe_edges",
     "find_axis",
+    "find_corner_blocks",
     "find_roundings",
     "find_sweeps",
     "may_be_ring",

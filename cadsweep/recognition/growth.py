@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi, sin
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -28,11 +29,21 @@ GAIN = 1.15
 """How much better the worst edge of the rim must become for a cap to grow."""
 
 
+_angles: WeakKeyDictionary[Solid, dict[int, float]] = WeakKeyDictionary()
+
+
 def rim_angle(solid: Solid, edge: Edge) -> float:
     """Interior angle of the solid across an edge, in radians, as hexes on both sides see it.
 
     Nearly tangent faces are taken by the chord of a first segment, which leaves the tangent by up to `HALF_SEGMENT`.
     """
+    known = _angles.setdefault(solid, {})  # the same edges are the rim of hundreds of layouts
+    if edge.id not in known:
+        known[edge.id] = _rim_angle(solid, edge)
+    return known[edge.id]
+
+
+def _rim_angle(solid: Solid, edge: Edge) -> float:
     angle = edge.dihedral
     if not TANGENT < angle < 2 * pi - TANGENT or edge.start == edge.end:
         return angle

@@ -21,7 +21,7 @@ blocks     hexahedra, and the face of every boundary quad
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
-from .planar import find_poor_edges
+from .planar import find_poor_edges, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_directions, find_stations, read_sides, sample_normals
 
@@ -37,4 +37,5 @@ __all__ = [
     "make_stack",
     "read_sides",
     "sample_normals",
+    "sizes_across",
 ]

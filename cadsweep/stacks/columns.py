@@ -55,6 +55,7 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
         target=tuple(f for f in reversed(by_height) if sides.caps[f] > 0),
         walls=sides.walls,
         stations=stations,
+        rounded=sides.rounded,
         arrangement=arrangement,
         plan=prism_sweep(arrangement, sides),
         columns=tuple(columns),

@@ -20,7 +20,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
-from .along import heights_on_edge, heights_on_face
+from .along import heights_on_cap, heights_on_edge
 from .sheets import TOLERANCE
 
 _SAME = 1e-9
@@ -62,11 +62,13 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
     ends, begins = np.full((2, levels.n_layers + 1, len(mesh.points)), np.nan)
     tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     sources = set(stack.source)
+    rims = stack.rims
     for cap, level in levels.caps.items():
         cells = [f for f, caps in zip(arrangement.bottoms, arrangement.caps, strict=True) if cap in caps]
         nodes = np.unique(np.concatenate([nodes_of[f] for f in cells]))
         face = stack.solid.faces[cap]
-        found = heights_on_face(face, stack.direction, mesh.points[nodes])
+        own = [(stack.solid.edges[one], np.searchsorted(nodes, mesh.edge_nodes[e])) for one, e in rims[cap]]
+        found = heights_on_cap(face, stack.direction, mesh.points[nodes], own)
         _fix((begins if cap in sources else ends)[level], nodes, found, tolerance, face.label())
     for e, over in arrangement.over.items():
         for station in set(over) & levels.stations.keys():

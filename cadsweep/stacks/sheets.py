@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..stack import Stack
-from .along import heights_on_edge, heights_on_face
+from .along import heights_on_cap, heights_on_edge
 
 TOLERANCE = 1e-6
 """Heights nearer to each other than this, in sizes of the part, are the same."""
@@ -172,6 +172,8 @@ class _Places:
         self._items: list[list[tuple[float, int]]] = [[] for _ in points]
         self._columns: dict[int, list[tuple[int, int]]] = {}
         place_of = {e: len(used) + j for j, e in enumerate(edges)}
+        ends_of = {e: [place_of[e], *(number[v] for v in pair)] for e, pair in zip(edges, ends, strict=True)}
+        rims = stack.rims
         at_cap: dict[int, set[int]] = {}
         for f, caps, columns in zip(arrangement.bottoms, arrangement.caps, stack.columns, strict=True):
             here: set[int] = set()
@@ -184,7 +186,8 @@ class _Places:
         self._heights: dict[tuple[int, int], float] = {}
         for cap, some in at_cap.items():
             ids = sorted(some)
-            heights = heights_on_face(stack.solid.faces[cap], stack.direction, self.points[ids])
+            own = [(stack.solid.edges[one], np.searchsorted(ids, ends_of[e])) for one, e in rims[cap]]
+            heights = heights_on_cap(stack.solid.faces[cap], stack.direction, self.points[ids], own)
             for place, height in zip(ids, heights.tolist(), strict=True):
                 self._items[place].append((height, cap))
                 self._heights[place, cap] = height

@@ -18,8 +18,17 @@ WALL = 1e-6
 """Cosine between a normal and the direction up to which a face lies along it: a part in a million of its height."""
 STEEPEST = 0.05
 """Cosine below which a cap is too steep to carry layers: some 3 degrees from the direction."""
+ROUNDED = 1e-3
+"""Cosine up to which a cap may run along the direction at an edge, as a rounding does that is tangent to a wall."""
+ROUNDED_LEAN = 0.35
+"""Steepest cosine of a rounding's quads: `MOST_ACROSS` chords of a quarter of a circle, at equal steps in the plane."""
+LEAST_ACROSS = 2
+MOST_ACROSS = 3
+"""Quads from the wall to the end of a rounding: of more, the one at the wall would be too steep."""
 _SAME = 1e-9
 """1 - cosine of directions that are the same."""
+_TOLD = 1e-3
+"""Degrees below which a lean is none to speak of."""
 _ALONG_EDGES = np.linspace(0.0, 1.0, 9)
 _GRID = 9
 
@@ -36,12 +45,15 @@ class Sides:
     walls : tuple of int
     steepest : float
         Least cosine between a cap's normal and the direction: 1 where all caps are flat.
+    rounded : tuple of int
+        The caps that turn until they run along the direction, at an edge.
     """
 
     direction: FloatArray
     caps: dict[int, int]
     walls: tuple[int, ...]
     steepest: float
+    rounded: tuple[int, ...] = ()
 
 
 def sample_normals(solid: Solid) -> list[FloatArray]:
@@ -50,16 +62,43 @@ def sample_normals(solid: Solid) -> list[FloatArray]:
 
 
 def _normals_of(face: Face) -> FloatArray:
-    surface = face.surface
-    loops = [
-        np.concatenate([surface.edge_uv(e, _ALONG_EDGES[:: 1 if forward else -1]) for e, forward in loop.directed])
+    border = np.concatenate(_border(face))
+    return face.surface.normals(np.concatenate([border, _inner_places(face)]))
+
+
+def _border(face: Face) -> list[FloatArray]:
+    """Parameters (m, 2) along every loop."""
+    return [
+        np.concatenate([face.surface.edge_uv(e, _ALONG_EDGES[:: 1 if forward else -1]) for e, forward in loop.directed])
         for loop in face.loops
     ]
-    border = np.concatenate(loops)
-    low, high = border.min(axis=0), border.max(axis=0)
+
+
+def _inner_places(face: Face) -> FloatArray:
+    """Parameters (m, 2) all over a face."""
+    loops = _border(face)
+    low, high = np.concatenate(loops).min(axis=0), np.concatenate(loops).max(axis=0)
     steps = (np.arange(_GRID) + 0.5) / _GRID
     grid = low + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low)
-    return surface.normals(np.concatenate([border, grid[_is_inside(grid, loops)]]))
+    return np.asarray(grid[_is_inside(grid, loops)])
+
+
+def _rounding(face: Face, direction: FloatArray) -> int:
+    """Side of a face that is a cap but for edges along which it runs along the direction; 0 where it is none."""
+    surface = face.surface
+    cosines = []
+    for loop in face.loops:
+        for e, _ in loop.directed:
+            # At its ends an edge may touch the line along which the face is tangent to a wall.
+            along = surface.normals(surface.edge_uv(e, _ALONG_EDGES[1:-1])) @ direction
+            if float(np.abs(along).max()) > ROUNDED:
+                cosines.append(along)
+    cosines.append(surface.normals(_inner_places(face)) @ direction)
+    everything = np.concatenate(cosines)
+    if not len(everything) or float(np.abs(everything).min()) < STEEPEST:
+        return 0
+    sides = np.unique(np.sign(everything))
+    return int(sides[0]) if len(sides) == 1 else 0
 
 
 def _is_inside(places: FloatArray, loops: list[FloatArray]) -> np.ndarray:
@@ -111,22 +150,29 @@ def read_sides(solid: Solid, direction: FloatArray, normals: list[FloatArray]) -
     caps: dict[int, int] = {}
     walls: list[int] = []
     steepest = 1.0
-    for face, own in zip(solid.faces, normals, strict=True):
-        cosines = own @ direction
-        low, high = float(cosines.min()), float(cosines.max())
+    ranges = [(float(cosines.min()), float(cosines.max())) for cosines in (own @ direction for own in normals)]
+    rounded = []
+    for face, (low, high) in zip(solid.faces, ranges, strict=True):
         if max(-low, high) <= WALL:
             walls.append(face.id)
         elif low >= STEEPEST or high <= -STEEPEST:
             caps[face.id] = 1 if low > 0 else -1
             steepest = min(steepest, max(low, -high))
-        elif low < -WALL and high > WALL:
+        elif low < -ROUNDED and high > ROUNDED:
             return f"{face.label()} turns from facing along it to facing against it"
+        elif (side := _rounding(face, direction)) != 0:
+            caps[face.id] = side
+            rounded.append(face.id)
+            steepest = min(steepest, ROUNDED_LEAN)
         else:
-            lean = np.degrees(np.arcsin(max(min(abs(low), abs(high)), 0.0)))
-            return f"{face.label()} is neither along nor across it: it leans {lean:.3g} degrees from it at its steepest"
+            lean = np.degrees(np.arcsin(np.clip(max(low, -high), 0.0, 1.0)))
+            tilt = (
+                f"it leans {lean:.3g} degrees from it at its steepest" if lean > _TOLD else "in places it runs along it"
+            )
+            return f"{face.label()} is neither along nor across it: {tilt}"
     for edge in solid.edges:
         a, b = edge.faces
-        if caps.get(a, 0) * caps.get(b, 0) < 0 and edge.dihedral < np.pi:
+        if caps.get(a, 0) * caps.get(b, 0) < 0 and (edge.dihedral < np.pi or {a, b}.intersection(rounded)):
             one, other = solid.faces[a].label(), solid.faces[b].label()
             return f"{one} and {other} run out on each other at {edge.label()}: no layer fits between them there"
-    return Sides(direction=direction, caps=caps, walls=tuple(walls), steepest=steepest)
+    return Sides(direction=direction, caps=caps, walls=tuple(walls), steepest=steepest, rounded=tuple(rounded))

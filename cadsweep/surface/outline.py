@@ -83,28 +83,11 @@ class Outline:
 
     def angles(self, loop: Sequence[DirectedEdge]) -> list[float]:
         """Interior angle of the face at the vertex where each edge of a loop begins."""
-        at_end: dict[DirectedEdge, float] = {}
-        for own in self.face.loops:
-            for j, directed in enumerate(own.directed):
-                # The reversed loop begins edge j where the face's own loop ends it.
-                at_end[directed] = own.angles[(j + 1) % len(own.angles)]
-        return [at_end[edge, not forward] for edge, forward in loop]
+        return loop_angles(self.face, loop)
 
     def four_sides(self) -> list[list[DirectedEdge]] | None:
         """Split the only loop at its four corners; None where there are not four, or opposite counts differ."""
-        if len(self.loops) != 1:
-            return None
-        loop = self.loops[0]
-        angles = self.angles(loop)
-        corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
-        straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
-        if len(corners) != 4 or len(corners) + len(straight) != len(angles):
-            return None
-        turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
-        cuts = [c - corners[0] for c in corners] + [len(loop)]
-        sides = [turned[a:b] for a, b in pairwise(cuts)]
-        sums = [int(sum(self.counts[e] for e, _ in side)) for side in sides]
-        return sides if sums[0] == sums[2] and sums[1] == sums[3] else None
+        return four_sides(self.face, self.loops[0], self.counts) if len(self.loops) == 1 else None
 
     def charts(self, nodes: Sequence[IntArray]) -> Iterator[Chart]:
         """Plane charts of the face, the most faithful first; `nodes` may be turned by a place or two."""
@@ -157,3 +140,27 @@ class Outline:
 def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:
     """A face's loop run the other way: seen along the sweep instead of from outside."""
     return [(edge, not forward) for edge, forward in reversed(loop)]
+
+
+def loop_angles(face: Face, loop: Sequence[DirectedEdge]) -> list[float]:
+    """Interior angle of a face at the vertex where each edge of one of its reversed loops begins."""
+    at_end: dict[DirectedEdge, float] = {}
+    for own in face.loops:
+        for j, directed in enumerate(own.directed):
+            # The reversed loop begins edge j where the face's own loop ends it.
+            at_end[directed] = own.angles[(j + 1) % len(own.angles)]
+    return [at_end[edge, not forward] for edge, forward in loop]
+
+
+def four_sides(face: Face, loop: Sequence[DirectedEdge], counts: IntArray) -> list[list[DirectedEdge]] | None:
+    """Split a reversed loop of a face at its four corners; None where there are not four, or opposite counts differ."""
+    angles = loop_angles(face, loop)
+    corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
+    straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
+    if len(corners) != 4 or len(corners) + len(straight) != len(angles):
+        return None
+    turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
+    cuts = [c - corners[0] for c in corners] + [len(loop)]
+    sides = [turned[a:b] for a, b in pairwise(cuts)]
+    sums = [int(sum(counts[e] for e, _ in side)) for side in sides]
+    return sides if sums[0] == sums[2] and sums[1] == sums[3] else None

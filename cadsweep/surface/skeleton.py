@@ -9,8 +9,8 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -25,14 +25,6 @@ from .quads import CapBuilder
 from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
 
-Grade = Callable[[Solid, int, int], FloatArray]
-"""``grade(solid, edge, n)``: the arc-length fractions (n + 1,) of the nodes of an edge, from its start to its end."""
-
-
-def even_grade(solid: Solid, edge: int, n: int) -> FloatArray:
-    """Nodes at equal lengths."""
-    return np.linspace(0.0, 1.0, n + 1)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FaceMesh:
@@ -45,11 +37,14 @@ class FaceMesh:
     cell : int
     grid : (h + 1, w + 1) int64 or None
         The nodes in rows and columns, where the face is a logical rectangle.
+    patches : mapping of int to (h + 1, w + 1) int64
+        The same for every corner of a star, by the key of its vertex.
     """
 
     quads: IntArray
     cell: int
     grid: IntArray | None = None
+    patches: Mapping[int, IntArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,11 +71,18 @@ class CellBoundary:
 class Skeleton:
     """What has been meshed so far: nodes, edges by key, faces by key."""
 
-    def __init__(self, solids: Sequence[Solid], intervals: Sequence[Intervals], grade: Grade = even_grade) -> None:
+    def __init__(
+        self,
+        solids: Sequence[Solid],
+        intervals: Sequence[Intervals],
+        *,
+        fractions: Mapping[int, FloatArray] | None = None,
+    ) -> None:
+        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly."""
         self.solids = solids
         self.intervals = intervals
         self.edges: dict[int, IntArray] = {}
-        self.fractions: dict[int, FloatArray] = {}
+        self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
         self.notes: list[str] = []
         self._blocks: list[FloatArray] = []
@@ -88,7 +90,7 @@ class Skeleton:
         self._table = np.empty((0, 3))
         self._vertices: dict[int, int] = {}
         for solid, counts in zip(solids, intervals, strict=True):
-            self._lay_edges(solid, counts, grade)
+            self._lay_edges(solid, counts)
 
     @property
     def n_nodes(self) -> int:
@@ -109,7 +111,7 @@ class Skeleton:
         self._n += len(points)
         return np.arange(self._n - len(points), self._n, dtype=np.int64)
 
-    def _lay_edges(self, solid: Solid, intervals: Intervals, grade: Grade) -> None:
+    def _lay_edges(self, solid: Solid, intervals: Intervals) -> None:
         for vertex, key in enumerate(solid.vertex_keys.tolist()):
             if key not in self._vertices:
                 self._vertices[key] = int(self.add(solid.vertices[vertex][None])[0])
@@ -118,11 +120,10 @@ class Skeleton:
             if key in self.edges:
                 continue
             n = int(intervals.counts[edge.id])
-            fractions = grade(solid, edge.id, n)
+            fractions = self.fractions.setdefault(key, np.linspace(0.0, 1.0, n + 1))
             inner = self.add(np.asarray(edge.curve.evaluate(fractions))[1:-1])
             ends = [self._vertices[int(solid.vertex_keys[v])] for v in (edge.start, edge.end)]
             self.edges[key] = np.concatenate([ends[:1], inner, ends[1:]]).astype(np.int64)
-            self.fractions[key] = fractions
 
     def chain(self, cell: int, chain: Sequence[DirectedEdge]) -> IntArray:
         """Nodes along directed edges of a cell."""
@@ -159,8 +160,7 @@ class Skeleton:
         grid = np.empty((h + 1, w + 1), dtype=np.int64)
         grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
         grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
-        self.faces[key] = FaceMesh(quads=quads, cell=cell, grid=grid)
+        self.faces[key] = FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid)
 
     def edge_uv(self, cell: int, face: Face, edge: int) -> FloatArray:
         """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
@@ -184,12 +184,18 @@ class Skeleton:
         ring = np.concatenate(rings)
         starts = np.cumsum([0, *(len(r) for r in rings)])
         local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
-        builder = CapBuilder(alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan))
-        for e in solid.faces[face].edges:
-            builder.fractions[e] = self.fractions[int(solid.edge_keys[e])]
+        fractions = {e: self.fractions[int(solid.edge_keys[e])] for e in solid.faces[face].edges}
+        builder = CapBuilder(
+            alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan), graded=fractions
+        )
         made = builder.build()
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
         self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)
+
+    def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
+        """Keep the patches of a star, each turned outward as seen from the cell."""
+        quads = np.concatenate([grid_quads(patch) for patch in patches.values()])
+        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell, patches=patches)
 
     def keep(self, cell: int, face: int, quads: IntArray) -> None:
         """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
@@ -246,6 +252,11 @@ class Skeleton:
             points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def grid_quads(grid: IntArray) -> IntArray:
+    """Quads (q, 4) of nodes (h + 1, w + 1) in rows, the normal along rows times columns upward."""
+    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
 
 
 def turn_grid(grid: IntArray, corners: IntArray) -> IntArray | None:

@@ -177,6 +177,12 @@ def rescaled(places: FloatArray) -> FloatArray:
     return out
 
 
+def finer(fractions: FloatArray, m: int) -> FloatArray:
+    """Every step of rising fractions (n + 1,) in m equal ones."""
+    n = len(fractions) - 1
+    return np.asarray(np.interp(np.arange(n * m + 1) / m, np.arange(n + 1), fractions))
+
+
 def fit_linear_parts(source_ring: FloatArray, rings: FloatArray) -> FloatArray:
     """Least-squares linear parts (m, 3, 3) of the maps of a source ring (b, 3) onto rings (m, b, 3).
 

@@ -151,6 +151,14 @@ def plot(
         An unknown option, or a clip that leaves nothing.
     CadSweepError
         pyvista is not installed, or the machine can draw nothing.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.sweep_mesh(box, size=1.0).plot(screenshot="box.png", clip="x").name
+    'box.png'
     """
     pv = import_pyvista()
     inline = screenshot is None and in_notebook()

@@ -6,6 +6,8 @@ Method. At an edge where the solid is re-entrant, or that was imprinted on a fac
 through the cell (planes, cylinders, cones), and the rims of plane faces are carried into the material square to them.
 What belongs together is tried together first: all floors across one direction, all walls along it.
 
+Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last.
+
 Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
 """
 
@@ -21,11 +23,12 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane
-from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Vec
+from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, SolidShape, subshapes
+from .central import Cutter, plane_tool, through_axes, through_centers
 
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
@@ -37,24 +40,6 @@ MOST_BETWEEN = 4
 """Planes between its holes that are tried before these."""
 MOST_NORMALS = 12
 """Directions in which gaps between holes are looked for."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Cutter:
-    """Faces that part a cell.
-
-    Attributes
-    ----------
-    reason : str
-        What a note says of it.
-    tools : tuple of TopoDS_Face
-    weight : float
-        Length of the edges in the way that it goes through.
-    """
-
-    reason: str
-    tools: tuple[Any, ...]
-    weight: float
 
 
 @dataclass(kw_only=True, eq=False)
@@ -114,7 +99,8 @@ class _Cutters:
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        return [*self.between(), *[*self.batches(columns), *single][:MOST_CUTTERS]]
+        others = [*self.batches(columns), *single][:MOST_CUTTERS]
+        return [*through_centers(self.solid), *self.between(), *others, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
@@ -242,9 +228,7 @@ class _Cutters:
                 if abs(holes[i][0] @ holes[k][0]) < 1 - 1e-9:
                     found.append((start - end, 0.5 * (start + end), normal))
         for gap, offset, normal in sorted(found, key=lambda one: -one[0])[:MOST_BETWEEN]:
-            foot = self.center - (normal @ self.center - offset) * normal
-            plane = gp_Pln(gp_Pnt(*foot), gp_Dir(*normal))
-            tool = BRepBuilderAPI_MakeFace(plane, -self.reach, self.reach, -self.reach, self.reach).Face()
+            tool = plane_tool(self.solid, normal, offset * normal)
             yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap)
 
     def feature(self, base: int, rim: Sequence[int]) -> FloatArray:
