@@ -12,6 +12,11 @@ from collections.abc import Sequence
 class CadSweepError(Exception):
     """Root of the errors that cadsweep raises on purpose.
 
+    Attributes
+    ----------
+    solids : tuple of str
+        The solids of an assembly that are at fault, where that is known.
+
     Examples
     --------
     >>> import cadsweep as cs
@@ -21,6 +26,8 @@ class CadSweepError(Exception):
     ...     print(error)
     missing.step: there is no such file.
     """
+
+    solids: tuple[str, ...] = ()
 
 
 class InputError(CadSweepError, ValueError):

@@ -136,6 +136,7 @@ def imprint(
         names=dict(names or {}),
         owners=tuple(own),
         models=tuple(models),
+        touch=touch / units.scale,
     )
     doubts = doubt_notes(part, find_gaps(part, tolerance=tolerance), find_steps(part, shapes, size))
     for note in doubts:
