@@ -9,7 +9,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 import cadsweep as cs
-from cadsweep.errors import CadError, InputError, InvertedHexError, NotSweepableError
+from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -276,3 +276,35 @@ def test_a_part_may_be_called_a_shell():
     core = block(2, 2, 2, (1, 1, 0))
     whole = assembly(core=core, shell=block(4, 4, 2).cut(core))
     assert [model.name for model in cs.load(whole).models] == ["core", "shell"]
+
+
+def test_solids_that_are_too_coarse_to_be_themselves_are_refused_by_name():
+    """A square in a circle of radius 2 has 2 / pi of its area."""
+    with pytest.raises(CoarseMeshError, match=r"'pin'.*allow_coarse"):
+        cs.sweep_mesh(pin_in_plate(), size=4.0)
+    assert cs.sweep_mesh(pin_in_plate(), size=4.0, allow_coarse=True).info["quality"].valid
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_several_cells_come_as_near_to_the_cad_as_is_asked_for(tolerance):
+    """A chord of length h on a circle of radius r is h^2 / 8 r off it: no longer than sqrt(8 r tolerance)."""
+    mesh = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance)
+    for radius, name in ((2, "fuel__gap"), (3, "gap__clad")):
+        corners = mesh.points[mesh.interfaces[name]]
+        middles = (corners + np.roll(corners, 1, axis=1)) / 2
+        assert radius - np.hypot(middles[..., 0], middles[..., 1]).min() <= tolerance
+    finer = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance / 4)
+    assert finer.n_hexes > mesh.n_hexes
+
+
+def test_with_nothing_asked_for_no_solid_loses_much():
+    whole = assembly(block=block(40, 40, 10), pin=cq.Workplane().circle(1).extrude(5).translate((20, 20, 10)))
+    part = cs.load(whole)
+    mesh = cs.sweep_mesh(part)
+    pin = mesh.parts["pin"]
+    corners = mesh.points[mesh.hexes[pin]]
+    assert corners[..., 2].min() == pytest.approx(10)
+    quads = [q for name, q in mesh.boundaries.items() if name.startswith("pin_")] + [
+        mesh.interfaces["block__pin"][:, ::-1]
+    ]
+    assert enclosed_volume(mesh.points, np.concatenate(quads)) == pytest.approx(np.pi * 5, rel=0.0051)
