@@ -149,7 +149,7 @@ def test_order_2_follows_the_curves_of_all_parts(nodes):
 def test_a_bolt_with_a_head_is_cut_into_cells_of_one_part():
     bolt = cq.Workplane().circle(1).extrude(3).faces(">Z").workplane().circle(2).extrude(1)
     plate = block(8, 8, 3, (-4, -4, 0)).faces(">Z").workplane(origin=(0, 0, 0)).hole(2)
-    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.8)
+    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.5)
     assert mesh.info["quality"].valid
     assert set(mesh.parts) == {"plate", "bolt"}
     assert list(mesh.interfaces) == ["plate__bolt"]
@@ -308,3 +308,17 @@ def test_with_nothing_asked_for_no_solid_loses_much():
         mesh.interfaces["block__pin"][:, ::-1]
     ]
     assert enclosed_volume(mesh.points, np.concatenate(quads)) == pytest.approx(np.pi * 5, rel=0.0051)
+
+
+def test_slabs_are_of_one_solid_and_factors_of_any(tmp_path):
+    from cadsweep.pipeline import expand, stream_mesh, write_factors
+
+    with pytest.raises(InputError, match=r"2 solids.*--stream.*--part"):
+        stream_mesh(two_plates(), tmp_path / "plates.vtkhdf", size=1.0)
+    assert stream_mesh(two_plates(), tmp_path / "low.vtkhdf", size=1.0, only=["low"])["n_hexes"] == 12 * 12 * 2
+    mesh = write_factors(two_plates(), tmp_path / "plates.sweep.npz", size=1.0)
+    back = expand(tmp_path / "plates.sweep.npz")
+    assert np.array_equal(back.points, mesh.points)
+    assert np.array_equal(back.hexes, mesh.hexes)
+    assert np.array_equal(back.interfaces["low__high"], mesh.interfaces["low__high"])
+    assert back.info["quality"].valid
