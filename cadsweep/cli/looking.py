@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .making import ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
+from .making import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
@@ -143,12 +143,7 @@ def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page, one file.")
 @sweep_options
-@click.option(
-    "--family",
-    type=click.IntRange(3, 6),
-    metavar="N",
-    help="Refine the mesh into a family of N nested ones, and show how its volume and areas converge.",
-)
+@FAMILY
 @limits
 @QUIET
 def report(

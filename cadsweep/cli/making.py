@@ -55,6 +55,14 @@ CUT = click.option(
 )
 
 
+FAMILY = click.option(
+    "--family",
+    type=click.IntRange(3, 7),
+    metavar="N",
+    help="Refine the mesh into a family of N nested ones, and show how volume and areas converge.",
+)
+
+
 def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how to mesh."""
     options = [
@@ -233,6 +241,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     metavar="BASE.sweep.npz",
     help="Make the same mesh as that of a part whose faces and edges correspond, from the file of its factors.",
 )
+@FAMILY
 @click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -243,6 +252,7 @@ def mesh(
     input_file: str,
     output: str,
     like: str | None,
+    family: int | None,
     stream: bool,
     timeout: float,
     max_memory: float | None,
@@ -264,6 +274,8 @@ def mesh(
         if stream or output.endswith(".sweep.npz") or is_rank():
             raise click.UsageError("--like goes with a mesh in memory, of one process")
         options["like"] = like
+    if family is not None and (stream or output.endswith(".sweep.npz") or is_rank()):
+        raise click.UsageError("--family goes with meshes in memory, of one process")
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
@@ -276,6 +288,7 @@ def mesh(
         output,
         stream=stream,
         options=options,
+        family=family,
         writing=writing,
         output=output,
         timeout=timeout,
@@ -287,7 +300,7 @@ def mesh(
 
 def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
     if as_json:
-        click.echo(json.dumps({**summary, "file": output}))
+        click.echo(json.dumps({**{k: v for k, v in summary.items() if k != "convergence_lines"}, "file": output}))
     elif not quiet:
         click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
 

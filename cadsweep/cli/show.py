@@ -31,6 +31,11 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
         lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")
     notes = summary.get("notes", ())
     lines += [f"note: {note}" for note in (notes if verbose else few_notes(notes))]
+    for row in summary.get("family", ())[1:]:
+        worst = _number(row["min_scaled_jacobian"])
+        lines.append(f"{row['file']}: {row['n_hexes']:,} hexes, {row['n_nodes']:,} nodes, worst {worst}")
+    if "convergence" in summary:
+        lines += ["grid convergence:", *summary["convergence_lines"]]
     if seconds:
         stages = ", ".join(f"{stage} {value:.2f}" for stage, value in seconds.items())
         lines.append(f"seconds: {stages}")
