@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import floor, log10
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -404,6 +404,8 @@ class ModelSolid:
     material : str or None
     color : str or None
         As in ``Face.color``.
+    kernel : object
+        What ``cad`` must find again: the solid before it was imprinted.
     """
 
     name: str
@@ -411,6 +413,7 @@ class ModelSolid:
     volume: float
     material: str | None = None
     color: str | None = None
+    kernel: Any = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -437,6 +440,10 @@ class Part:
         The solids of the model; by default, those that the cells are.
     cuts : tuple of str
         Along what the solids were cut, a line a cut.
+    touch : float
+        Distance, working units, by which faces of solids may have been moved to one another where they touch.
+    contacts : frozenset of str
+        Names of faces that stand for contacts, where the solids share nothing.
 
     Examples
     --------
@@ -459,6 +466,8 @@ class Part:
     owners: tuple[int, ...] = ()
     models: tuple[ModelSolid, ...] = ()
     cuts: tuple[str, ...] = ()
+    touch: float = 0.0
+    contacts: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         if not self.owners:

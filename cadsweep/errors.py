@@ -12,6 +12,11 @@ from collections.abc import Sequence
 class CadSweepError(Exception):
     """Root of the errors that cadsweep raises on purpose.
 
+    Attributes
+    ----------
+    solids : tuple of str
+        The solids of an assembly that are at fault, where that is known.
+
     Examples
     --------
     >>> import cadsweep as cs
@@ -21,6 +26,8 @@ class CadSweepError(Exception):
     ...     print(error)
     missing.step: there is no such file.
     """
+
+    solids: tuple[str, ...] = ()
 
 
 class InputError(CadSweepError, ValueError):
@@ -81,6 +88,8 @@ class NotSweepableError(CadSweepError):
         edge that rules it out; then one for each change of the part that did not help either.
     faces : tuple of int
         Ids of the faces that are most in the way, the worst first.
+    advice : str
+        The sentence that begins the message: the face in the way, its place, and what to do.
 
     Examples
     --------
@@ -93,10 +102,13 @@ class NotSweepableError(CadSweepError):
     True
     """
 
-    def __init__(self, message: str, *, reasons: Sequence[str] = (), faces: Sequence[int] = ()) -> None:
+    def __init__(
+        self, message: str, *, reasons: Sequence[str] = (), faces: Sequence[int] = (), advice: str = ""
+    ) -> None:
         super().__init__(message)
         self.reasons = tuple(reasons)
         self.faces = tuple(int(face) for face in faces)
+        self.advice = advice
 
 
 class PlanError(CadSweepError):

@@ -31,6 +31,7 @@ _ASSIGNED = re.compile(
 
 def in_command_words(message: str) -> str:
     """A message with options of Python's functions written as those of the commands: ``--order 1`` for ``order=1``."""
+    message = re.sub(r"\bcuts=\[('[^']*')\]", r"--cut \1", message)
     for spoken, written in _SPECIAL.items():
         message = message.replace(spoken, written)
 
@@ -48,16 +49,15 @@ def describe_failure(error: CadSweepError) -> dict[str, Any]:
     -------
     dict
         ``type``: the class of the error; ``message``: all of it, one line; ``hint``: the part that says what to try,
-        empty where there is none; ``faces``: ids of the faces that it names, ascending.
+        empty where there is none; ``faces``: ids of the faces that are in the way, the worst first, or of all that it names.
     """
     message = in_command_words(" ".join(str(error).split()))
-    advice = _ADVICE.search(message)
-    said = " ".join([message, *getattr(error, "reasons", ())])
-    faces = {int(number) for match in _FACE.finditer(said) for number in re.findall(r"\d+", match[1])}
-    faces |= {int(face) for _, face in getattr(error, "faces", ())}
-    return {
-        "type": type(error).__name__,
-        "message": message,
-        "hint": "" if advice is None else advice[1].strip(),
-        "faces": sorted(faces),
-    }
+    advice = _ADVICE.search(getattr(error, "advice", "") or message)
+    hint = "" if advice is None else in_command_words(advice[1].strip())
+    told = {"type": type(error).__name__, "message": message, "hint": hint}
+    given = getattr(error, "faces", ())
+    faces = [int(face[1]) if isinstance(face, tuple) else int(face) for face in given]
+    if not faces:
+        said = " ".join([message, *getattr(error, "reasons", ())])
+        faces = sorted({int(number) for match in _FACE.finditer(said) for number in re.findall(r"\d+", match[1])})
+    return {**told, "faces": faces}

@@ -43,7 +43,9 @@ def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:
             f"{name} cannot be swept, and no cuts were found that agree: {len(best.cells)} cells sweep, but not so "
             f"that their meshes meet on {faces or 'every face between them'}; {tried}"
         )
-    return NotSweepableError(message, reasons=refused.reasons)
+    if refused.advice:  # what to do comes first
+        message = f"{refused.advice}; {message}"
+    return NotSweepableError(message, reasons=refused.reasons, faces=refused.faces, advice=refused.advice)
 
 
 def _in_the_way(cell: Solid) -> str:

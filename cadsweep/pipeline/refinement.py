@@ -41,6 +41,9 @@ from .run import Run, silent
 MOST_LEVELS = 8
 """Each makes eight times as many hexes."""
 
+FELL = 0.75
+"""Part of the worst scaled Jacobian that refining must leave to go without a note."""
+
 
 def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
     """Halve a mesh in every direction.
@@ -80,7 +83,15 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
     """
     if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= MOST_LEVELS:
         raise InputError(f"levels must be a whole number from 1 to {MOST_LEVELS}, not {levels!r}")
-    return _refine(mesh, levels, Run(on_progress=silent))
+    fine = _refine(mesh, levels, Run(on_progress=silent))
+    before, after = (one.info["quality"].min_scaled_jacobian for one in (mesh, fine))
+    if after < FELL * before:
+        note = (
+            f"refined, the worst scaled Jacobian fell from {before:.2f} to {after:.2f}: quads with two segments on one "
+            "smooth curve keep their nodes, and the angle between the segments opens; start from a finer mesh"
+        )
+        return replace(fine, info={**fine.info, "notes": [*fine.info["notes"], note]})
+    return fine
 
 
 def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:

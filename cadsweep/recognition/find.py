@@ -24,7 +24,7 @@ from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
 from .growth import with_grown
 from .layout import Layout, choose_bands, lay_out
-from .reasons import MOST_FACES, explain, headline, in_the_way
+from .reasons import MOST_FACES, advice, explain, headline, in_the_way
 from .score import score_layout, score_sweep
 
 log = logging.getLogger(__name__)
@@ -91,7 +91,8 @@ def find_sweeps(
     if not sweeps:
         reasons = explain(solid, found.search, found.failures)
         texts = [reason.text for reason in reasons]
-        raise NotSweepableError(headline(solid, reasons), reasons=texts, faces=in_the_way(solid, reasons)[:MOST_FACES])
+        faces = in_the_way(solid, reasons)[:MOST_FACES]
+        raise NotSweepableError(headline(solid, reasons), reasons=texts, faces=faces, advice=advice(solid, reasons))
     if not source and not target:
         return [s for s in sweeps if s.score >= POOR * sweeps[0].score]
     hinted = [s for s in (_hinted(s, set(source or ()), set(target or ())) for s in sweeps) if s is not None]

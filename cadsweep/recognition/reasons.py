@@ -104,10 +104,11 @@ def _behind(solid: Solid, side: int) -> tuple[int, ...]:
 
 
 def in_the_way(solid: Solid, reasons: Sequence[Reason]) -> list[int]:
-    """The faces that rule out most of the others, the worst first; of equal ones curved before plane, small before large.
+    """The faces that rule out most of the others, the worst first.
 
     A face of a feature that crosses the direction in which the rest could be swept rules out all caps beside it.
     """
+    # Of equal ones, curved before plane and small before large: that is what features are.
     counts = Counter(f for reason in reasons for f in reason.blamed)
     faces = solid.faces
     return sorted(counts, key=lambda f: (-counts[f], faces[f].kind == "plane", faces[f].area, f))
@@ -118,14 +119,14 @@ def what_to_do(solid: Solid, face: int) -> str:
     there = solid.faces[face]
     if there.kind in ("sphere", "cone") or min(len(loop.edges) for loop in there.loops) < 4:
         return (
-            "hexahedra would collapse on it: leave the feature that it belongs to out of the model, or end the part "
-            "before it"
+            "leave the feature that it belongs to out of the model, or end the part before it: hexahedra would "
+            "collapse there"
         )
     folds = [e for e in there.edges if solid.edges[e].dihedral > pi + TANGENT]
     planes = [
         f for e in folds for f in solid.edges[e].faces if solid.faces[f].kind == "plane" and not _only_touches(solid, f)
     ]
-    cut = f"cut the part there yourself (cut='face {planes[0]}')" if planes else "cut the part beside it yourself"
+    cut = f"cut the part there yourself (cuts=['face {planes[0]}'])" if planes else "cut the part beside it yourself"
     return f"leave the feature that it belongs to out of the model, or {cut}"
 
 
@@ -161,12 +162,17 @@ def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
     planes = {face.id: face.kind == "plane" for face in solid.faces}
     telling = max(reasons, key=lambda r: (r.weight, planes[r.face], solid.faces[r.face].area))
     n = len(reasons)
-    worst = in_the_way(solid, reasons)[:1]
-    lead = "".join(f", because of {solid.faces[f].label()}: {what_to_do(solid, f)}" for f in worst)
-    return (
-        f"{name} is no sweep{lead}; no pair of its {n} faces can be the caps, for one, {telling.text}"
-        "; 'cadsweep info' has the others"
-    )
+    lead = advice(solid, reasons) or f"{name} is no sweep"
+    return f"{lead}; no pair of its {n} faces can be the caps, for one, {telling.text}"
+
+
+def advice(solid: Solid, reasons: Sequence[Reason]) -> str:
+    """One sentence: the face that is most in the way, where it is, and what to do; empty where no single face is."""
+    worst = in_the_way(solid, reasons)
+    if not worst:
+        return ""
+    name = f"'{solid.name}'" if solid.name else "the solid"
+    return f"{name} is no sweep because of {solid.faces[worst[0]].label()}; {what_to_do(solid, worst[0])}"
 
 
 def _on_axis(solid: Solid, point: FloatArray, direction: FloatArray) -> bool:

@@ -84,7 +84,7 @@ def write_refusal(
 
 
 def _chosen(part: Part, reason: str, wanted: Collection[int]) -> set[tuple[int, int]]:
-    """Solid and face of what is coloured: faces of the solids that the refusal names, and all pieces of a divided one."""
+    """Solid and face of what is coloured: of the solids that the refusal names, with all pieces of a divided face."""
     named = {j for j, solid in enumerate(part.solids) if solid.name and f"'{solid.name}'" in reason}
     found = set()
     for j, solid in enumerate(part.solids):

@@ -73,5 +73,5 @@ def test_a_block_with_rotated_pockets_is_cut_unasked():
 
 
 def test_what_is_asked_of_one_sweep_is_refused_as_before():
-    with pytest.raises(NotSweepableError, match="no pair of faces"):
+    with pytest.raises(NotSweepableError, match="no pair of its"):
         sweep_mesh(boxes_cross(), source=0)

@@ -363,7 +363,9 @@ def test_corner_valid_hexes_with_a_negative_inside_are_inverted():
     points, hexes = hex_soup(soup)
     report = check_mesh(HexMesh(points=points, hexes=hexes, boundaries={}))
     assert report.n_inverted == np.count_nonzero(~positive_inside(points, hexes)[0])
-    assert report.n_inverted > report.histogram[1][report.histogram[0][1:] <= 0].sum()  # more than those with a bad corner
+    assert (
+        report.n_inverted > report.histogram[1][report.histogram[0][1:] <= 0].sum()
+    )  # more than those with a bad corner
 
 
 # --- against the CAD model -------------------------------------------------------------------------
