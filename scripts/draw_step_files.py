@@ -69,15 +69,16 @@ def machine() -> cq.Assembly:
     return part.add(foot, name="foot")
 
 
-def lever() -> cq.Assembly:
-    """A round bar with a ball on its end: no hexahedra of it by sweeping."""
-    bar = cq.Workplane().circle(5).extrude(60).union(cq.Workplane().sphere(9).translate((0, 0, 64)))
-    part = cq.Assembly(bar, name="lever")
-    return part.addSubshape(bar.faces("<Z").val(), name="~root")
+def manifold() -> cq.Assembly:
+    """A block with two bores that meet inside: refused."""
+    body = cq.Workplane().box(40, 30, 20).faces(">Y").workplane().hole(8)
+    body = body.cut(cq.Workplane("YZ", (-20, 0, 0)).circle(4).extrude(40))
+    part = cq.Assembly(body, name="manifold")
+    return part.addSubshape(body.faces("<Z").val(), name="~base")
 
 
 DRAWINGS: dict[str, Callable[[], cq.Assembly]] = {
-    drawing.__name__: drawing for drawing in (elbow, bracket, block, flanges, lever, machine)
+    drawing.__name__: drawing for drawing in (elbow, bracket, block, flanges, machine, manifold)
 }
 
 

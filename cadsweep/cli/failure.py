@@ -49,14 +49,16 @@ def describe_failure(error: CadSweepError) -> dict[str, Any]:
     -------
     dict
         ``type``: the class of the error; ``message``: all of it, one line; ``hint``: the part that says what to try,
-        empty where there is none; ``faces``: ids of the faces that are in the way, the worst first, or of all that it names.
+        empty where there is none; ``faces``: ids of the faces that are in the way, the worst first, or of all that it
+        names.
     """
     message = in_command_words(" ".join(str(error).split()))
     advice = _ADVICE.search(getattr(error, "advice", "") or message)
     hint = "" if advice is None else in_command_words(advice[1].strip())
     told = {"type": type(error).__name__, "message": message, "hint": hint}
     given = getattr(error, "faces", ())
-    faces = [int(face[1]) if isinstance(face, tuple) else int(face) for face in given]
+    faces = [face for face in given if not isinstance(face, tuple)]
+    faces = faces or sorted({int(face) for _, face in given})
     if not faces:
         said = " ".join([message, *getattr(error, "reasons", ())])
         faces = sorted({int(number) for match in _FACE.finditer(said) for number in re.findall(r"\d+", match[1])})

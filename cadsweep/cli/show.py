@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from itertools import count
 from typing import Any
 
+from .failure import in_command_words
+
 
 def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -> list[str]:
     """What a written mesh is, in a few lines; `verbose`: with every note."""
@@ -30,6 +32,7 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
         parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
         lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")
     notes = summary.get("notes", ())
+    lines = list(dict.fromkeys(lines))  # cells that are filled alike are one line
     lines += [f"note: {note}" for note in (notes if verbose else few_notes(notes))]
     for row in summary.get("family", ())[1:]:
         worst = _number(row["min_scaled_jacobian"])
@@ -83,6 +86,9 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
     several = len(data["solids"]) > 1
     for note in data["notes"] if verbose else few_notes(data["notes"]):
         console.print(f"note: {note}", markup=False, highlight=False)
+    if several:
+        rows = ((index, solid["name"], _what_it_can(data, index)) for index, solid in enumerate(data["solids"]))
+        console.print(_table("What each solid can do by itself", ("number", "solid", "can"), rows))
     for index, solid in enumerate(data["solids"]):
         faces, sweeps, rejected = (
             [row for row in data[name] if row["solid"] == index] for name in ("faces", "sweeps", "rejected")
@@ -102,9 +108,12 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
             columns = ("", "source", "target", "sides", "stations", "length", "score", "notes")
             console.print(_table("Sweeps, best first", columns, (_row(n, s) for n, s in enumerate(sweeps, 1))))
         else:
-            console.print(f"No sweep: {solid['error']}", markup=False, highlight=False)
+            console.print(f"No sweep: {in_command_words(solid['error'])}", markup=False, highlight=False)
         _print_stacks(console, data, index, swept=bool(sweeps))
-        if rejected:
+        if rejected and sweeps and not verbose:
+            line = f"{len(rejected)} other faces are no caps: -v says why of each"
+            console.print(line, markup=False, highlight=False)
+        elif rejected:
             reasons = ((row["face"], row["reason"]) for row in rejected)
             console.print(_table("Why the others are no caps", ("face", "reason"), reasons))
     if several:
@@ -113,6 +122,19 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
             _table("What touches what", ("solids", "in", "area", "face of the first = of the second"), touching)
         )
         _print_plan(console, data["plan"])
+
+
+def _what_it_can(data: dict[str, Any], index: int) -> str:
+    """What a solid of several can do, in a line."""
+    sweeps, stacks = ([row for row in data[name] if row["solid"] == index] for name in ("sweeps", "stacks"))
+    if sweeps:
+        more = f", and {len(sweeps) - 1} other sweeps" if len(sweeps) > 1 else ""
+        return f"sweep from {_names(sweeps[0]['source'])} to {_names(sweeps[0]['target'])}{more}"
+    if stacks:
+        return f"columns along {', '.join(f'{c:.3g}' for c in stacks[0]['direction'])}"
+    advice = data["solids"][index]["error"].split("; no pair of its")[0]
+    told = in_command_words(advice.removeprefix(f"'{data['solids'][index]['name']}' is no sweep "))
+    return f"neither sweep nor columns, cuts are tried: {told}"
 
 
 def _print_plan(console: Any, plan: dict[str, Any]) -> None:

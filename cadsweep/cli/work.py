@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import NotSweepableError
+from ..brep import Part
+from ..errors import CadSweepError, NotSweepableError
 from ..mesh import HexMesh
 from ..progress import Progress
 
@@ -203,10 +204,11 @@ def describe_part(
         volume = solid.volume * loaded.scale**3
         known = {"name": solid.name or loaded.name, "material": solid.material, "color": solid.color}
         data["solids"].append({**known, "volume": volume, "error": error})
-        if len(loaded.solids) == 1 and caps == (None, None):
-            rows, reasons = describe_stacks(as_loaded, found if error is None else ())
-            data["stacks"] = [{"solid": index, **row} for row in rows]
-            data["no_stacks"] = [{"solid": index, "reason": reason} for reason in reasons]
+        alone = as_loaded if len(loaded.solids) == 1 else _one_of(loaded, index)
+        if caps == (None, None) and (error is not None or len(loaded.solids) == 1):
+            rows, reasons = describe_stacks(alone, found if error is None else ())
+            data["stacks"] += [{"solid": index, **row} for row in rows]
+            data["no_stacks"] += [{"solid": index, "reason": reason} for reason in reasons]
     data["contacts"] = [
         {
             "solids": [loaded.models[j].name for j in contact.models],
@@ -221,6 +223,11 @@ def describe_part(
         on_progress("plan", None)
         data["plan"] = describe_plan(loaded, Run(on_progress=on_progress))
     return plain(data)
+
+
+def _one_of(part: Part, index: int) -> Part:
+    """One solid of a part by itself, with the outlines of its neighbours on it."""
+    return replace(part, solids=(part.solids[index],), owners=(0,), models=(part.models[part.owners[index]],))
 
 
 def cut_file(
@@ -294,7 +301,11 @@ def report_file(
 
     output = os.path.abspath(output)  # a script may change the working folder
     check_place(Path(output))
-    mesh = sweep_mesh(source, on_progress=on_progress, **options)
+    try:
+        mesh = sweep_mesh(source, on_progress=on_progress, **options)
+    except CadSweepError as refusal:
+        _write_refusal(refusal, source, output, options, command)
+        raise
     nested = None
     if family:
         on_progress("refine", None)
@@ -302,6 +313,24 @@ def report_file(
         nested = (made.meshes, made.convergence)
     on_progress("report", None)
     write_report(mesh, output, command=command, family=nested)
+
+
+def _write_refusal(refusal: CadSweepError, source: str, output: str, options: dict[str, Any], command: str) -> None:
+    """Write the page about the part that is refused, and add to the refusal where it is."""
+    from ..pipeline import load
+    from ..report import write_refusal
+    from .failure import describe_failure
+
+    try:
+        part = load(source, **{name: options.get(name) for name in ("params", "part", "touch")})
+    except CadSweepError:
+        return  # it is the model that cannot be read: there is nothing to show
+    told = describe_failure(refusal)
+    reasons = getattr(refusal, "reasons", ())
+    write_refusal(
+        part, output, reason=told["message"], faces_in_question=told["faces"], reasons=reasons, command=command
+    )
+    refusal.args = (f"{refusal}; {output} shows the faces in question",)
 
 
 def plain(value: Any) -> Any:

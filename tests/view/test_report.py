@@ -132,3 +132,34 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(monkeypatch, tmp_path)
         write_report(twisted_block(), place)
     assert place.read_text() == "old"
     assert list(tmp_path.iterdir()) == [place]
+
+
+def test_a_refused_part_is_shown_with_the_faces_in_question(tmp_path):
+    cq = pytest.importorskip("cadquery")
+    import cadsweep as cs
+    from cadsweep.report import write_refusal
+
+    part = cs.load(cq.Workplane().box(4, 3, 2).union(cq.Workplane().sphere(1).translate((0, 0, 1.5))))
+    ball = [face.id for face in part.solids[0].faces if face.kind == "sphere"]
+    page = write_refusal(part, tmp_path / "page.html", reason="a <ball>", faces_in_question=ball[:1], reasons=["why"])
+    text = page.read_text(encoding="utf-8")
+    assert "No mesh: a &lt;ball&gt;" in text
+    red = [trace["name"] for trace in traces_of(page) if trace.get("color") == "#e0241b"]
+    # A ball is divided on the way in: all pieces of the face are coloured.
+    assert red == [part.solids[0].faces[f].label() for f in ball]
+
+
+def test_cards_have_a_picture_and_figures():
+    cq = pytest.importorskip("cadquery")
+    import cadsweep as cs
+
+    part = cs.load(cq.Workplane().box(4, 3, 2))
+    for card, words in (
+        (part._repr_html_(), "volume"),
+        (cs.find_sweeps(part)[0]._repr_html_(), "linking sides"),
+        (twisted_block()._repr_html_(), "worst scaled Jacobian"),
+    ):
+        assert 'src="data:image/png;base64,' in card or "no picture:" in card
+        assert words in card
+        assert card.count("<div") == card.count("</div>")
+    assert "<svg" in twisted_block().quality()._repr_html_()

@@ -10,6 +10,7 @@ from view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
 from cadsweep.view import boundary_colors, kept_by_clip, mesh_colors, outline, plot, skin
+from cadsweep.view.clipping import cut_skin, left_of_rim
 from cadsweep.view.grid import legible
 
 pytest.importorskip("pyvista")
@@ -181,3 +182,35 @@ def test_without_pyvista_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
     with pytest.raises(CadSweepError, match=r"cadsweep\[view\]"):
         twisted_block().to_pyvista()
+
+
+def test_a_smooth_clip_cuts_hexahedra_and_leaves_nothing_beyond_the_plane():
+    mesh = twisted_block()
+    normal, origin = np.array([0.6, 0.8, 0.0]), np.zeros(3)
+    whole, cut = (pytest.importorskip("pyvista").wrap(cut_skin(mesh, side)[0]) for side in ((normal, origin), ("x")))
+    assert ((np.asarray(whole.points) - origin) @ normal).max() < 1e-6
+    assert np.asarray(cut.points)[:, 0].max() == pytest.approx(0.0, abs=1e-6)
+    # The half that is kept and the half that is taken have the mesh's volume between them, so both are closed.
+    halves = [cut_skin(mesh, (sign * normal, origin))[0].triangulate() for sign in (1, -1)]
+    assert sum(half.volume for half in halves) == pytest.approx(mesh.quality().volume, rel=2e-2)
+
+
+@pytest.mark.parametrize("crinkle", [False, True])
+def test_no_outline_is_left_of_the_half_that_is_taken_away(crinkle):
+    mesh = twisted_block(turn=0.0)
+    kept = kept_by_clip(mesh, "x") if crinkle else None
+    for quads in mesh.boundaries.values():
+        lines = left_of_rim(mesh, outline(quads[:, :4]), clip="x", kept=kept)
+        if lines is not None:
+            assert np.asarray(lines.points)[np.unique(lines.lines.reshape(-1, 3)[:, 1:]), 0].max() < 1e-6
+
+
+def test_a_histogram_is_written_over_the_range_of_the_data(tmp_path):
+    pytest.importorskip("matplotlib")
+    report = twisted_block().quality()
+    assert report.plot(screenshot=tmp_path / "quality.png").stat().st_size > 1000
+    edges, counts = report.histogram
+    assert counts[0] > 0
+    assert edges[0] <= report.min_scaled_jacobian < edges[1]
+    with pytest.raises(InputError, match="there is no metric 'angle'; there are scaled_jacobian"):
+        report.plot(metric="angle", screenshot=tmp_path / "quality.png")
