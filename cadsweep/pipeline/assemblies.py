@@ -20,7 +20,7 @@ from .several import mesh_complex, plan_cells
 from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
 from .subsets import chosen_solids, separated, subset, touching_groups
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance", "wall_layers")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]

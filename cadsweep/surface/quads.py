@@ -15,12 +15,13 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
-from ..mesh import QuadMesh
+from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
 from .filling import best_quads
 from .outline import FaceQuads, Outline, reversed_loop
 from .relax import corner_sines
 from .rim import smooth_loops
+from .walls import Walls
 
 _FLAT = 1e-6
 """Worst corner sine below which quads are refused: they are folded but for rounding."""
@@ -41,6 +42,7 @@ class CapBuilder:
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         graded: Mapping[int, FloatArray] | None = None,
+        walls: Walls | None = None,
     ) -> None:
         """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
         self.solid = sweep.solid
@@ -49,6 +51,8 @@ class CapBuilder:
         self.size = intervals.size
         self.sizes = sizes
         self.graded = graded or {}
+        self.walls = walls
+        self.notes: list[str] = []
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -99,6 +103,7 @@ class CapBuilder:
     def build(self) -> QuadMesh:
         """Mesh every face of the cap."""
         quads, owners = [], []
+        walls: list[WallRows] = []
         for f in self.sweep.source:
             face = self.solid.faces[f]
             outline = self._outline(face)
@@ -111,6 +116,8 @@ class CapBuilder:
                 )
             self._add(patch.inner_points)
             quads.append(patch.quads)
+            walls += patch.walls
+            self.notes += patch.notes
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
         return QuadMesh(
             points=np.concatenate(self.points),
@@ -118,6 +125,7 @@ class CapBuilder:
             faces=np.concatenate(owners),
             loops=self.loops,
             edge_nodes=self.edge_nodes,
+            walls=tuple(walls),
         )
 
     def _outline(self, face: Face) -> Outline:
@@ -133,6 +141,7 @@ class CapBuilder:
             opposite=self.opposite,
             size=self.size,
             sizes=self.sizes,
+            walls=self.walls if self.walls and any(e in self.walls.layers for e in face.edges) else None,
         )
 
     def _edges_at_folds(self, outline: Outline, patch: FaceQuads) -> list[int]:
