@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import decompose, find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
+    from .pipeline import decompose, find_sweeps, load, make_family, refine, sensitivity, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -49,6 +49,7 @@ _HOMES = {
     "decompose": "pipeline",
     "find_sweeps": "pipeline",
     "load": "pipeline",
+    "make_family": "pipeline",
     "refine": "pipeline",
     "sensitivity": "pipeline",
     "read": "io",
@@ -76,6 +77,7 @@ __all__ = [
     "decompose",
     "find_sweeps",
     "load",
+    "make_family",
     "read",
     "refine",
     "sensitivity",

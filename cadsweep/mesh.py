@@ -160,6 +160,20 @@ class HexMesh:
     origin : object or None
         What the pipeline made the mesh from, the CAD model included, by which it can be refined; it stays in the
         process (no file and no pickle has it).
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> mesh
+    HexMesh: 24 hexes of order 1, 60 nodes
+      boundaries: source (12 quads), target (12 quads), ...
+    >>> mesh.points.shape, mesh.hexes.shape, mesh.boundaries["source"].shape
+    ((60, 3), (24, 8), (12, 4))
+    >>> mesh.record.cad_volume
+    24.0
     """
 
     points: FloatArray

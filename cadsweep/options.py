@@ -128,6 +128,15 @@ class SweepOptions:
         what the memory holds.
     max_memory : float or None
         Memory for the run in GB; None takes what the machine has.
+
+    Examples
+    --------
+    >>> from cadsweep.options import SweepOptions
+    >>> SweepOptions(size=2.0).strategy
+    'both'
+    >>> SweepOptions(layers=0)
+    Traceback (most recent call last):
+    cadsweep.errors.InputError: layers must be a whole number of at least 1, not 0
     """
 
     size: float | None = None

@@ -23,7 +23,7 @@ import matplotlib.pyplot as plt
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "scripts"))
-import check_openfoam
+import check_openfoam  # noqa: E402
 
 LAYERS = cs.WallLayers(first=0.1, growth=1.2, n=8)
 

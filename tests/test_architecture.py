@@ -14,6 +14,7 @@ PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
     "asked",
+    "contacts",
     "brep",
     "sweep",
     "stack",

@@ -44,12 +44,23 @@ TOUCH = click.option(
 )
 
 
+ONLY = click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be taken, by name.")
+SKIP = click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out, by name.")
+
 CUT = click.option(
     "--cut",
     "cuts",
     multiple=True,
     metavar="PLANE|FACE|FILE",
     help="Cut the part first: 'plane z=3', 'plane 1,1,0,2.5', 'face 12' extended, or the faces of a file; repeatable.",
+)
+
+
+FAMILY = click.option(
+    "--family",
+    type=click.IntRange(3, 7),
+    metavar="N",
+    help="Refine the mesh into a family of N nested ones, and show how volume and areas converge.",
 )
 
 
@@ -104,8 +115,8 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Whether solids that touch share nodes, or get contacts named in pairs.",
         ),
-        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
-        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
+        ONLY,
+        SKIP,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -239,6 +250,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     metavar="BASE.sweep.npz",
     help="Make the same mesh as that of a part whose faces and edges correspond, from the file of its factors.",
 )
+@FAMILY
 @click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -249,6 +261,7 @@ def mesh(
     input_file: str,
     output: str,
     like: str | None,
+    family: int | None,
     stream: bool,
     timeout: float,
     max_memory: float | None,
@@ -270,6 +283,8 @@ def mesh(
         if stream or output.endswith(".sweep.npz") or is_rank():
             raise click.UsageError("--like goes with a mesh in memory, of one process")
         options["like"] = like
+    if family is not None and (stream or output.endswith(".sweep.npz") or is_rank()):
+        raise click.UsageError("--family goes with meshes in memory, of one process")
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
@@ -282,6 +297,7 @@ def mesh(
         output,
         stream=stream,
         options=options,
+        family=family,
         writing=writing,
         output=output,
         timeout=timeout,
@@ -293,7 +309,7 @@ def mesh(
 
 def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
     if as_json:
-        click.echo(json.dumps({**summary, "file": output}))
+        click.echo(json.dumps({**{k: v for k, v in summary.items() if k != "convergence_lines"}, "file": output}))
     elif not quiet:
         click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
 

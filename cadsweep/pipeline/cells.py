@@ -7,6 +7,7 @@ order the caps and the inside.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
 from ..corner_blocks import CornerBlocks
-from ..errors import SurfaceMeshError
+from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -76,10 +77,11 @@ def mesh_cells(
                     builder.add_corners(cell, fill, sheets[cell])
                 else:
                     builder.add(cell, fill)
-            except SurfaceMeshError as error:
-                shorter = _halved(part, cell, counts[cell], error.edges, asked)
+            except (SurfaceMeshError, ProjectionError) as error:
+                edges = error.edges if isinstance(error, SurfaceMeshError) else ()
+                shorter = _halved(part, cell, counts[cell], edges, asked)
                 if not shorter or halving == MOST_HALVINGS:
-                    raise
+                    raise _of_solid(part, cell, error) from error
                 break
             run.on_progress("cells", (done + 1) / len(plan.order))
         if not shorter:
@@ -109,6 +111,16 @@ def _graded(
         (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
     ]
     return graded_together(part.solids, list(sweeps.values()), grids, n, asked)
+
+
+def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
+    """The same error, with the solid that it is about."""
+    name = part.models[part.owners[cell]].name
+    found = copy(error)
+    found.solids = (name,)
+    if len(part.models) > 1:
+        found.args = (f"'{name}': {error}",)
+    return found
 
 
 def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:

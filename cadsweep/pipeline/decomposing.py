@@ -129,6 +129,15 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     ------
     NotSweepableError
         No cuts were found; names the cell and the edges in the way.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> cells = cs.decompose("models/bracket.step")
+    >>> len(cells.solids) > 1, len(cells.models)
+    (True, 1)
+    >>> print(cells.cuts[0].split(" (")[0])
+    face 12
     """
     part = load(source, params=params)
     run = Run(on_progress=silent)

@@ -83,6 +83,18 @@ def project_layers(
     ----------
     Roca, Sarrate, Huerta, "A new least-squares approximation of affine mappings for sweep algorithms",
     eqs. (6), (9), (10).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import project_layers
+    >>> source = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0.5]])  # the middle stands up
+    >>> quads = [[0, 1, 4, 3], [1, 2, 3, 4]]
+    >>> heights = np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 2]])
+    >>> rings = source[:4] + heights[:, None]
+    >>> sweep = project_layers(source, quads, rings, loops=[[0, 1, 2, 3]], strategy="source")
+    >>> sweep.layer(2)[4].round(12).tolist()  # the middle node of the last layer
+    [1.0, 1.0, 2.5]
     """
     checked_choice(functional, "functional", FUNCTIONALS)
     checked_choice(strategy, "strategy", STRATEGIES)

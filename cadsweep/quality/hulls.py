@@ -10,7 +10,7 @@ that are not apart after `MOST_HALVINGS` cuts, or of which there are more than `
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from numba import njit
@@ -26,6 +26,17 @@ MOST_PIECES = 256
 
 _SIDES = np.array(list(combinations(range(4), 2)), dtype=np.int64)
 """Edges and diagonals of four corners; rows 1 and 4 are the diagonals of the quad."""
+
+_AXES = np.array(
+    [(1, 4), (7, 10)]  # the normals, which become vectors 12 and 13
+    + [(12, k) for k in range(6)]  # across the sides of flat quads
+    + [(13, k) for k in range(6, 12)]
+    + list(combinations(range(6), 2))  # faces of the tetrahedra
+    + list(combinations(range(6, 12), 2))
+    + list(product(range(6), range(6, 12))),
+    dtype=np.int64,
+)
+"""Pairs of vectors whose cross products are axes: 0 to 5 are sides of one quad, 6 to 11 of the other."""
 
 
 def crossing_pairs(
@@ -81,7 +92,7 @@ def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-un
     in_doubt = np.zeros(MOST_HALVINGS + 1, dtype=np.int64)
     first, second = np.empty((4, 4, 3)), np.empty((4, 4, 3))
     depths[0] = 0
-    waiting[0, 0], waiting[0, 1] = one, other
+    _put(one, other, waiting, 0)
     top = 1
     while top:
         top -= 1
@@ -89,7 +100,9 @@ def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-un
         in_doubt[depth] += 1
         if depth == MOST_HALVINGS or in_doubt[depth] > MOST_PIECES:
             for x in range(3):
-                place[x] = (waiting[top, 0, :, x].sum() + waiting[top, 1, :, x].sum()) / 8
+                place[x] = 0.0
+                for i in range(4):
+                    place[x] += (waiting[top, 0, i, x] + waiting[top, 1, i, x]) / 8
             return True
         _cut_in_four(waiting[top, 0], first)
         _cut_in_four(waiting[top, 1], second)
@@ -97,9 +110,18 @@ def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-un
             for j in range(4):
                 if not hulls_apart(first[i], second[j], tolerance):
                     depths[top] = depth + 1
-                    waiting[top, 0], waiting[top, 1] = first[i], second[j]
+                    _put(first[i], second[j], waiting, top)
                     top += 1
     return False
+
+
+@_njit
+def _put(one, other, waiting, row):  # type: ignore[no-untyped-def]
+    """Set a row of waiting (w, 2, 4, 3); spelled out, since numba takes seconds to compile such an assignment."""
+    for i in range(4):
+        for x in range(3):
+            waiting[row, 0, i, x] = one[i, x]
+            waiting[row, 1, i, x] = other[i, x]
 
 
 @_njit
@@ -135,48 +157,26 @@ def hulls_apart(one, other, tolerance):  # type: ignore[no-untyped-def]
 
     The axes that are tried are complete for tetrahedra, and for flat quads: those first that part most.
     """
-    m = np.empty(3)
+    m, vectors = np.empty(3), np.empty((14, 3))
     for x in range(3):
-        m[x] = other[:, x].sum() - one[:, x].sum()
-    if _parted(one, other, m, tolerance):
-        return True
-    u, v = np.empty((6, 3)), np.empty((6, 3))
-    for k in range(6):
-        i, j = _SIDES[k]
-        u[k] = one[j] - one[i]
-        v[k] = other[j] - other[i]
-    normals = np.empty((2, 3))
-    _set_across(u[1], u[4], normals[0])
-    _set_across(v[1], v[4], normals[1])
-    return (
-        _parted(one, other, normals[0], tolerance)
-        or _parted(one, other, normals[1], tolerance)
-        or _parted_across(one, other, normals[:1], u, tolerance)  # sides of flat quads
-        or _parted_across(one, other, normals[1:], v, tolerance)
-        or _parted_across(one, other, u, u, tolerance)  # faces of the tetrahedra
-        or _parted_across(one, other, v, v, tolerance)
-        or _parted_across(one, other, u, v, tolerance)
-    )
-
-
-@_njit
-def _parted_across(one, other, u, v, tolerance):  # type: ignore[no-untyped-def]
-    """Whether an axis across one of the vectors u (a, 3) and one of v (b, 3) parts two quads."""
-    m = np.empty(3)
-    for k in range(len(u)):
-        for n in range(len(v)):
-            _set_across(u[k], v[n], m)
-            if _parted(one, other, m, tolerance):
-                return True
+        m[x] = 0.0
+        for i in range(4):
+            m[x] += other[i, x] - one[i, x]
+        for k in range(6):
+            i, j = _SIDES[k, 0], _SIDES[k, 1]
+            vectors[k, x] = one[j, x] - one[i, x]
+            vectors[6 + k, x] = other[j, x] - other[i, x]
+    for axis in range(-1, len(_AXES)):
+        if axis >= 0:
+            a, b = _AXES[axis, 0], _AXES[axis, 1]
+            for x in range(3):
+                y, z = (x + 1) % 3, (x + 2) % 3
+                m[x] = vectors[a, y] * vectors[b, z] - vectors[a, z] * vectors[b, y]
+                if axis <= 1:
+                    vectors[12 + axis, x] = m[x]
+        if _parted(one, other, m, tolerance):
+            return True
     return False
-
-
-@_njit
-def _set_across(u, v, m):  # type: ignore[no-untyped-def]
-    """Set m (3,) to the cross product of u and v."""
-    m[0] = u[1] * v[2] - u[2] * v[1]
-    m[1] = u[2] * v[0] - u[0] * v[2]
-    m[2] = u[0] * v[1] - u[1] * v[0]
 
 
 @_njit

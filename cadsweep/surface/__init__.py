@@ -26,6 +26,7 @@ from .grading import (
     turned_round,
 )
 from .matching import match_quads
+from .memory import Memory
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
@@ -41,6 +42,7 @@ __all__ = [
     "CellBoundary",
     "Division",
     "FaceMesh",
+    "Memory",
     "Skeleton",
     "Walls",
     "fractions_from",
@@ -69,6 +71,7 @@ def mesh_surfaces(
     alone: Mapping[int, Division] | None = None,
     walls: Walls | None = None,
     fit: Fit = fit_linear_parts,
+    memory: Memory | None = None,
 ) -> SurfaceMesh:
     """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
 
@@ -93,6 +96,9 @@ def mesh_surfaces(
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
+    memory : Memory, optional
+        Faces of the source cap that were meshed before, with the same sweep, size and `sizes`; those meshed now are
+        added.
 
     Returns
     -------
@@ -117,9 +123,8 @@ def mesh_surfaces(
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    cap = CapBuilder(
-        sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes, graded=graded, walls=walls
-    )
+    ring = builder.rings[0].copy()
+    cap = CapBuilder(sweep, intervals, ring, loops, opposite, sizes=sizes, graded=graded, memory=memory, walls=walls)
     source = cap.build()
     return SurfaceMesh(
         source=source,

@@ -18,6 +18,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
 from .filling import best_quads
+from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
 from .relax import corner_sines
 from .rim import smooth_loops
@@ -41,6 +42,7 @@ class CapBuilder:
         opposite: FloatArray,
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
+        memory: Memory | None = None,
         graded: Mapping[int, FloatArray] | None = None,
         walls: Walls | None = None,
     ) -> None:
@@ -50,6 +52,7 @@ class CapBuilder:
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
+        self.memory = memory
         self.graded = graded or {}
         self.walls = walls
         self.notes: list[str] = []
@@ -104,21 +107,22 @@ class CapBuilder:
         """Mesh every face of the cap."""
         quads, owners = [], []
         walls: list[WallRows] = []
+        failures: list[SurfaceMeshError] = []
         for f in self.sweep.source:
-            face = self.solid.faces[f]
-            outline = self._outline(face)
-            patch = best_quads(outline)
-            if patch.worst < _FLAT:
-                raise SurfaceMeshError(
-                    f"{face.label()}: the best quads that could be made are folded (worst corner sine "
-                    f"{patch.worst:.2g}); try a smaller size",
-                    edges=self._edges_at_folds(outline, patch),
-                )
+            try:
+                patch = self._fill(self.solid.faces[f])
+            except SurfaceMeshError as error:
+                failures.append(error)
+                continue
             self._add(patch.inner_points)
             quads.append(patch.quads)
             walls += patch.walls
             self.notes += patch.notes
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
+        if failures:
+            # All of them at once: who divides their edges finer need not come again for every one.
+            edges = list(dict.fromkeys(e for error in failures for e in error.edges))
+            raise SurfaceMeshError(str(failures[0]), edges=edges) from failures[0]
         return QuadMesh(
             points=np.concatenate(self.points),
             quads=np.concatenate(quads),
@@ -127,6 +131,22 @@ class CapBuilder:
             edge_nodes=self.edge_nodes,
             walls=tuple(walls),
         )
+
+    def _fill(self, face: Face) -> FaceQuads:
+        outline = self._outline(face)
+        memory = self.memory if outline.walls is None else None
+        patch = None if memory is None else memory.recall(outline)
+        if patch is None:
+            patch = best_quads(outline)
+            if memory is not None:
+                memory.keep(outline, patch)
+        if patch.worst < _FLAT:
+            raise SurfaceMeshError(
+                f"{face.label()}: the best quads that could be made are folded (worst corner sine "
+                f"{patch.worst:.2g}); try a smaller size",
+                edges=self._edges_at_folds(outline, patch),
+            )
+        return patch
 
     def _outline(self, face: Face) -> Outline:
         loops = tuple(tuple(reversed_loop(loop.directed)) for loop in face.loops)
