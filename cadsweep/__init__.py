@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .asked import EdgeBias, WallLayers
     from .brep import Part
     from .errors import (
         CadError,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     )
     from .io import read
     from .mesh import HexMesh
-    from .pipeline import decompose, find_sweeps, load, refine, sensitivity, stream_mesh, sweep_mesh
+    from .pipeline import decompose, find_sweeps, load, make_family, refine, sensitivity, stream_mesh, sweep_mesh
     from .quality import QualityReport
     from .sweep import Sweep
 
@@ -38,6 +39,8 @@ _HOMES = {
     "ProjectionError": "errors",
     "SurfaceMeshError": "errors",
     "UnknownNameError": "errors",
+    "EdgeBias": "asked",
+    "WallLayers": "asked",
     "WorkerError": "errors",
     "HexMesh": "mesh",
     "Part": "brep",
@@ -46,6 +49,7 @@ _HOMES = {
     "decompose": "pipeline",
     "find_sweeps": "pipeline",
     "load": "pipeline",
+    "make_family": "pipeline",
     "refine": "pipeline",
     "sensitivity": "pipeline",
     "read": "io",
@@ -56,6 +60,7 @@ _HOMES = {
 __all__ = [
     "CadError",
     "CadSweepError",
+    "EdgeBias",
     "HexMesh",
     "InputError",
     "InvertedHexError",
@@ -66,11 +71,13 @@ __all__ = [
     "SurfaceMeshError",
     "Sweep",
     "UnknownNameError",
+    "WallLayers",
     "WorkerError",
     "__version__",
     "decompose",
     "find_sweeps",
     "load",
+    "make_family",
     "read",
     "refine",
     "sensitivity",

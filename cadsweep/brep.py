@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import floor, log10
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -146,6 +146,18 @@ class Edge:
         may say more.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> import numpy as np
+    >>> edge = cs.load(box).solids[0].edges[0]
+    >>> edge.kind, edge.length
+    ('line', 2.0)
+    >>> bool(np.allclose(edge.curve.evaluate(np.array([0.5]))[0], edge.midpoint))
+    True
     """
 
     id: int
@@ -255,6 +267,17 @@ class Face:
         Parts of a merged face that go by another name.
     units : Units
         What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> face = cs.load(box).solids[0].faces[0]
+    >>> face.label()
+    'face 0 (plane at -2, 0, 0)'
+    >>> face.area, face.center.tolist()
+    (6.0, [-2.0, 0.0, 0.0])
     """
 
     id: int
@@ -318,6 +341,17 @@ class Solid:
         What messages give places in.
     opened : pair of frozenset of int, or None
         Of a closed ring that was cut open, the faces on either side of the cut: two caps in one place.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> solid = cs.load(box).solids[0]
+    >>> len(solid.faces), len(solid.edges), solid.vertices.shape
+    (6, 12, (8, 3))
+    >>> all(len(edge.faces) == 2 for edge in solid.edges)
+    True
     """
 
     vertices: FloatArray
@@ -370,6 +404,8 @@ class ModelSolid:
     material : str or None
     color : str or None
         As in ``Face.color``.
+    kernel : object
+        What ``cad`` must find again: the solid before it was imprinted.
     """
 
     name: str
@@ -377,6 +413,7 @@ class ModelSolid:
     volume: float
     material: str | None = None
     color: str | None = None
+    kernel: Any = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -403,6 +440,21 @@ class Part:
         The solids of the model; by default, those that the cells are.
     cuts : tuple of str
         Along what the solids were cut, a line a cut.
+    touch : float
+        Distance, working units, by which faces of solids may have been moved to one another where they touch.
+    contacts : frozenset of str
+        Names of faces that stand for contacts, where the solids share nothing.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> part = cs.load("models/flanges.step")
+    >>> [solid.name for solid in part.solids]
+    ['lower', 'gasket', 'upper']
+    >>> shared = set(part.solids[0].face_keys) & set(part.solids[1].face_keys)
+    >>> len(shared)  # the gasket lies on one face of the lower flange
+    1
     """
 
     solids: tuple[Solid, ...]
@@ -414,6 +466,8 @@ class Part:
     owners: tuple[int, ...] = ()
     models: tuple[ModelSolid, ...] = ()
     cuts: tuple[str, ...] = ()
+    touch: float = 0.0
+    contacts: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         if not self.owners:
@@ -435,7 +489,8 @@ class Part:
         n_faces = sum(len(solid.faces) for solid in self.solids)
         solids = ", ".join(model.name for model in self.models[:6]) + (", ..." if len(self.models) > 6 else "")
         cells = f" in {len(self.solids)} cells" if len(self.solids) > len(self.models) else ""
-        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {len(self.models)} solids{cells}: {solids}"
+        count = f"{len(self.models)} solid{'s' * (len(self.models) > 1)}"
+        return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {count}{cells}: {solids}"
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

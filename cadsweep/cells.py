@@ -56,6 +56,15 @@ class SweptStructure:
     Node i of layer k is ``k * n_nodes + i``; hex q between layers k and k + 1 is ``k * n_quads + q``
     and has the nodes ``quads[q] + k * n_nodes`` and ``quads[q] + (k + 1) * n_nodes``. On a closed
     ring (``periodic``) the last layer is the first.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> structure = cs.sweep_mesh(box, size=1.0, layers=2).structure
+    >>> structure.n_layers, structure.quads.shape, structure.n_nodes
+    (2, (12, 4), 20)
     """
 
     quads: IntArray

@@ -10,15 +10,52 @@ from collections.abc import Sequence
 
 
 class CadSweepError(Exception):
-    """Root of the errors that cadsweep raises on purpose."""
+    """Root of the errors that cadsweep raises on purpose.
+
+    Attributes
+    ----------
+    solids : tuple of str
+        The solids of an assembly that are at fault, where that is known.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> try:
+    ...     cs.sweep_mesh("missing.step")
+    ... except cs.CadSweepError as error:  # whatever goes wrong on purpose
+    ...     print(error)
+    missing.step: there is no such file.
+    """
+
+    solids: tuple[str, ...] = ()
 
 
 class InputError(CadSweepError, ValueError):
-    """An argument, option, file or script is not what it should be."""
+    """An argument, option, file or script is not what it should be.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.sweep_mesh(box, siz=1.0)
+    Traceback (most recent call last):
+    cadsweep.errors.InputError: there is no option 'siz' (did you mean 'size'?); ...
+    """
 
 
 class UnknownNameError(CadSweepError, KeyError):
-    """A mesh has no boundary, interface or part of this name; the message lists what there is."""
+    """A mesh has no boundary, interface or part of this name; the message lists what there is.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.sweep_mesh(box, size=1.0).boundaries["inlet"]
+    Traceback (most recent call last):
+    cadsweep.errors.UnknownNameError: the mesh has no boundary 'inlet'; there are source, target, ...
+    """
 
     __str__ = Exception.__str__  # a KeyError quotes its message
 
@@ -28,7 +65,17 @@ class CoarseMeshError(InputError):
 
 
 class CadError(CadSweepError):
-    """The CAD model cannot be read, or is not one usable solid."""
+    """The CAD model cannot be read, or is not one usable solid.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> with open("page.step", "w") as file:
+    ...     n = file.write("<html>not a STEP file</html>")
+    >>> cs.load("page.step")
+    Traceback (most recent call last):
+    cadsweep.errors.CadError: ...
+    """
 
 
 class NotSweepableError(CadSweepError):
@@ -39,6 +86,16 @@ class NotSweepableError(CadSweepError):
     reasons : tuple of str
         One line per rejected candidate, each naming the candidate's source face and the face or
         edge that rules it out; then one for each change of the part that did not help either.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> try:
+    ...     cs.find_sweeps(cq.Workplane().sphere(3))
+    ... except cs.NotSweepableError as error:
+    ...     len(error.reasons) > 0
+    True
     """
 
     def __init__(self, message: str, *, reasons: Sequence[str] = ()) -> None:
@@ -67,6 +124,17 @@ class SurfaceMeshError(CadSweepError):
     ----------
     edges : tuple of int
         Edges whose segments are too long for the places that could not be meshed; empty where that is not why.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> plate = cq.Workplane().box(8, 6, 2).faces(">Z").workplane().hole(2)
+    >>> try:
+    ...     cs.sweep_mesh(plate, counts={"edges:|Z": 3}, layers=4)
+    ... except cs.CadSweepError as error:  # the counts that contradict each other are named
+    ...     "4" in str(error)
+    True
     """
 
     def __init__(self, message: str, *, edges: Sequence[int] = ()) -> None:
@@ -83,6 +151,14 @@ class ProjectionError(CadSweepError):
         Node layer, 0 on the source cap.
     loop : int or None
         Loop of the ring, 0 for the outer one.
+
+    Examples
+    --------
+    >>> from cadsweep.projection import fit_affine
+    >>> line = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]
+    >>> fit_affine(line, line)
+    Traceback (most recent call last):
+    cadsweep.errors.ProjectionError: ...
     """
 
     def __init__(self, message: str, *, layer: int | None = None, loop: int | None = None) -> None:
@@ -100,6 +176,13 @@ class InvertedHexError(CadSweepError):
         Ids of the worst hexahedra, worst first.
     min_scaled_jacobian : float
         The least scaled Jacobian of the mesh.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> error = cs.InvertedHexError("no valid mesh", hexes=[7, 3], min_scaled_jacobian=-0.2)
+    >>> error.hexes, error.min_scaled_jacobian
+    ((7, 3), -0.2)
     """
 
     def __init__(self, message: str, *, hexes: Sequence[int] = (), min_scaled_jacobian: float = float("nan")) -> None:
@@ -115,6 +198,15 @@ class WorkerError(CadSweepError):
     ----------
     stage : str
         The stage that was under way (``"cad"``, ``"surface"``, ...).
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.sweep_mesh(box, isolated=True, timeout=0.01)
+    Traceback (most recent call last):
+    cadsweep.errors.WorkerError: time-out in stage 'start': ...
     """
 
     def __init__(self, message: str, *, stage: str = "") -> None:

@@ -51,6 +51,32 @@ class NamedArrays(dict[str, IntArray]):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class WallRows:
+    """Rows of nodes along walls of a section, a column of them at each node of the walls.
+
+    Attributes
+    ----------
+    ring : (c,) int64
+        Where each column begins: a place in ``np.concatenate(loops)``.
+    nodes : (c, n) int64
+        Nodes of the cap, from the wall inwards.
+    first, growth : (c,) float64
+        Height of the first layer that is asked for, working units, and its growth.
+    room : (c,) float64
+        Length that a column may have on the source cap.
+    faces : frozenset of int
+        The walls.
+    """
+
+    ring: IntArray
+    nodes: IntArray
+    first: FloatArray
+    growth: FloatArray
+    room: FloatArray
+    faces: frozenset[int]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class QuadMesh:
     """The source cap's mesh.
 
@@ -66,6 +92,8 @@ class QuadMesh:
     edge_nodes : dict of int to int64 array
         For every edge of the cap (boundary and, on a cap of several faces, inner ones): its node
         ids from the edge's start to its end.
+    walls : tuple of WallRows
+        Rows of nodes whose distance from a wall was asked for.
     """
 
     points: FloatArray
@@ -73,6 +101,7 @@ class QuadMesh:
     faces: IntArray
     loops: tuple[IntArray, ...]
     edge_nodes: dict[int, IntArray]
+    walls: tuple[WallRows, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,6 +160,20 @@ class HexMesh:
     origin : object or None
         What the pipeline made the mesh from, the CAD model included, by which it can be refined; it stays in the
         process (no file and no pickle has it).
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> mesh
+    HexMesh: 24 hexes of order 1, 60 nodes
+      boundaries: source (12 quads), target (12 quads), ...
+    >>> mesh.points.shape, mesh.hexes.shape, mesh.boundaries["source"].shape
+    ((60, 3), (24, 8), (12, 4))
+    >>> mesh.record.cad_volume
+    24.0
     """
 
     points: FloatArray

@@ -13,16 +13,12 @@ from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
+from .asked import check_positive as _positive
+from .asked import edge_bias, wall_layers
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
 INTERFACES = ("shared", "separate")
-
-
-def _positive(name: str, value: Any) -> None:
-    """Refuse what is not a positive, finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value) or value <= 0:
-        raise InputError(f"{name} must be a positive, finite number, not {value!r}")
 
 
 def _count(name: str, value: Any) -> None:
@@ -31,10 +27,12 @@ def _count(name: str, value: Any) -> None:
         raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
 
 
-def _each(name: str, wishes: Any, what: str, check: Callable[[str, Any], None]) -> None:
+def _each(name: str, wishes: Any, what: str, check: Callable[[str, Any], Any]) -> None:
     """Check the wishes for single faces and edges."""
     if wishes is not None and not isinstance(wishes, Mapping):
-        raise InputError(f"{name} must be a mapping from names of faces or edges to numbers, not {wishes!r}")
+        raise InputError(
+            f"{name} must be a mapping from names of faces or edges to what is asked of them, not {wishes!r}"
+        )
     for word, value in (wishes or {}).items():
         check(f"{what} of '{word}'", value)
 
@@ -93,6 +91,13 @@ class SweepOptions:
         Layers between the ends of an edge along the sweep, by name, id or CadQuery selector, or of a span between
         stations (``"span 2"``, counted from the source); edges of one name that follow each other get them in
         all. The other spans share what is left of `layers`.
+    biases : mapping of str to EdgeBias or mapping
+        Grading of the segments of edges by name, id (``"edge 12"``) or CadQuery selector (``"edges:|X"``):
+        ``{"towards": "clamp", "ratio": 5}``, see :class:`cadsweep.asked.EdgeBias`. Edges that answer them across
+        rectangles and along the sweep follow; counts stay as the size gives them.
+    wall_layers : mapping of str to WallLayers or mapping
+        Layers of hexahedra along faces by name, id or CadQuery selector: ``{"wall": WallLayers(first=0.05, growth=1.2,
+        n=8)}``, see :class:`cadsweep.asked.WallLayers`.
     params : mapping or None
         Parameters of a CadQuery script.
     part : str, int or None
@@ -123,6 +128,15 @@ class SweepOptions:
         what the memory holds.
     max_memory : float or None
         Memory for the run in GB; None takes what the machine has.
+
+    Examples
+    --------
+    >>> from cadsweep.options import SweepOptions
+    >>> SweepOptions(size=2.0).strategy
+    'both'
+    >>> SweepOptions(layers=0)
+    Traceback (most recent call last):
+    cadsweep.errors.InputError: layers must be a whole number of at least 1, not 0
     """
 
     size: float | None = None
@@ -139,6 +153,8 @@ class SweepOptions:
     sizes: Mapping[str, float] | None = None
     counts: Mapping[str, int] | None = None
     rail_layers: Mapping[str, int] | None = None
+    biases: Mapping[str, Any] | None = None
+    wall_layers: Mapping[str, Any] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
@@ -188,6 +204,8 @@ class SweepOptions:
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
+        _each("biases", self.biases, "the bias", edge_bias)
+        _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)
 

@@ -52,6 +52,17 @@ class MeshRecord(Mapping[str, Any]):
         Of a refined mesh: for every node of the mesh before, which node of this one it is.
     extra : mapping
         Whatever else somebody wants to keep with the mesh.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> mesh.record.sweeps[0]["layers"], mesh.info["cad_volume"]
+    (2, 24.0)
+    >>> sorted(mesh.record.seconds)[:2]
+    ['assembly', 'cad']
     """
 
     part: str | None = None

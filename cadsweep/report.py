@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -28,7 +28,7 @@ from .cells import HEX_EDGES
 from .errors import CadSweepError
 from .mesh import HexMesh
 from .quality import QualityReport
-from .quality.convergence import convergence_index
+from .quality.convergence import ConvergenceIndex, convergence_rows
 from .view import kept_by_clip, mesh_colors, skin, write_whole
 
 MOST_QUADS = 150_000
@@ -79,7 +79,11 @@ def mesh_summary_html(mesh: HexMesh) -> str:
 
 
 def write_report(
-    mesh: HexMesh, path: str | PathLike[str], *, command: str | None = None, family: Sequence[HexMesh] = ()
+    mesh: HexMesh,
+    path: str | PathLike[str],
+    *,
+    command: str | None = None,
+    family: tuple[Sequence[HexMesh], Mapping[str, ConvergenceIndex]] | None = None,
 ) -> Path:
     """Write a page about a mesh that any browser opens, without a network.
 
@@ -90,8 +94,8 @@ def write_report(
         Suffix ``.html``.
     command : str, optional
         What made the mesh; shown on the page.
-    family : sequence of HexMesh
-        Nested meshes, the coarsest first, of whose volume and areas a table of convergence is shown; three or more.
+    family : pair, optional
+        Nested meshes, the coarsest first, and the convergence of their figures by name, of which a table is shown.
 
     Returns
     -------
@@ -102,6 +106,15 @@ def write_report(
     ------
     CadSweepError
         The extra ``view`` is not installed, or the page cannot be written.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.report import write_report
+    >>> write_report(cs.sweep_mesh(box, size=1.0), "box.html").name
+    'box.html'
     """
     library = _plotly_js()
     report = _quality(mesh)
@@ -119,7 +132,7 @@ def write_report(
         f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div>",
         f"<div><h2>Time</h2>{_table([*timings, ('total', f'{sum(seconds.values()):.2f} s')])}</div></div>",
         f"<h2>Worst hexahedra</h2>{_worst(report)}",
-        _family(family) if family else "",
+        _family(*family) if family else "",
         _list("Problems", report.problems) + _list("Notes", mesh.info.get("notes", [])),
     ]
     page = "\n".join(
@@ -189,26 +202,18 @@ def _table(rows: list[tuple[str, str]]) -> str:
     return f"<table>{body}</table>"
 
 
-def _family(meshes: Sequence[HexMesh]) -> str:
+def _family(meshes: Sequence[HexMesh], convergence: Mapping[str, ConvergenceIndex]) -> str:
     """Volume and areas on nested meshes: values, observed order, extrapolated value, grid convergence index."""
-    reports = [_quality(mesh) for mesh in meshes]
-    names = [name for name in reports[0].areas if all(name in report.areas for report in reports)]
-    figures = [("hexahedra", [float(report.n_hexes) for report in reports])]
-    figures += [("volume", [report.volume for report in reports])]
-    figures += [(f"area of {name}", [report.areas[name] for report in reports]) for name in names]
-    head = "".join(f'<th class="n">{word}</th>' for word in ("order", "extrapolated", "GCI of the finest"))
-    levels = "".join(f'<th class="n">level {level}</th>' for level in range(len(meshes)))
-    rows = []
-    for name, values in figures:
-        shown = "".join(f'<td class="n">{value:,.8g}</td>' for value in values)
-        if name != "hexahedra":
-            found = convergence_index(values)
-            order = "-" if found.order is None else f"{found.order:.2f}"
-            limit = "-" if found.extrapolated is None else f"{found.extrapolated:,.8g}"
-            index = "-" if found.index is None else f"{found.index:.2e}"
-            shown += "".join(f'<td class="n">{text}</td>' for text in (order, limit, index))
-        rows.append(f"<tr><td>{escape(name)}</td>{shown}</tr>")
-    return f"<h2>Grid convergence</h2><table><tr><th></th>{levels}{head}</tr>{''.join(rows)}</table>"
+    head, *rows = convergence_rows(convergence)
+    counts = "".join(f'<td class="n">{mesh.n_hexes:,}</td>' for mesh in meshes)
+    body = ""
+    for name, *texts in rows:
+        cells = "".join(f'<td class="n">{text}</td>' for text in texts)
+        body += f"<tr><td>{escape(name)}</td>{cells}</tr>"
+    titles = "".join(f'<th class="n">{word}</th>' for word in head[1:])
+    return (
+        f"<h2>Grid convergence</h2><table><tr><th></th>{titles}</tr><tr><td>hexahedra</td>{counts}</tr>{body}</table>"
+    )
 
 
 def _list(title: str, items: Any) -> str:

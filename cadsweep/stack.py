@@ -67,6 +67,8 @@ class Stack:
         Faces along the direction.
     stations : tuple of int
         Edges between two walls that do not run along the direction: layers end at them.
+    rounded : tuple of int
+        Caps that turn until they run along the direction, at an edge.
     arrangement : Arrangement
     plan : Sweep
         The sweep of the arrangement's prism; its source cap is what is meshed.
@@ -75,6 +77,13 @@ class Stack:
     score : float
         Expected quality, best 1; candidates are listed best first.
     notes : tuple of str
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> stack = cs.find_sweeps("models/block.step")[0]
+    >>> [solid_face.name for solid_face in (stack.solid.faces[i] for i in stack.source)]
+    ['base']
     """
 
     solid: Solid
@@ -83,6 +92,7 @@ class Stack:
     target: tuple[int, ...]
     walls: tuple[int, ...]
     stations: tuple[int, ...]
+    rounded: tuple[int, ...] = ()
     arrangement: Arrangement
     plan: Sweep
     columns: tuple[tuple[tuple[int, int], ...], ...]
@@ -98,6 +108,16 @@ class Stack:
     def linking_sides(self) -> tuple[LinkingSide, ...]:
         """The walls, as a sweep names its sides; they are no rectangles."""
         return tuple(LinkingSide(face=f, bottom=(), right=(), top=(), left=()) for f in self.walls)
+
+    @property
+    def rims(self) -> dict[int, list[tuple[int, int]]]:
+        """For every face, its edges that lie over edges of the arrangement, and these."""
+        found: dict[int, list[tuple[int, int]]] = {}
+        for own, over in self.arrangement.over.items():
+            for edge in over:
+                for face in self.solid.edges[edge].faces:
+                    found.setdefault(face, []).append((edge, own))
+        return found
 
     @property
     def n_columns(self) -> int:

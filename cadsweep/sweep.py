@@ -80,6 +80,16 @@ class Sweep:
     score : float
         Expected quality, best 1; candidates are listed best first.
     notes : tuple of str
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.find_sweeps(box, source=">Z")[0]
+    Sweep: source face 5 (plane at 0, 0, 1)
+      target face 4 (plane at 0, 0, -1)
+      4 linking sides, 0 stations, score 0.98
     """
 
     solid: Solid

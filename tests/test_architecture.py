@@ -13,6 +13,8 @@ import cadsweep
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
+    "asked",
+    "contacts",
     "brep",
     "sweep",
     "stack",

@@ -145,6 +145,7 @@ class _Reference:
     def __init__(self, part: Part, names: NamedFaces, owner: int) -> None:
         self.part = part
         self.owner = owner
+        self.between = names.between
         self.cells = [cell for cell, own in enumerate(part.owners) if own == owner]
         self.names = {
             (cell, face.id): names.of((cell, face.id))
@@ -170,7 +171,7 @@ class _Reference:
                 doubts[name] = doubts.get(name, 0.0) + area_doubt(solid, solid.faces[face]) * scale**2
         return CadReference(
             volume=self.part.models[self.owner].volume * scale**3,
-            volume_doubt=sum(volume_doubt(solid) for solid in solids) * scale**3,
+            volume_doubt=(sum(volume_doubt(solid) for solid in solids) + self.moved_volume()) * scale**3,
             areas={name: sum(face.area for face in faces) * scale**2 for name, faces in self.by_name.items()},
             area_doubts=doubts,
             euler=self.euler(),
@@ -178,6 +179,11 @@ class _Reference:
             rim_distance=self.rim_distance(),
             tolerance=max(1e-6, 2.0 * gap / size),
         )
+
+    def moved_volume(self) -> float:
+        """What faces in contact sweep over at most, working units, where imprinting has closed gaps."""
+        touching = [place for place in self.names if place in self.between]
+        return self.part.touch * sum(self.part.solids[cell].faces[face].area for cell, face in touching)
 
     def euler(self) -> int:
         """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
-from .names.selection import select_edges, select_edges_of, select_faces
+from .names.selection import select_edges, select_edges_of, select_faces, select_vertices
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from ..arrays import FloatArray
+    from ..arrays import BoolArray, FloatArray
     from ..brep import Part, Solid
     from ..stack import Arrangement
     from .edit.cutters import Cutter
@@ -26,6 +26,7 @@ __all__ = [
     "ANNULI_NOTE",
     "apply_cuts",
     "arrange",
+    "contains",
     "cut_along",
     "cut_cell",
     "cut_closed",
@@ -39,11 +40,27 @@ __all__ = [
     "imprint",
     "load",
     "merge_faces",
+    "part_apart",
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "select_vertices",
     "write_step",
 ]
+
+
+def part_apart(part: "Part") -> "Part | None":
+    """One solid before others were imprinted on it (:func:`cadsweep.cad.imprinting.apart.part_apart`)."""
+    from .imprinting.apart import part_apart as find
+
+    return find(part)
+
+
+def contains(part: "Part", faces: "Sequence[int]") -> "Callable[[FloatArray], BoolArray]":
+    """Tell which points lie in some faces (:func:`cadsweep.cad.imprinting.apart.contains`)."""
+    from .imprinting.apart import contains as tell
+
+    return tell(part, faces)
 
 
 def arrange(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 import logging
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,8 @@ def load(
     *,
     params: Mapping[str, Any] | None = None,
     part: str | int | None = None,
+    only: Sequence[str] | None = None,
+    skip: Sequence[str] | None = None,
     touch: float | None = None,
     on_progress: Callable[[float], None] | None = None,
 ) -> Part:
@@ -46,6 +48,8 @@ def load(
         Values for the parameters of a script.
     part : str or int, optional
         Which solid of a model that has several: its name, or its number from 0; None takes them all.
+    only, skip : sequence of str, optional
+        Names of the solids to be read, or to be left out; what is left out need not be sound.
     touch : float, optional
         Distance, model units, up to which solids are taken to touch; by default, the noise of their coordinates.
     on_progress : callable, optional
@@ -71,10 +75,10 @@ def load(
     from .heal.assembly import make_assembly
     from .heal.clean import make_part, stage
     from .heal.loose import separate_solids
-    from .read.parts import choose_part, n_solids
+    from .read.parts import choose_part, choose_solids, n_solids
 
     with stage(read, "sewing loose faces"):
-        model = choose_part(separate_solids(read), part)
+        model = choose_solids(choose_part(separate_solids(read), part), only=only, skip=skip)
     return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch, on_progress=on_progress)
 
 

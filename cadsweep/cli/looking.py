@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .making import PART, TOUCH, checked_options, sweep_options
+from .making import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
@@ -26,6 +26,8 @@ from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 )
 @PART
 @TOUCH
+@ONLY
+@SKIP
 @click.option("--edges", is_flag=True, help="List the edges, too: what --edge-size, --edge-count, --rail-layers name.")
 @click.option("--source", metavar="NAME|ID", help="Only sweeps with this source cap, as for 'cadsweep mesh'.")
 @click.option("--target", metavar="NAME|ID", help="Only sweeps with this target cap.")
@@ -39,6 +41,8 @@ def info(
     params: tuple[tuple[str, str], ...],
     part: str | None,
     touch: float | None,
+    only: tuple[str, ...] | None,
+    skip: tuple[str, ...] | None,
     edges: bool,
     source: str | None,
     target: str | None,
@@ -58,6 +62,8 @@ def info(
         params=values,
         part=part,
         touch=touch,
+        only=only,
+        skip=skip,
         caps=(parse_cap(source), parse_cap(target)),
         timeout=timeout,
         max_memory=max_memory,
@@ -137,12 +143,7 @@ def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str
 @click.argument("input_file", metavar="INPUT")
 @click.option("-o", "--output", required=True, metavar="PAGE.html", help="The page, one file.")
 @sweep_options
-@click.option(
-    "--family",
-    type=click.IntRange(3, 6),
-    metavar="N",
-    help="Refine the mesh into a family of N nested ones, and show how its volume and areas converge.",
-)
+@FAMILY
 @limits
 @QUIET
 def report(

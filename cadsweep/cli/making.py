@@ -15,7 +15,20 @@ from ..errors import CadSweepError, InputError
 from ..options import INTERFACES, SweepOptions
 from .parallel import is_rank, mesh_over_ranks
 from .show import mesh_lines
-from .types import Assignment, Bias, Names, Numbers, Positive, Shard, Size, is_script, parse_cap, parse_parameter
+from .types import (
+    Assignment,
+    Bias,
+    Grading,
+    Layers,
+    Names,
+    Numbers,
+    Positive,
+    Shard,
+    Size,
+    is_script,
+    parse_cap,
+    parse_parameter,
+)
 from .worker import QUIET, VERBOSE, limits, run
 from .writing import take_writing_options, writing_options
 
@@ -31,12 +44,23 @@ TOUCH = click.option(
 )
 
 
+ONLY = click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be taken, by name.")
+SKIP = click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out, by name.")
+
 CUT = click.option(
     "--cut",
     "cuts",
     multiple=True,
     metavar="PLANE|FACE|FILE",
     help="Cut the part first: 'plane z=3', 'plane 1,1,0,2.5', 'face 12' extended, or the faces of a file; repeatable.",
+)
+
+
+FAMILY = click.option(
+    "--family",
+    type=click.IntRange(3, 7),
+    metavar="N",
+    help="Refine the mesh into a family of N nested ones, and show how volume and areas converge.",
 )
 
 
@@ -91,8 +115,8 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Whether solids that touch share nodes, or get contacts named in pairs.",
         ),
-        click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be meshed."),
-        click.option("--skip", type=Names(), metavar="A,B", help="Solids of an assembly to be left out."),
+        ONLY,
+        SKIP,
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -125,6 +149,22 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             multiple=True,
             metavar="EDGE=N",
             help="Layers along an edge that runs along the sweep, or in a span: 'span 2=8'; may be repeated.",
+        ),
+        click.option(
+            "--edge-bias",
+            "biases",
+            type=Assignment(Grading()),
+            multiple=True,
+            metavar="EDGE=RATIO@TOWARDS",
+            help="Grade an edge towards a face, a vertex, a point x,y,z, 'both' ends or the 'middle': "
+            "'edges:|X=5@clamp', the longest segment over the shortest, or 'edges:|X=first:0.1@clamp'; repeatable.",
+        ),
+        click.option(
+            "--wall-layers",
+            type=Assignment(Layers()),
+            multiple=True,
+            metavar="FACE=FIRST:GROWTH:N",
+            help="Layers along a face: height of the first, growth, number: 'wall=0.05:1.2:8'; repeatable.",
         ),
         click.option(
             "--param",
@@ -185,6 +225,8 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["size"] = plain[-1] if plain else None
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
+    given["biases"] = dict(given["biases"]) or None
+    given["wall_layers"] = dict(given["wall_layers"]) or None
     if given.pop("yes"):
         if given["max_hexes"] is not None:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
@@ -208,6 +250,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     metavar="BASE.sweep.npz",
     help="Make the same mesh as that of a part whose faces and edges correspond, from the file of its factors.",
 )
+@FAMILY
 @click.option("--stream", is_flag=True, help="Make and write slab by slab, for meshes larger than memory (.vtkhdf).")
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -218,6 +261,7 @@ def mesh(
     input_file: str,
     output: str,
     like: str | None,
+    family: int | None,
     stream: bool,
     timeout: float,
     max_memory: float | None,
@@ -239,6 +283,8 @@ def mesh(
         if stream or output.endswith(".sweep.npz") or is_rank():
             raise click.UsageError("--like goes with a mesh in memory, of one process")
         options["like"] = like
+    if family is not None and (stream or output.endswith(".sweep.npz") or is_rank()):
+        raise click.UsageError("--family goes with meshes in memory, of one process")
     if is_rank():
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
@@ -251,6 +297,7 @@ def mesh(
         output,
         stream=stream,
         options=options,
+        family=family,
         writing=writing,
         output=output,
         timeout=timeout,
@@ -262,7 +309,7 @@ def mesh(
 
 def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
     if as_json:
-        click.echo(json.dumps({**summary, "file": output}))
+        click.echo(json.dumps({**{k: v for k, v in summary.items() if k != "convergence_lines"}, "file": output}))
     elif not quiet:
         click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
 

@@ -99,6 +99,47 @@ class Size(click.ParamType):
         return None, Positive().convert(value, param, ctx)
 
 
+class Grading(click.ParamType):
+    """``RATIO@TOWARDS`` or ``first:LENGTH@TOWARDS``: a table as of the option `biases`."""
+
+    name = "ratio@towards"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, Any]:
+        if not isinstance(value, str):
+            return dict(value)
+        text, sign, towards = (word.strip() for word in value.partition("@"))
+        kind = "first" if text.startswith("first:") else "ratio"
+        if not sign or not towards:
+            self.fail(f"{value!r} is not of the form RATIO@TOWARDS or first:LENGTH@TOWARDS", param, ctx)
+        number = Positive().convert(text.removeprefix("first:"), param, ctx)
+        words = towards.split(",")
+        point = len(words) == 3 and all(_is_number(word) for word in words)
+        return {"towards": tuple(float(word) for word in words) if point else towards, kind: number}
+
+
+class Layers(click.ParamType):
+    """``FIRST:GROWTH:N``: a table as of the option `wall_layers`."""
+
+    name = "first:growth:n"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, Any]:
+        if not isinstance(value, str):
+            return dict(value)
+        words = value.split(":")
+        if len(words) != 3 or not words[2].isdigit():
+            self.fail(f"{value!r} is not of the form FIRST:GROWTH:N, such as 0.05:1.2:8", param, ctx)
+        first, growth = (Positive().convert(word, param, ctx) for word in words[:2])
+        return {"first": first, "growth": growth, "n": int(words[2])}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 class Assignment(click.ParamType):
     """``NAME=VALUE``, a pair; the value is made by `of`, and holds no ``=`` then. `prefix` goes before the name."""
 

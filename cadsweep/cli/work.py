@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -28,11 +29,13 @@ def mesh_file(
     writing: dict[str, Any] | None = None,
     stream: bool = False,
     nodes: str | None = None,
+    family: int | None = None,
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Mesh a part into a file (None: into none), and return the figures of ``cadsweep mesh --json``.
 
-    `nodes` is a numpy file for the points alone: the corners of the hexes as they were before they were refined.
+    With `family` it is the coarsest of that many nested meshes, whose files are numbered. `nodes` is a numpy file for
+    the points alone: the corners of the hexes as they were before they were refined.
     """
     from ..io import check_destination, write
     from ..pipeline import sweep_mesh
@@ -62,7 +65,37 @@ def mesh_file(
 
         with replaced_file(Path(nodes)) as file:
             np.save(file, mesh.points[mesh.info.get("coarse_nodes", np.unique(mesh.hexes[:, :8]))])
+    if family:
+        return {**summarise(mesh), **_write_family(mesh, output, family, writing or {}, on_progress)}
     return summarise(mesh)
+
+
+def family_path(output: str, level: int) -> str:
+    """The file of a mesh that is refined `level` times: ``elbow.vtu``, ``elbow_1.vtu``, ``elbow_2.vtu``."""
+    path = Path(output)
+    return str(path.with_name(f"{path.stem}_{level}{path.suffix}")) if level else output
+
+
+def _write_family(
+    mesh: HexMesh, output: str | None, n_meshes: int, writing: dict[str, Any], on_progress: Progress
+) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from ..io import write
+    from ..pipeline import make_family
+
+    on_progress("refine", None)
+    made = make_family(mesh, n_meshes)
+    rows = []
+    for level, one in enumerate(made.meshes):
+        if level and output is not None:
+            on_progress("write", None)
+            write(one, family_path(output, level), **writing)
+        figures = summarise(one)
+        keys = ("n_nodes", "n_hexes", "min_scaled_jacobian", "mean_scaled_jacobian", "volume")
+        rows.append({"file": output and family_path(output, level), **{key: figures[key] for key in keys}})
+    found = {name: asdict(one) for name, one in made.convergence.items()}
+    return plain({"family": rows, "convergence": found, "convergence_lines": str(made).splitlines()})
 
 
 def expand_file(
@@ -111,6 +144,8 @@ def describe_part(
     params: dict[str, Any] | None,
     part: str | None = None,
     touch: float | None = None,
+    only: Sequence[str] | None = None,
+    skip: Sequence[str] | None = None,
     caps: tuple[Any, Any] = (None, None),
     on_progress: Progress,
 ) -> dict[str, Any]:
@@ -120,11 +155,21 @@ def describe_part(
     from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
     from ..pipeline.parts import resolve_cap
+    from ..pipeline.planning import describe_plan
+    from ..pipeline.run import Run
     from ..pipeline.stacking import describe_stacks
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)
-    loaded = load(source, params=params, part=part, touch=touch, on_progress=lambda share: on_progress("cad", share))
+    loaded = load(
+        source,
+        params=params,
+        part=part,
+        only=only,
+        skip=skip,
+        touch=touch,
+        on_progress=lambda share: on_progress("cad", share),
+    )
     on_progress("recognition", None)
     as_loaded = loaded
     if len(loaded.solids) == 1:
@@ -171,6 +216,10 @@ def describe_part(
         }
         for contact in find_contacts(loaded)
     ]
+    data["plan"] = None
+    if len(loaded.solids) > 1:
+        on_progress("plan", None)
+        data["plan"] = describe_plan(loaded, Run(on_progress=on_progress))
     return plain(data)
 
 
@@ -240,18 +289,19 @@ def report_file(
 ) -> None:
     """Mesh a part and write the page about it, and about `family` nested meshes."""
     from ..io.atomic import check_place
-    from ..pipeline import refine, sweep_mesh
+    from ..pipeline import make_family, sweep_mesh
     from ..report import write_report
 
     output = os.path.abspath(output)  # a script may change the working folder
     check_place(Path(output))
     mesh = sweep_mesh(source, on_progress=on_progress, **options)
-    nested = [mesh]
-    for _ in range(1, family or 1):
+    nested = None
+    if family:
         on_progress("refine", None)
-        nested.append(refine(nested[-1]))
+        made = make_family(mesh, family)
+        nested = (made.meshes, made.convergence)
     on_progress("report", None)
-    write_report(mesh, output, command=command, family=nested if family else ())
+    write_report(mesh, output, command=command, family=nested)
 
 
 def plain(value: Any) -> Any:

@@ -112,6 +112,7 @@ def _settle(
             firm=firm,
             sums=rows,
             evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes)],
+            least={column[c]: n for c, n in _least_counts(sweep, classes).items()},
         ).solve()
         if counts is not None:
             return {e: counts[column[c]] for e, c in classes.items()}
@@ -248,3 +249,15 @@ def _even_sums(sweep: Sweep, classes: dict[int, int]) -> list[dict[int, int]]:
             if odd:
                 rows.append(odd)
     return rows
+
+
+def _least_counts(sweep: Sweep, classes: dict[int, int]) -> dict[int, int]:
+    """Segments that the edges of loops of less than four edges need, so that quads fit into them."""
+    least: dict[int, int] = {}
+    for f in sweep.source:
+        for loop in sweep.solid.faces[f].loops:
+            n = -(-4 // len(loop.edges))
+            if n > 1:
+                for e in loop.edges:
+                    least[classes[e]] = max(least.get(classes[e], 1), n)
+    return least

@@ -8,7 +8,7 @@ or to a class that occurs in no other sum; only where sums must vanish, ``scipy.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
 import numpy as np
@@ -17,6 +17,8 @@ import scipy
 from ..arrays import FloatArray
 from .balance import balance
 
+_NEAR = 2.0
+"""Segments more or less than wanted among which counts are looked for first."""
 FREE = -1
 """The node that a class which occurs in one even sum alone leads to."""
 
@@ -36,6 +38,8 @@ class Programme:
         Class to coefficient; each sum must vanish.
     evens : sequence of mapping of int to int
         Class to an odd multiplicity; each sum must be even.
+    least : mapping of int to int
+        Least counts of classes that need more than one segment; what is demanded goes before it.
     """
 
     want: FloatArray
@@ -44,10 +48,11 @@ class Programme:
     firm: Collection[int]
     sums: Sequence[Mapping[int, float]]
     evens: Sequence[Mapping[int, int]]
+    least: Mapping[int, int] = field(default_factory=dict)
 
     def solve(self) -> list[int] | None:
         """Counts of all classes, None where there are none."""
-        counts = [self.demanded.get(j, max(1, round(w))) for j, w in enumerate(self.want)]
+        counts = [self.demanded.get(j, max(self.least.get(j, 1), round(w))) for j, w in enumerate(self.want)]
         for group, sums, evens in self._groups():
             found = None
             if not sums and all(sum(j in odd for odd in evens) <= 2 for j in group):
@@ -88,7 +93,7 @@ class Programme:
         options = [
             (self.weight[j] * (abs(count + step - self.want[j]) - abs(count - self.want[j])), step)
             for step in (1, -1)
-            if count + step >= 1
+            if count + step >= self.least.get(j, 1)
         ]
         price, step = min(options)
         return step, max(float(price), 0.0)
@@ -177,20 +182,30 @@ class Programme:
         high += [0.0] * (len(sums) + len(evens))
         rows += [{column[j]: v for j, v in row.items()} for row in sums]
         rows += [{column[j]: float(v) for j, v in odd.items()} | {2 * n + k: -2.0} for k, odd in enumerate(evens)]
-        lower = np.concatenate([np.ones(n), np.zeros(n_columns - n)])
+        lower = np.concatenate([[float(self.least.get(j, 1)) for j in group], np.zeros(n_columns - n)])
         upper = np.full(n_columns, np.inf)
         for j in group:
             if j in self.demanded:
                 lower[column[j]] = upper[column[j]] = self.demanded[j]
         entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
         r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-        result = scipy.optimize.milp(
-            np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
-            integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
-            bounds=scipy.optimize.Bounds(lower, upper),
-            constraints=scipy.optimize.LinearConstraint(
-                scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high
-            ),
-            options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
+        # Counts near the wanted ones do nearly always, and are found many times as fast among few.
+        wide = (lower, upper)
+        near = (np.maximum(lower[:n], np.floor(want) - _NEAR), np.maximum(lower[:n], np.ceil(want) + _NEAR))
+        fixed = lower[:n] == upper[:n]
+        close = tuple(
+            np.concatenate([np.where(fixed, far[:n], some), far[n:]]) for far, some in zip(wide, near, strict=True)
         )
-        return None if result.x is None else {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
+        for bounds in (close, wide):
+            result = scipy.optimize.milp(
+                np.concatenate([np.zeros(n), self.weight[list(group)], np.zeros(len(evens))]),
+                integrality=np.concatenate([np.ones(n), np.zeros(n), np.ones(len(evens))]),
+                bounds=scipy.optimize.Bounds(*bounds),
+                constraints=scipy.optimize.LinearConstraint(
+                    scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), n_columns)), low, high
+                ),
+                options={"time_limit": 10.0, "mip_rel_gap": 1e-2},
+            )
+            if result.x is not None:
+                return {j: round(x) for j, x in zip(group, result.x[:n], strict=True)}
+        return None

@@ -114,6 +114,21 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
         The suffix, the folder, an option, or the mesh's arrays are not what they should be.
     CadSweepError
         The disk is full, or what was read back differs.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep import io
+    >>> mesh = cs.sweep_mesh(box, size=1.0)
+    >>> io.write(mesh, "box.inp", element="C3D8I", prefix="left_")
+    >>> io.write(mesh, "case/constant/polyMesh", scale=0.001, patch_types={"source": "wall"})
+    Traceback (most recent call last):
+    cadsweep.errors.InputError: ...
+    >>> import os
+    >>> os.makedirs("case/constant")
+    >>> io.write(mesh, "case/constant/polyMesh", scale=0.001, patch_types={"source": "wall"})
     """
     from .labels import label_mesh
 
@@ -179,6 +194,17 @@ def read(path: str | PathLike[str]) -> HexMesh:
     ------
     InputError
         The file is missing, is not of its format, is cut short, or has no hexahedra or other solid cells too.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0)
+    >>> mesh.write("box.msh")
+    >>> again = cs.read("box.msh")
+    >>> bool((again.points == mesh.points).all()), sorted(again.boundaries) == sorted(mesh.boundaries)
+    (True, True)
     """
     path = Path(path)
     module = _module(path)

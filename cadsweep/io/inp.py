@@ -31,13 +31,14 @@ from typing import BinaryIO
 import numpy as np
 
 from ..arrays import IntArray
+from ..contacts import solids_of
 from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, all_parts
 from .labels import LabelledMesh
 from .sides import find_sides, quads_of_sides
 from .text import write_rows
-from .ties import Tie, find_ties, solids_of
+from .ties import Tie, find_ties
 
 _FITTING = {8: "C3D8, C3D8I, C3D8R", 20: "C3D20, C3D20R"}
 

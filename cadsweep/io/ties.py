@@ -1,16 +1,15 @@
-"""Names of contacts, and what ties the two sides of one together in a solver.
+"""What ties the two sides of a contact together in a solver, where they share no nodes.
 
-Place in the flow: for the writer of decks. Meshes whose solids share nodes have an interface ``a__b`` a contact; those
-with ``interfaces="separate"`` have two boundaries, ``a__b_1`` on the first solid and ``a__b_2`` on the second.
+Place in the flow: for the writer of decks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..contacts import separate_contacts
 from .labels import LabelledMesh
 
 _REACH = 0.5
@@ -38,21 +37,9 @@ class Tie:
     reach: float
 
 
-def solids_of(contact: str, parts: Collection[str]) -> tuple[str, str] | None:
-    """The two parts that a contact ``a__b`` is between; None where the name is no contact's."""
-    words = contact.split("__")
-    for k in range(1, len(words)):
-        first, second = "__".join(words[:k]), "__".join(words[k:])
-        if first in parts and second in parts:
-            return first, second
-    return None
-
-
 def find_ties(mesh: LabelledMesh) -> list[Tie]:
     """Pairs of boundaries that are the two sides of one contact."""
-    names, parts = set(mesh.faces.names), set(mesh.volumes.names)
-    stems = [name[:-2] for name in mesh.faces.names if name.endswith("_1") and f"{name[:-2]}_2" in names]
-    return [_tie(mesh, stem) for stem in stems if solids_of(stem, parts) is not None]
+    return [_tie(mesh, name) for name in separate_contacts(mesh.faces.names, mesh.volumes.names)]
 
 
 def _tie(mesh: LabelledMesh, name: str) -> Tie:

@@ -16,8 +16,9 @@ candidates the loop over candidate sweeps: which are tried, smoothed, refused, n
 making     order 2 and checks: one candidate in memory
 meshing    what users call
 origin     what a mesh was made from
-refinement every hexahedron into eight
-like       the mesh of one part on another: `matching` pairs the parts, `template` is the mesh
+refinement every hexahedron into eight (one sweep; `cells_refinement`: any other mesh); `family`: nested meshes
+like       the mesh of one part on another: `matching` pairs their `graphs`, `template` is the mesh, `sweep_like` and
+           `cells_like` carry it
 derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================
@@ -28,12 +29,14 @@ from .candidates import SMOOTH_BELOW, figures, smoothed
 from .decomposing import decompose_part as decompose
 from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
+from .family import Family, make_family
 from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
 from .refinement import refine
 
 __all__ = [
     "SMOOTH_BELOW",
+    "Family",
     "Progress",
     "Sensitivity",
     "decompose",
@@ -41,6 +44,7 @@ __all__ = [
     "figures",
     "find_sweeps",
     "load",
+    "make_family",
     "make_options",
     "refine",
     "sensitivity",

@@ -6,21 +6,27 @@ by its own surfaces); those that share faces, edges or vertices are planned toge
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 
+from .. import cad
 from ..brep import Part
-from ..errors import CadSweepError, InputError, NotSweepableError
+from ..contacts import say_leave_out
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .groups import make_group, put_together
 from .origin import made_of
 from .run import Run
 from .several import mesh_complex, plan_cells
-from .shared_hints import check_words, local_hints, resolve_wishes
-from .subsets import chosen_solids, separated, subset, touching_groups
+from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
+from .subsets import separated, subset, touching_groups
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
+log = logging.getLogger(__name__)
+
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
@@ -37,13 +43,12 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     NotSweepableError, PlanError, SurfaceMeshError, ProjectionError, InvertedHexError
         A solid cannot be swept, or not so that it agrees with its neighbours.
     """
-    for name in _ONE_SWEEP:
+    for name in _ONE_SWEEP if len(part.models) > 1 else ():
         if getattr(options, name) is not None:
             raise InputError(
                 f"{name} is about one sweep, and '{part.name}' has {len(part.models)} solids: choose one with part=, "
                 "or use sizes and counts"
             )
-    part = chosen_solids(part, options)
     check_words(part, options)
     if options.interfaces == "separate":
         part = separated(part)
@@ -51,9 +56,30 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     for cells in touching_groups(part):
         own = subset(part, cells)
         alone = len(cells) == 1
-        mesh = _mesh_alone(own, options, run, mesh_one) if alone else made_of(_mesh_together(own, options, run), own)
+        try:
+            if not alone:
+                mesh = made_of(_mesh_together(own, options, run), own)
+            elif options.interfaces == "separate":
+                mesh = _mesh_separate(own, options, run, mesh_one)
+            else:
+                mesh = _mesh_alone(own, options, run, mesh_one)
+        except CadSweepError as error:
+            if isinstance(error, InputError):
+                raise  # what the user asked for, and no solid, is at fault
+            at_fault = error.solids or ((own.models[0].name,) if alone else ())
+            raise _proposing(error, at_fault, [model.name for model in part.models]) from error
         made.append(make_group(own, mesh))
     return put_together(part, made, options, run)
+
+
+def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]) -> CadSweepError:
+    """The same error, with what to mesh instead."""
+    said = say_leave_out(solids, among)
+    if not said:
+        return error
+    found = copy(error)
+    found.args = (f"{error}; {said}",)
+    return found
 
 
 def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
@@ -85,16 +111,48 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
     with run.stage("recognition"):
-        found = plan_cells(part, run)
+        found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options)
-    return mesh_complex(found, options, run, wishes)
+    return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
+
+
+def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+    """One solid by itself, with the outlines of its contacts or, where these are in the way, without.
+
+    Cuts come last: a solid is not cut for an outline that nothing needs.
+    """
+    first: CadSweepError | None = None
+    for decompose in (False, True) if options.decompose else (False,):
+        own = replace(options, decompose=decompose)
+        try:
+            return _mesh_alone(part, own, run, mesh_one)
+        except CadSweepError as error:
+            if isinstance(error, InputError | CadError):
+                raise
+            first = first or error
+        original = cad.part_apart(part)
+        if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
+            try:
+                return _mesh_alone(original, own, run, mesh_one)
+            except CadSweepError as error:
+                log.info("nor without the outlines of contacts: %s", error)
+    assert first is not None
+    raise first
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
     """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)
-    own = replace(options, sizes=hints.sizes or None, counts=hints.counts or None, interfaces="shared")
+    own = replace(
+        options,
+        sizes=hints.sizes or None,
+        counts=hints.counts or None,
+        biases=hints.biases or None,
+        interfaces="shared",
+        only=None,
+        skip=None,
+    )
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
     return mesh_one(part, own, run)

@@ -6,26 +6,28 @@ order the caps and the inside.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
 
 from .. import estimate
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..cells import side_quads, sweep_hexes
 from ..corner_blocks import CornerBlocks
-from ..errors import SurfaceMeshError
+from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Skeleton, lay_star, match_quads
+from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads
 from ..sweep import Intervals, Sweep
+from .biases import resolve_biases, single_segments
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
 from .run import Run
@@ -51,12 +53,13 @@ def mesh_cells(
         A face or a layer of some cell cannot be meshed.
     """
     asked = wishes
+    divisions = resolve_biases(part, options)
     _check_budget(part, cell_sweeps(part, plan), options, wishes)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
-            skeleton = Skeleton(part.solids, counts)
+            skeleton = Skeleton(part.solids, counts, fractions=_graded(part, plan, counts, divisions))
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -74,10 +77,11 @@ def mesh_cells(
                     builder.add_corners(cell, fill, sheets[cell])
                 else:
                     builder.add(cell, fill)
-            except SurfaceMeshError as error:
-                shorter = _halved(part, cell, counts[cell], error.edges, asked)
+            except (SurfaceMeshError, ProjectionError) as error:
+                edges = error.edges if isinstance(error, SurfaceMeshError) else ()
+                shorter = _halved(part, cell, counts[cell], edges, asked)
                 if not shorter or halving == MOST_HALVINGS:
-                    raise
+                    raise _of_solid(part, cell, error) from error
                 break
             run.on_progress("cells", (done + 1) / len(plan.order))
         if not shorter:
@@ -85,7 +89,38 @@ def mesh_cells(
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    return builder.joined(), counts, [*finer, *skeleton.notes]
+    single = single_segments([len(skeleton.edges[key]) - 1 for key in divisions])
+    return builder.joined(), counts, [*finer, *single, *skeleton.notes]
+
+
+def _graded(
+    part: Part, plan: Plan, counts: Sequence[Intervals], divisions: Mapping[int, Division]
+) -> dict[int, FloatArray]:
+    """Fractions of all edges that are graded or answer one that is, by key."""
+    if not divisions:
+        return {}
+    with_counts = list(zip(part.solids, counts, strict=True))
+    n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
+    asked = {key: division(n[key]) for key, division in divisions.items()}
+    sweeps = {
+        cell: (own.fill, counts[cell])
+        for cell, own in enumerate(cell_sweeps(part, plan))
+        if not isinstance(own.fill, CornerBlocks)
+    }
+    grids = [
+        (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
+    ]
+    return graded_together(part.solids, list(sweeps.values()), grids, n, asked)
+
+
+def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
+    """The same error, with the solid that it is about."""
+    name = part.models[part.owners[cell]].name
+    found = copy(error)
+    found.solids = (name,)
+    if len(part.models) > 1:
+        found.args = (f"'{name}': {error}",)
+    return found
 
 
 def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:

@@ -11,7 +11,6 @@ refused.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,7 +42,7 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
     InvertedHexError
         The mesh carried here is not valid, and smoothing does not mend it.
     """
-    part = meshed_solids(part, template.solids, options)
+    part = meshed_solids(part, template.solids)
     with run.stage("recognition"):
         match = match_graphs(template.graph, graph_of_part(part))
     starts = first_ids(part)
@@ -88,9 +87,9 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
     return mesh
 
 
-def meshed_solids(part: Part, wanted: dict[str, Any], options: SweepOptions) -> Part:
+def meshed_solids(part: Part, wanted: dict[str, Any]) -> Part:
     """The solids that a mesh was made of, sharing what they shared there."""
-    part = chosen_solids(part, replace(options, only=wanted["only"], skip=wanted["skip"]))
+    part = chosen_solids(part, only=wanted["only"], skip=wanted["skip"])
     return separated(part) if wanted["interfaces"] == "separate" else part
 
 

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance", "wall_layers")
 
 
 def is_planar(part: Part) -> bool:
@@ -129,6 +129,15 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     ------
     NotSweepableError
         No cuts were found; names the cell and the edges in the way.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> cells = cs.decompose("models/bracket.step")
+    >>> len(cells.solids) > 1, len(cells.models)
+    (True, 1)
+    >>> print(cells.cuts[0].split(" (")[0])
+    face 12
     """
     part = load(source, params=params)
     run = Run(on_progress=silent)

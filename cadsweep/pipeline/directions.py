@@ -35,6 +35,15 @@ def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sw
     ------
     NotSweepableError
         There is none; ``.reasons`` says why, a line for each candidate.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> best = cs.find_sweeps("models/elbow.step")[0]
+    >>> [best.solid.faces[i].name for i in (*best.source, *best.target)]
+    ['inlet', 'outlet']
+    >>> len(best.stations)  # closed rings of edges: two on the outside, two in the bore
+    4
     """
     loaded = load(part)
     hinted = source is not None or target is not None

@@ -12,16 +12,19 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
 from .origin import Group, GroupsOrigin
+from .refusing import refusal
 from .run import Run
+from .separate import name_contacts
 from .several import side_by_side
 
 
 def make_group(part: Part, mesh: HexMesh) -> Group:
-    """A part of solids that hang together, and its mesh, as a group of a larger part."""
+    """A part of solids that hang together, and its mesh, which may not follow the contacts' outlines."""
     return Group(
         solids=tuple(model.name for model in part.models),
         given=frozenset(label for solid in part.solids for face in solid.faces for label in face.names),
         mesh=mesh,
+        part=part,
     )
 
 
@@ -38,13 +41,15 @@ def put_together(part: Part, groups: Sequence[Group], options: SweepOptions, run
     mesh = side_by_side(meshes)
     with run.stage("quality"):
         report = check_mesh(mesh, cad={})
+    if not report.valid and not options.allow_inverted:
+        raise refusal(report)
     info = {**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report}
     return replace(mesh, origin=origin, info=info)
 
 
 def _called(group: Group) -> HexMesh:
     """The mesh of a group with the names that it has beside others."""
-    mesh = group.mesh
+    mesh = name_contacts(group.mesh, group.part)
     if len(group.solids) > 1:
         return mesh
     name = group.solids[0]

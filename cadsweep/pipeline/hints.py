@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .. import cad, intervals
 from ..arrays import FloatArray
 from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
+from ..surface import Division
 from ..sweep import Sweep
+from .biases import biases_of, resolve_biases, whole_edges
 
 _SPAN = re.compile(r"span\s+(\d+)")
 
@@ -30,12 +32,15 @@ class Hints:
         Edges of `sizes` that the user has named; the others are divided finer for another reason.
     inside : callable or None
         Wanted lengths (m,) at points (m, 3) of the source cap, working units.
+    divisions : dict of int to callable
+        How edges divide themselves that are not divided evenly.
     """
 
     sizes: dict[int, float]
     counts: dict[tuple[int, ...], int]
     wished: frozenset[int] = frozenset()
     inside: Callable[[FloatArray], FloatArray] | None = None
+    divisions: dict[int, Division] = field(default_factory=dict)
 
 
 def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
@@ -47,17 +52,26 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
     """
     sizes = _sizes(part, options)
-    return Hints(sizes=sizes, counts=_counts(part, sweep, options), wished=frozenset(sizes))
+    return Hints(
+        sizes=sizes,
+        counts=_counts(part, sweep, options),
+        wished=frozenset(sizes),
+        divisions=_graded(part, sweep, options),
+    )
 
 
 def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> list[Sweep]:
-    """Keep the sweeps along which all edges run that the user wants layers on.
+    """Keep the sweeps along which all edges run that the user wants layers on; those first whose walls are alike.
 
     Raises
     ------
     InputError
         There is none; says what is wrong with the best one.
     """
+    if options.wall_layers:
+        walls = {f for word in options.wall_layers for f in cad.select_faces(part, word)}
+        # Walls that are sides here and caps there get heights that are less exact.
+        sweeps = sorted(sweeps, key=lambda sweep: 0 < len(walls.intersection(sweep.source + sweep.target)) < len(walls))
     if not options.rail_layers:
         return sweeps
     fitting, errors = [], []
@@ -83,11 +97,22 @@ def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
     return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
 
 
+def _graded(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, Division]:
+    found = biases_of(sweep.solid, resolve_biases(part, options))
+    rails = sorted(found.keys() & set(sweep.rails))
+    if rails and options.fractions is not None:
+        raise InputError(
+            f"{sweep.solid.edges[rails[0]].label()} runs along the sweep, where fractions place the layers: a bias "
+            "cannot grade it besides"
+        )
+    return found
+
+
 def _counts(part: Part, sweep: Sweep, options: SweepOptions) -> dict[tuple[int, ...], int]:
     wanted = [
         (edges, count, f"counts of '{word}'")
         for word, count in (options.counts or {}).items()
-        for edges in _whole_edges(sweep, cad.select_edges(part, word))
+        for edges in whole_edges(sweep.solid, cad.select_edges(part, word))
     ]
     wanted += [
         (chain, count, f"rail_layers of '{word}'")
@@ -101,14 +126,6 @@ def _counts(part: Part, sweep: Sweep, options: SweepOptions) -> dict[tuple[int, 
             labels = ", ".join(sweep.solid.edges[e].label() for e in edges)
             raise InputError(f"{labels}: {by} asks for {known} segments, {word} for {count}")
     return {edges: count for edges, (count, _) in found.items()}
-
-
-def _whole_edges(sweep: Sweep, edges: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Group the pieces of one edge of the input: it is the edge that the user knows."""
-    pieces: dict[str | int, list[int]] = {}
-    for edge in edges:
-        pieces.setdefault(sweep.solid.edges[edge].key or edge, []).append(edge)
-    return [tuple(group) for group in pieces.values()]
 
 
 def _chains(part: Part, sweep: Sweep, word: str | int) -> list[tuple[int, ...]]:

@@ -29,7 +29,7 @@ from .template import AnyTemplate, GroupsTemplate, make_template
 from .template_files import load_template
 
 OWN = (
-    *("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers"),
+    *("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers", "biases", "wall_layers"),
     *("cuts", "decompose", "only", "skip", "interfaces"),
 )
 """Options that a mesh brings along, so that none may be asked for besides."""
@@ -81,7 +81,7 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
 
 def _groups_like(part: Part, template: GroupsTemplate, options: SweepOptions, run: Run) -> HexMesh:
     """Solids that do not all touch: each group of them as its partner, which has the same names."""
-    part = meshed_solids(part, template.solids, options)
+    part = meshed_solids(part, template.solids)
     owners = {model.name: [c for c, own in enumerate(part.owners) if own == j] for j, model in enumerate(part.models)}
     known = {name for names, _ in template.groups for name in names}
     for here, there, whose in ((known, owners, "this part"), (owners, known, "the mesh's part")):

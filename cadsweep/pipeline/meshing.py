@@ -58,8 +58,8 @@ def sweep_mesh(
     **options
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
-        ``sizes``, ``counts``, ``rail_layers``, ``params``, ``part``, ``order``, ``nodes``, ``allow_inverted``,
-        ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
+        ``sizes``, ``counts``, ``rail_layers``, ``biases``, ``wall_layers``, ``params``, ``part``, ``order``, ``nodes``,
+        ``allow_inverted``, ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns
     -------
@@ -71,6 +71,20 @@ def sweep_mesh(
     ------
     InputError, CadError, NotSweepableError, SurfaceMeshError, ProjectionError, InvertedHexError, WorkerError
         All of them ``CadSweepError``; no mesh is better than a wrong one.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> mesh.n_hexes, mesh.quality().valid
+    (24, True)
+    >>> pipe = cs.sweep_mesh("models/elbow.step", size=4.0, rail_layers={"span 2": 8})
+    >>> pipe.record.sweeps[0]["span_layers"][1]
+    8
+    >>> sorted(pipe.boundaries)
+    ['bore', 'inlet', 'outlet', 'wall']
     """
     chosen = make_options(options)
     if isolated:
@@ -128,6 +142,15 @@ def write_factors(
     -------
     HexMesh
         The mesh that the factors give back, bit for bit.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.pipeline import write_factors
+    >>> write_factors(box, "box.sweep.npz", size=1.0, layers=2).n_hexes
+    24
     """
     chosen = make_options(options)
     if chosen.order != 1:
@@ -148,6 +171,16 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     ------
     InputError
         The file is missing, damaged, or something else.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> from cadsweep.pipeline import expand, write_factors
+    >>> mesh = write_factors(box, "box.sweep.npz", size=1.0)
+    >>> bool((expand("box.sweep.npz").points == mesh.points).all())
+    True
     """
     mesh = load_mesh(path)
     return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
@@ -171,6 +204,15 @@ def stream_mesh(
     -------
     dict
         The figures that ``cadsweep mesh --json`` prints.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> figures = cs.stream_mesh(box, "box.vtkhdf", size=1.0, layers=2)
+    >>> figures["n_hexes"], figures["valid"]
+    (24, True)
     """
     chosen = make_options(options)
     if chosen.order != 1:

@@ -69,11 +69,14 @@ class Group:
         Boundary names that the user gave; the others of a solid by itself are called after it.
     mesh : HexMesh
         As if it were the whole part.
+    part : Part
+        The solids, with a face a contact, whether the mesh follows its outline or not.
     """
 
     solids: tuple[str, ...]
     given: frozenset[str]
     mesh: HexMesh
+    part: Part
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

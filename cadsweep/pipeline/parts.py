@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from .. import cad, recognition
 from ..brep import Part, Solid
 from ..errors import CadError, InputError
 from ..sweep import Sweep
+from .subsets import chosen_solids
 
 
 def load(
@@ -16,6 +17,8 @@ def load(
     *,
     params: dict[str, Any] | None = None,
     part: str | int | None = None,
+    only: Sequence[str] | None = None,
+    skip: Sequence[str] | None = None,
     touch: float | None = None,
     on_progress: Callable[[float], None] | None = None,
 ) -> Part:
@@ -30,6 +33,8 @@ def load(
         Parameters of a script.
     part : str, int or None
         Which solid of an assembly: its name, or its number from 0; None takes them all, imprinted on each other.
+    only, skip : sequence of str or None
+        Names of the solids of an assembly to be read, or to be left out; what is left out need not be sound.
     touch : float or None
         Distance, model units, up to which solids are taken to touch; None derives it from the part's size.
     on_progress : callable or None
@@ -41,14 +46,27 @@ def load(
         No such file, an unknown format, a part that is not there, or parameters that the script does not have.
     CadError
         The model cannot be read, or holds no usable solid.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.load(box)
+    Part part: 6 faces, volume 24
+      1 solid: solid
+    >>> cs.load("models/elbow.py", params={"angle": 45}).name
+    'elbow'
+    >>> [model.name for model in cs.load("models/flanges.step").models]
+    ['lower', 'gasket', 'upper']
     """
     if isinstance(source, Part):
         if params:
             raise InputError("params go with a script; this part is loaded already")
         if part is not None:
             raise InputError("part chooses a solid of what is loaded; this part is loaded already")
-        return source
-    return cad.load(source, params=params, part=part, touch=touch, on_progress=on_progress)
+        return chosen_solids(source, only=only, skip=skip)
+    return cad.load(source, params=params, part=part, only=only, skip=skip, touch=touch, on_progress=on_progress)
 
 
 def search(part: Part, source: Any, target: Any) -> list[Sweep]:

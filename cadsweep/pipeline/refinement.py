@@ -41,6 +41,9 @@ from .run import Run, silent
 MOST_LEVELS = 8
 """Each makes eight times as many hexes."""
 
+FELL = 0.75
+"""Part of the worst scaled Jacobian that refining must leave to go without a note."""
+
 
 def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
     """Halve a mesh in every direction.
@@ -65,10 +68,30 @@ def refine(mesh: HexMesh, levels: int = 1) -> HexMesh:
         The mesh does not know its CAD model, or `levels` is not a whole number from 1 to 8.
     InvertedHexError
         The refined mesh is not valid: the coarse one follows the model's curves too coarsely.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> mesh = cs.sweep_mesh(box, size=1.0, layers=2)
+    >>> fine = cs.refine(mesh)
+    >>> fine.n_hexes == 8 * mesh.n_hexes
+    True
+    >>> bool((fine.points[fine.info["coarse_nodes"]] == mesh.points).all())
+    True
     """
     if isinstance(levels, bool) or not isinstance(levels, int) or not 1 <= levels <= MOST_LEVELS:
         raise InputError(f"levels must be a whole number from 1 to {MOST_LEVELS}, not {levels!r}")
-    return _refine(mesh, levels, Run(on_progress=silent))
+    fine = _refine(mesh, levels, Run(on_progress=silent))
+    before, after = (one.info["quality"].min_scaled_jacobian for one in (mesh, fine))
+    if after < FELL * before:
+        note = (
+            f"refined, the worst scaled Jacobian fell from {before:.2f} to {after:.2f}: quads with two segments on one "
+            "smooth curve keep their nodes, and the angle between the segments opens; start from a finer mesh"
+        )
+        return replace(fine, info={**fine.info, "notes": [*fine.info["notes"], note]})
+    return fine
 
 
 def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
@@ -219,6 +242,7 @@ def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.
         source_owners=np.repeat(coarse.source_owners, 4),
         target_owners=np.repeat(coarse.target_owners, 4),
         side_owners=np.repeat(np.repeat(coarse.side_owners, 2, axis=0), 2, axis=1),
+        kept_nodes=np.empty(0, dtype=np.int64),
         moved_nodes=moved,
         moved_points=(swept[:last] + shifts[:last]).reshape(-1, 3)[moved],
         info=info,

@@ -43,6 +43,8 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
             source,
             params=None if options.params is None else dict(options.params),
             part=options.part,
+            only=options.only,
+            skip=options.skip,
             touch=options.touch,
             on_progress=lambda share: run.on_progress("cad", share),
         )
@@ -51,10 +53,11 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
     part = open_part(source, options, run)
+    chosen = options.only is not None or options.skip is not None
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if options.cuts:
         return mesh_user_cut(part, options, run)
-    if len(part.solids) > 1:
+    if len(part.solids) > 1 or chosen:  # one that is left of several keeps its name
         return mesh_assembly(part, options, run, mesh_solid)
     return mesh_solid(part, options, run)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from .. import cad, recognition, smoothing
 from ..blocks.finish import NamedFaces, by_face, find_colors, make_references, name_faces, to_hex_mesh
-from ..blocks.joined import JoinedMesh
+from ..blocks.joined import JoinedMesh, neighbours_of
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..decomposition.curved import Found, Tools, find_cells
@@ -30,8 +30,9 @@ from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Intervals, Sweep
+from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
-from .cells import mesh_cells
+from .cells_accuracy import accurate_cells, check_coarse_solids
 from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
@@ -40,6 +41,9 @@ log = logging.getLogger(__name__)
 
 _FEW = 2
 """Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
+
+_MOST_CONTACTS = 3
+"""Contacts of a solid that a refusal lists."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,33 +115,37 @@ def _refused(
 ) -> NotSweepableError:
     """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
     tried = f" (after {len(found.reasons)} cuts: {'; '.join(found.reasons[:4])})" if found and found.reasons else ""
-    for cell, own in enumerate(candidates):
-        if own:
-            continue
-        name = part.models[part.owners[cell]].name
-        others = _contacts(part, cell)
-        beside = f"; it touches {', '.join(others)}" if others else ""
+    stuck = [cell for cell, own in enumerate(candidates) if not own]
+    refusal: NotSweepableError | None = None
+    for cell in stuck:
         try:
             recognition.find_sweeps(part.solids[cell])
         except NotSweepableError as reason:
-            return NotSweepableError(
-                f"'{name}' cannot be swept{beside}{tried}: {reason}", reasons=[f"{name}: {r}" for r in reason.reasons]
-            )
-    message = str(error) if error is not None else (found.message if found else "")
-    return NotSweepableError(f"{message}{tried}; try interfaces='separate'", reasons=[message])
+            name = part.models[part.owners[cell]].name
+            others = _contacts(part, cell)
+            beside = f"; it touches {', '.join(others)}" if others else ""
+            apart = "; interfaces='separate' meshes it without the contact's outline" if others else ""
+            message = f"'{name}' cannot be swept{beside}{tried}: {reason}{apart}"
+            refusal = NotSweepableError(message, reasons=[f"{name}: {r}" for r in reason.reasons])
+            break
+    if refusal is None:
+        message = str(error) if error is not None else (found.message if found else "")
+        refusal = NotSweepableError(f"{message}{tried}; try interfaces='separate'", reasons=[message])
+        stuck = [cell for cell, _ in (error.faces if error is not None else found.conflict if found else ())]
+    refusal.solids = tuple(dict.fromkeys(part.models[part.owners[cell]].name for cell in stuck))
+    return refusal
 
 
 def _contacts(part: Part, cell: int) -> list[str]:
-    """What a cell touches, and where."""
-    found = []
-    for other, solid in enumerate(part.solids):
-        if other == cell:
-            continue
-        common = np.flatnonzero(np.isin(part.solids[cell].face_keys, solid.face_keys))
-        if len(common):
-            face = part.solids[cell].faces[int(common[0])]
-            found.append(f"'{solid.name or other}' on {face.label()}")
-    return found[:3]
+    """The solids that a cell touches, and where."""
+    beyond = neighbours_of(part)
+    found: dict[int, str] = {}
+    for face in part.solids[cell].faces:
+        other = beyond.get((cell, face.id))
+        if other is not None and part.owners[other[0]] != part.owners[cell]:
+            owner = part.owners[other[0]]
+            found.setdefault(owner, f"'{part.models[owner].name}' on {face.label()}")
+    return list(found.values())[:_MOST_CONTACTS]
 
 
 def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh:
@@ -151,7 +159,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         A face or a layer cannot be meshed.
     """
     part, plan = found.part, found.plan
-    joined, counts, notes = mesh_cells(part, plan, options, run, wishes)
+    joined, counts, notes = accurate_cells(part, plan, options, run, wishes)
     return finish(
         part,
         joined,
@@ -202,12 +210,19 @@ def finish(
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }
+    check_coarse_solids(part, joined, names, options)
     mesh = checked_cells(
         part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
     )
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
-        raise refusal(report)
+        error = refusal(report)
+        error.solids = _at_fault(mesh, report)
+        raise error
+    if options.order == 2 and not (options.allow_coarse or options.allow_inverted or options.refine):
+        off = report.volume / volume - 1.0
+        if abs(off) > COARSE:
+            raise coarse(f"its volume is {off:+.1%} off the CAD's")
     return mesh
 
 
@@ -275,6 +290,13 @@ def checked_cells(
             report = check_mesh(mesh, cad=references)
     origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
+
+
+def _at_fault(mesh: HexMesh, report: QualityReport) -> tuple[str, ...]:
+    """The parts of a mesh that its problems are about."""
+    said = [name for name in mesh.parts if any(problem.startswith(f"part '{name}'") for problem in report.problems)]
+    inverted = [bad.id for bad in report.worst if bad.scaled_jacobian <= 0]
+    return tuple(said) or tuple(name for name, ids in mesh.parts.items() if np.isin(inverted, ids).any())
 
 
 def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:

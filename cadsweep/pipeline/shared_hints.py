@@ -4,21 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from .. import cad
 from ..brep import Part
 from ..errors import InputError
 from ..intervals import KeyDemand, Wishes
 from ..options import SweepOptions
+from .biases import names_edges
 from .subsets import subset
 
 
 @dataclass(frozen=True, kw_only=True)
 class LocalHints:
-    """The words of `sizes` and `counts` that mean something in one solid."""
+    """The words of `sizes`, `counts` and `biases` that mean something in one solid, or in several that touch."""
 
     sizes: dict[str, float]
     counts: dict[str, int]
+    biases: dict[str, Any]
 
 
 def check_words(part: Part, options: SweepOptions) -> None:
@@ -39,6 +42,11 @@ def check_words(part: Part, options: SweepOptions) -> None:
                     f"{option}: no face or edge of any solid is called '{word}'; the solids are "
                     + ", ".join(sorted(solids)[:12])
                 )
+    for word in options.biases or {}:
+        if not names_edges(part, word):
+            raise InputError(
+                f"biases: no edge of any solid is called '{word}'; the solids are {', '.join(sorted(solids)[:12])}"
+            )
 
 
 def local_hints(part: Part, options: SweepOptions) -> LocalHints:
@@ -47,7 +55,13 @@ def local_hints(part: Part, options: SweepOptions) -> LocalHints:
     return LocalHints(
         sizes={w: s for w, s in (options.sizes or {}).items() if w not in names and any(True for _ in _edges(part, w))},
         counts={w: n for w, n in (options.counts or {}).items() if any(True for _ in _edges(part, w))},
+        biases=local_biases(part, options),
     )
+
+
+def local_biases(part: Part, options: SweepOptions) -> dict[str, Any]:
+    """The gradings that are about edges of these solids."""
+    return {word: bias for word, bias in (options.biases or {}).items() if names_edges(part, word)}
 
 
 def resolve_wishes(part: Part, options: SweepOptions) -> Wishes:

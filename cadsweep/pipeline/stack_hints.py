@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
 
 from .. import cad
+from ..arrays import FloatArray
 from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
-from ..stack import Stack
+from ..stack import Levels, Stack
 from ..stacks import Sheets
+from ..surface import Division, turned_round
+from .biases import biases_of, resolve_biases, whole_edges
 
+_SAMPLES = 1000
+"""Places along an edge among which the ends of its pieces on the plane are found."""
 _FIRM = 100.0
 """Weight of a size asked for against that of one that follows from the part's."""
 
@@ -30,12 +38,18 @@ class StackHints:
         Wanted height of the layers between two sheets, working units.
     layers : dict of (int, int) to int
         Demanded layers between two sheets.
+    divisions : dict of int to callable
+        How edges of the arrangement divide themselves that are not divided evenly.
+    gradings : dict of (int, int) to callable
+        How the layers between two sheets divide the height, from the lower one.
     """
 
     sizes: dict[int, float] = field(default_factory=dict)
     counts: dict[tuple[int, ...], int] = field(default_factory=dict)
     layer_sizes: dict[tuple[int, int], float] = field(default_factory=dict)
     layers: dict[tuple[int, int], int] = field(default_factory=dict)
+    divisions: dict[int, Division] = field(default_factory=dict)
+    gradings: dict[tuple[int, int], Division] = field(default_factory=dict)
 
 
 def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions) -> StackHints:
@@ -61,9 +75,67 @@ def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: Sweep
     known: dict[tuple[int, ...], tuple[int, str]] = {}
     for option, words in (("counts", options.counts), ("rail_layers", options.rail_layers)):
         for word, count in (words or {}).items():
-            for edges in _whole_edges(part, cad.select_edges(part, word)):
+            for edges in whole_edges(part.solids[0], cad.select_edges(part, word)):
                 _demand(stack, sheets, pieces, edges, count, f"{option} of '{word}'", known, found, option)
+    for edge, division in biases_of(stack.solid, resolve_biases(part, options)).items():
+        pair = _between(stack, sheets, edge)
+        if pair is not None:
+            line = stack.solid.edges[edge]
+            up = float((stack.solid.vertices[line.end] - stack.solid.vertices[line.start]) @ stack.direction) > 0
+            found.gradings[pair] = division if up else partial(_turned, division)
+        elif edge in pieces:
+            found.divisions.update(_divisions_below(stack, edge, pieces[edge], division))
+        else:
+            raise InputError(
+                f"{stack.solid.edges[edge].label()} neither bounds a cap nor runs along the direction of the columns "
+                "that the part is meshed in: a bias cannot grade it"
+            )
     return found
+
+
+def _turned(division: Division, n: int) -> FloatArray:
+    return turned_round(division(n))
+
+
+def _divisions_below(
+    stack: Stack, edge: int, pieces: Sequence[int], division: Division
+) -> Iterator[tuple[int, Division]]:
+    """Divisions of the edges of the arrangement under an edge: each has its portion of the whole one's."""
+    across = np.eye(3) - np.outer(stack.direction, stack.direction)
+    at = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    shadow = stack.solid.edges[edge].curve.evaluate(at) @ across
+    for piece in pieces:
+        own = stack.arrangement.prism.edges[piece]
+        ends = stack.arrangement.prism.vertices[[own.start, own.end]] @ across
+        begin, end = (float(at[np.argmin(np.linalg.norm(shadow - point, axis=1))]) for point in ends)
+        if (begin, end) == (0.0, 1.0):
+            yield piece, division
+        elif (begin, end) == (1.0, 0.0):
+            yield piece, partial(_turned, division)
+        elif begin != end:
+            yield piece, partial(_portion, division=division, begin=begin, end=end)
+
+
+def _portion(n: int, *, division: Division, begin: float, end: float) -> FloatArray:
+    """The division of an edge between two fractions of its length, in n segments, run from `begin` to `end`."""
+    n_whole = max(2, round(n / abs(end - begin)))
+    places = division(n_whole)
+    steps = np.linspace(0.0, 1.0, n_whole + 1)
+    first, last = np.interp([begin, end], places, steps)
+    fractions = (np.interp(np.linspace(first, last, n + 1), steps, places) - begin) / (end - begin)
+    fractions[0], fractions[-1] = 0.0, 1.0
+    return np.asarray(fractions)
+
+
+def grade_levels(levels: Levels, sheets: Sheets, hints: StackHints) -> Levels:
+    """Move the levels between sheets to where gradings want them."""
+    of = {s: levels.caps[cap] for cap, s in sheets.caps.items()}
+    of |= {s: levels.stations[station] for station, s in sheets.stations.items()}
+    heights = levels.heights.copy()
+    for (low, high), division in hints.gradings.items():
+        a, b = of[low], of[high]
+        heights[a : b + 1] = heights[a] + (heights[b] - heights[a]) * division(b - a)
+    return replace(levels, heights=heights)
 
 
 def _demand(  # noqa: PLR0917
@@ -120,14 +192,6 @@ def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
         for edge in edges:
             found[kind][edge] = min(found[kind].get(edge, size), size)
     return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
-
-
-def _whole_edges(part: Part, edges: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Group the pieces of one edge of the input: it is the edge that the user knows."""
-    groups: dict[str | int, list[int]] = {}
-    for edge in edges:
-        groups.setdefault(part.solids[0].edges[edge].key or edge, []).append(edge)
-    return [tuple(group) for group in groups.values()]
 
 
 def weigh_layers(sheets: Sheets, hints: StackHints, size: float) -> None:

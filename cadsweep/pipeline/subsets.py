@@ -10,7 +10,6 @@ import scipy
 from ..blocks.joined import neighbours_of
 from ..brep import Part
 from ..errors import InputError
-from ..options import SweepOptions
 
 
 def touching_groups(part: Part) -> list[list[int]]:
@@ -35,8 +34,8 @@ def subset(part: Part, cells: Sequence[int]) -> Part:
     )
 
 
-def chosen_solids(part: Part, options: SweepOptions) -> Part:
-    """The part with the solids that the user wants.
+def chosen_solids(part: Part, *, only: Sequence[str] | None, skip: Sequence[str] | None) -> Part:
+    """A part that is loaded, with the solids that the user wants.
 
     Raises
     ------
@@ -44,11 +43,17 @@ def chosen_solids(part: Part, options: SweepOptions) -> Part:
         A name that no solid has, or nothing is left.
     """
     names = [model.name for model in part.models]
-    for option, words in (("only", options.only), ("skip", options.skip)):
+
+    def called(word: str) -> list[str]:
+        """Unique names that a word is, or was before they were made unique."""
+        return [name for name in names if word in (name, part.names.get(name))]
+
+    for option, words in (("only", only), ("skip", skip)):
         for word in words or ():
-            if word not in names:
+            if not called(word):
                 raise InputError(f"{option}: no solid is called '{word}'; the solids are {', '.join(names[:20])}")
-    wanted = {name for name in options.only or names if name not in (options.skip or ())}
+    wanted = set(names) if only is None else {name for word in only for name in called(word)}
+    wanted -= {name for word in skip or () for name in called(word)}
     if not wanted:
         raise InputError("only and skip leave no solid to be meshed")
     cells = [cell for cell, owner in enumerate(part.owners) if names[owner] in wanted]
@@ -63,6 +68,7 @@ def separated(part: Part) -> Part:
     """
     beyond = neighbours_of(part)
     solids = []
+    contacts = set[str]()
     for cell, solid in enumerate(part.solids):
         owner = part.owners[cell]
         faces = list(solid.faces)
@@ -72,6 +78,7 @@ def separated(part: Part) -> Part:
                 continue
             low, high = sorted((owner, part.owners[other[0]]))
             called = f"{part.models[low].name}__{part.models[high].name}_{1 if owner == low else 2}"
+            contacts.add(called)
             faces[face.id] = replace(face, name=called, groups=face.names)
         shift = {kind: owner * (1 + _largest(part, kind)) for kind in ("vertex_keys", "edge_keys", "face_keys")}
         solids.append(
@@ -83,7 +90,7 @@ def separated(part: Part) -> Part:
                 face_keys=solid.face_keys + shift["face_keys"],
             )
         )
-    return replace(part, solids=tuple(solids))
+    return replace(part, solids=tuple(solids), contacts=frozenset(contacts))
 
 
 def _largest(part: Part, kind: str) -> int:

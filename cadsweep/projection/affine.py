@@ -37,6 +37,15 @@ class AffineMap:
     condition : float
         Its condition number in the 2-norm; infinite where the rank is below n.
     functional : str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import fit_affine
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> phi = fit_affine(square, 2 * square)
+    >>> phi([[0.5, 0.5, 0.0]]).round(12).tolist()
+    [[1.0, 1.0, 0.0]]
     """
 
     matrix: FloatArray
@@ -96,6 +105,18 @@ def fit_affine(
     References
     ----------
     Roca, Sarrate, Huerta, eqs. (6), (9), (10), Remarks 7 and 8.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import fit_affine
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> turned = square[:, [0, 2, 1]] + [0, 0, 5]  # into the plane y = 0, and up by 5
+    >>> phi = fit_affine(square, turned, functional="H")
+    >>> bool(np.allclose(phi(square), turned)), phi.rank
+    (True, 3)
+    >>> fit_affine(square, turned, functional="F").rank  # F does not know what becomes of the normal
+    2
     """
     X, Y = checked_points(source_ring, "source_ring"), checked_points(ring, "ring")
     checked_choice(functional, "functional", FUNCTIONALS)

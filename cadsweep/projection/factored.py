@@ -21,6 +21,7 @@ from ..errors import InputError
 from . import kernels
 
 _SLAB_BYTES = 1 << 20
+"""Points that are made at a time: about what the second cache holds."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,6 +53,20 @@ class FactoredSweep:
     remainder : float
         Greatest distance between a ring node and its image, modes included.
     functional, strategy : str
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import project_layers
+    >>> source = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0.5]])  # the middle stands up
+    >>> quads = [[0, 1, 4, 3], [1, 2, 3, 4]]
+    >>> heights = np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 2]])
+    >>> rings = source[:4] + heights[:, None]
+    >>> sweep = project_layers(source, quads, rings, loops=[[0, 1, 2, 3]], strategy="source")
+    >>> sweep.points().shape, sweep.n_layers
+    ((3, 5, 3), 2)
+    >>> bool((sweep.points(slice(1, 3))[1] == sweep.layer(2)).all())
+    True
     """
 
     basis: FloatArray

@@ -30,7 +30,9 @@ from .inputs import checked_loops, checked_points, loop_slices
 from .kernels import loop_sums, share_layers
 
 PLANAR = 1e-5
+"""Relative thickness up to which a ring counts as plane: far above the rounding of CAD, far below a bend."""
 CURVED = 1e-2
+"""Relative thickness from which a ring alone determines the map across its plane; between, the two are mixed."""
 COLLAPSED = 1e-7
 """A loop thinner than this, relative to its r.m.s. radius, spans less than n - 1 dimensions (Remark 7)."""
 VANISHING = 1e-4
@@ -97,6 +99,12 @@ def pseudo_normal(ring: npt.ArrayLike, loops: Sequence[npt.ArrayLike] | None = N
     where that vanishes too (a figure of eight), the normal of the best plane, on the side from which the part
     of the loop near its closing segment turns counter-clockwise. In R^2, where a hyperplane is a line, it is the
     left-hand normal of the direction in which the outer loop's nodes progress: ``sum (i - mean(i)) x_i``.
+
+    Examples
+    --------
+    >>> from cadsweep.projection import pseudo_normal
+    >>> pseudo_normal([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]).tolist()
+    [0.0, 0.0, 1.0]
     """
     points = checked_points(ring, "ring")
     order = row_loops(loops, len(points))

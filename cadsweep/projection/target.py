@@ -32,7 +32,9 @@ from .normals import pseudo_normal
 log = logging.getLogger(__name__)
 
 _RELAXATIONS = 3
+"""Relaxations at most, each in the surface's metric at the last one."""
 _STEEP = 0.2
+"""Cosine to the mean normal below which a surface is too steep for its plane view."""
 
 POOR = 0.5
 """A cap with a worse corner, and worse than the source's by `GOOD_ENOUGH`, is relaxed."""
@@ -101,6 +103,24 @@ def project_target(
         Arrays that do not fit each other.
     ProjectionError
         No method gave finite points.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep.projection import project_target
+    >>> class Plane:  # z = 5, all that is asked of a surface
+    ...     periods = (None, None)
+    ...     def evaluate(self, uv):
+    ...         return np.column_stack([uv, np.full(len(uv), 5.0)])
+    ...     def derivatives(self, uv):
+    ...         return np.tile([1.0, 0, 0], (len(uv), 1)), np.tile([0.0, 1, 0], (len(uv), 1))
+    ...     def project(self, points):
+    ...         return points[:, :2]
+    >>> source = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0]])
+    >>> quads = [[0, 1, 4, 3], [1, 2, 3, 4]]
+    >>> cap = project_target(source, quads, [[0, 1, 2, 3]], source[:4] + [0, 0, 5], surface=Plane())
+    >>> cap.points[4].round(9).tolist()
+    [1.0, 1.0, 5.0]
     """
     source, cap_ring = checked_points(source_points, "source_points"), checked_points(ring, "ring")
     cap_loops, cap_quads = checked_loops(loops, len(source)), checked_ids(quads, "quads", len(source))

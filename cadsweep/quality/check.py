@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..contacts import separate_contacts
 from ..mesh import HexMesh
 from . import conformity
 from .accumulate import QualityAccumulator
@@ -35,7 +36,7 @@ from .limits import BoundaryLimit, boundary_limit
 from .metrics import quad_areas
 from .overlap import BoundaryCrossing, crossing_problems, describe_crossings, find_crossings, nesting_problems
 from .report import CadReference, QualityReport
-from .several import interface_problems, part_surfaces
+from .several import crossings_apart, interface_problems, part_surfaces
 from .structure import follows_structure, structure_boundary, structure_problems
 
 POOR = 0.5
@@ -61,6 +62,19 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
     -------
     QualityReport
         ``report.valid`` says whether nothing is wrong, ``report.problems`` what is.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cadsweep import HexMesh
+    >>> from cadsweep.quality import check_mesh
+    >>> cube = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
+    >>> mesh = HexMesh(points=cube, hexes=np.arange(8)[None], boundaries={})
+    >>> check_mesh(mesh).valid
+    True
+    >>> inside_out = HexMesh(points=cube * [1, 1, -1], hexes=np.arange(8)[None], boundaries={})
+    >>> check_mesh(inside_out).n_inverted
+    1
     """
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)
@@ -121,15 +135,19 @@ def _check_surfaces(
         if len(mesh.parts) < 2 or not whole.problems:
             whole.problems += interface_problems(mesh)
             return whole
-    found = check_surface(points, quads, mesh.boundaries, volume=volume)
+    contacts = separate_contacts(mesh.boundaries, mesh.parts)
     surfaces = part_surfaces(mesh)
+    found = check_surface(points, quads, mesh.boundaries, volume=volume, overlap=not (contacts and surfaces))
     if not surfaces:
         return found
+    if contacts:
+        found.crossings = crossings_apart(points, surfaces, mesh.boundaries, contacts)
+        found.overlaps = crossing_problems(found.crossings)
     # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
     found.problems = [*found.overlaps, *interface_problems(mesh)]
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
-        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume, overlap=False)
+        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume, overlap=bool(contacts))
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
         found.areas |= {name: alone.areas[name] for name in own.named if name in mesh.interfaces}
     if isinstance(cad, Mapping):

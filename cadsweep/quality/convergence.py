@@ -13,7 +13,7 @@ Roache, "Perspective: a method for uniform reporting of grid refinement studies"
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -86,3 +86,26 @@ def convergence_index(values: Sequence[float], *, step_ratio: float = 2.0) -> Co
     index = SAFETY * abs(last / growth / fine) if fine else None
     ratio = abs(fine / middle) if middle else None  # of the two indices the growth cancels against the differences
     return ConvergenceIndex(values=known, order=order, extrapolated=extrapolated, index=index, ratio=ratio)
+
+
+def convergence_rows(found: Mapping[str, ConvergenceIndex]) -> list[tuple[str, ...]]:
+    """A table as texts, its head first: figure, value on every mesh, order, limit, index of the finest value."""
+    levels = max((len(one.values) for one in found.values()), default=0)
+    head = ("", *(f"level {level}" for level in range(levels)), "order", "extrapolated", "GCI of the finest")
+    rows = [head]
+    for name, one in found.items():
+        order = "-" if one.order is None else f"{one.order:.2f}"
+        limit = "-" if one.extrapolated is None else f"{one.extrapolated:,.8g}"
+        index = "-" if one.index is None else f"{one.index:.2e}"
+        rows.append((name, *(f"{value:,.8g}" for value in one.values), order, limit, index))
+    return rows
+
+
+def convergence_lines(found: Mapping[str, ConvergenceIndex]) -> list[str]:
+    """The same table as aligned lines."""
+    rows = convergence_rows(found)
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *(text.rjust(n) for text, n in zip(row[1:], widths[1:], strict=True))])
+        for row in rows
+    ]

@@ -13,18 +13,30 @@ from __future__ import annotations
 from itertools import combinations, product
 
 import numpy as np
+from numba import njit
 
 from ..arrays import FloatArray, IntArray
 
+_njit = njit(cache=True, error_model="numpy", nogil=True)
+
 MOST_HALVINGS = 6
+"""Cuts in four: pieces are then a 64th of the quad long, and lie 1/4096 of its warp off it."""
 MOST_PIECES = 256
-"""Pairs of pieces of one pair of quads that may be in doubt at once."""
+"""Pairs of pieces of one pair of quads, all of one size, that may be in doubt; 4 x 64 lie beside a common edge."""
 
-CHUNK = 64
-"""Pairs that are looked at together."""
-
-_SIDES = tuple(combinations(range(4), 2))
+_SIDES = np.array(list(combinations(range(4), 2)), dtype=np.int64)
 """Edges and diagonals of four corners; rows 1 and 4 are the diagonals of the quad."""
+
+_AXES = np.array(
+    [(1, 4), (7, 10)]  # the normals, which become vectors 12 and 13
+    + [(12, k) for k in range(6)]  # across the sides of flat quads
+    + [(13, k) for k in range(6, 12)]
+    + list(combinations(range(6), 2))  # faces of the tetrahedra
+    + list(combinations(range(6, 12), 2))
+    + list(product(range(6), range(6, 12))),
+    dtype=np.int64,
+)
+"""Pairs of vectors whose cross products are axes: 0 to 5 are sides of one quad, 6 to 11 of the other."""
 
 
 def crossing_pairs(
@@ -49,117 +61,136 @@ def crossing_pairs(
     places : (c, 3) float64
         A point where each crosses.
     """
-    found, places = [np.zeros((0, 2), dtype=np.int64)], [np.zeros((0, 3))]
-    doubtful = []
-    for first in range(0, len(pairs), 16 * CHUNK):
-        some = pairs[first : first + 16 * CHUNK]
-        doubtful.append(some[~hulls_apart(corners[some[:, 0]], corners[some[:, 1]], tolerance)])
-    pairs = np.concatenate(doubtful) if doubtful else pairs
-    for first in range(0, len(pairs), CHUNK):
-        some = pairs[first : first + CHUNK]
-        one, other = corners[some[:, 0]], corners[some[:, 1]]
-        where, crossing = _crossing_places(one, other, tolerance, _back_to_back(one, other, close))
-        found.append(some[crossing])
-        places.append(where)
-        if sum(map(len, found)) >= most:
-            break
-    return np.concatenate(found), np.concatenate(places)
+    rows = np.empty(len(pairs), dtype=np.int64)
+    places = np.empty((len(pairs), 3))
+    n = _find_crossing(corners, pairs, tolerance, close, most, rows, places)
+    return pairs[rows[:n]], places[:n].copy()
 
 
-def hulls_apart(one: FloatArray, other: FloatArray, tolerance: float) -> np.ndarray:
-    """Whether the hulls of corners (p, 4, 3) and (p, 4, 3) overlap by the tolerance at most, (p,) bool.
-
-    The axes that are tried are complete for tetrahedra, and for flat quads.
-    """
-    origin = one[:, :1]
-    one, other = one - origin, other - origin
-    apart = np.zeros(len(one), dtype=np.bool_)
-    left = np.arange(len(one))
-    for axes in _axes(one, other):
-        m = axes(left)
-        lengths = np.sqrt(np.sum(m * m, axis=1))
-        shadows = [np.einsum("pix,px->pi", quads[left], m) for quads in (one, other)]
-        low, high = ([s.min(axis=1) for s in shadows], [s.max(axis=1) for s in shadows])
-        overlap = np.minimum(high[0] - low[1], high[1] - low[0])
-        parted = (overlap <= tolerance * lengths) & (lengths > 0)
-        apart[left[parted]] = True
-        left = left[~parted]
-        if not len(left):
-            break
-    return apart
+@_njit
+def _find_crossing(corners, pairs, tolerance, close, most, rows, places):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill rows (p,) and places (p, 3) of the pairs that cross, and return how many these are."""
+    # Depth first, at most 15 pieces wait at each depth beside the one that is asked.
+    depths = np.empty(16 * (MOST_HALVINGS + 1), dtype=np.int64)
+    waiting = np.empty((16 * (MOST_HALVINGS + 1), 2, 4, 3))
+    count = 0
+    for row in range(len(pairs)):
+        one, other = corners[pairs[row, 0]], corners[pairs[row, 1]]
+        if hulls_apart(one, other, tolerance) or _back_to_back(one, other, close):
+            continue
+        if _cross(one, other, tolerance, depths, waiting, places[count]):
+            rows[count] = row
+            count += 1
+            if count >= most:
+                break
+    return count
 
 
-def _axes(one: FloatArray, other: FloatArray):  # type: ignore[no-untyped-def]
-    """Functions that give the axes (p, 3) of some rows: those first that part most."""
-    sides = [[quads[:, j] - quads[:, i] for i, j in _SIDES] for quads in (one, other)]
-    normals = [_cross(own[1], own[4]) for own in sides]
-
-    def across(u: FloatArray, v: FloatArray):  # type: ignore[no-untyped-def]
-        return lambda rows: _cross(u[rows], v[rows])
-
-    yield lambda rows: other[rows].sum(axis=1) - one[rows].sum(axis=1)
-    for normal in normals:
-        yield lambda rows, normal=normal: normal[rows]
-    for own, normal in zip(sides, normals, strict=True):  # sides of flat quads
-        for side in own:
-            yield across(normal, side)
-    for own in sides:  # faces of the tetrahedra
-        for u, v in combinations(own, 2):
-            yield across(u, v)
-    for u, v in product(*sides):
-        yield across(u, v)
-
-
-def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
-    """Cross products of rows; ``numpy.cross`` takes several times as long on few of them."""
-    return np.stack(
-        [
-            u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1],
-            u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
-            u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0],
-        ],
-        axis=1,
-    )
+@_njit
+def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Whether pieces of two quads cannot be told apart; `place` (3,) is then where."""
+    in_doubt = np.zeros(MOST_HALVINGS + 1, dtype=np.int64)
+    first, second = np.empty((4, 4, 3)), np.empty((4, 4, 3))
+    depths[0] = 0
+    _put(one, other, waiting, 0)
+    top = 1
+    while top:
+        top -= 1
+        depth = depths[top]
+        in_doubt[depth] += 1
+        if depth == MOST_HALVINGS or in_doubt[depth] > MOST_PIECES:
+            for x in range(3):
+                place[x] = 0.0
+                for i in range(4):
+                    place[x] += (waiting[top, 0, i, x] + waiting[top, 1, i, x]) / 8
+            return True
+        _cut_in_four(waiting[top, 0], first)
+        _cut_in_four(waiting[top, 1], second)
+        for i in range(4):
+            for j in range(4):
+                if not hulls_apart(first[i], second[j], tolerance):
+                    depths[top] = depth + 1
+                    _put(first[i], second[j], waiting, top)
+                    top += 1
+    return False
 
 
-def _crossing_places(
-    one: FloatArray, other: FloatArray, tolerance: float, harmless: np.ndarray
-) -> tuple[FloatArray, np.ndarray]:
-    """Where (c, 3) pairs cross, and which rows (c,) those are."""
-    owner = np.flatnonzero(~harmless)
-    first, second = one[owner], other[owner]
-    lost: dict[int, FloatArray] = {}
-    for level in range(MOST_HALVINGS + 1):
-        doubt = np.flatnonzero(~hulls_apart(first, second, tolerance))
-        owner, first, second = owner[doubt], first[doubt], second[doubt]
-        rows, counts = np.unique(owner, return_counts=True)
-        given_up = rows if level == MOST_HALVINGS else rows[counts > MOST_PIECES]
-        for row in given_up.tolist():
-            at = int(np.flatnonzero(owner == row)[0])
-            lost[row] = (first[at].mean(axis=0) + second[at].mean(axis=0)) / 2
-        if level == MOST_HALVINGS or not len(owner):
-            break
-        going = ~np.isin(owner, given_up)
-        owner = np.repeat(owner[going], 16)
-        first = np.repeat(_quarters(first[going]), 4, axis=1).reshape(-1, 4, 3)
-        second = np.tile(_quarters(second[going]), (1, 4, 1, 1)).reshape(-1, 4, 3)
-    rows_found = np.array(sorted(lost), dtype=np.int64)
-    return np.array([lost[row] for row in rows_found.tolist()]).reshape(-1, 3), rows_found
+@_njit
+def _put(one, other, waiting, row):  # type: ignore[no-untyped-def]
+    """Set a row of waiting (w, 2, 4, 3); spelled out, since numba takes seconds to compile such an assignment."""
+    for i in range(4):
+        for x in range(3):
+            waiting[row, 0, i, x] = one[i, x]
+            waiting[row, 1, i, x] = other[i, x]
 
 
-def _quarters(quads: FloatArray) -> FloatArray:
-    """The four pieces (q, 4, 4, 3) of bilinear quads (q, 4, 3), cut in the middle of their parameters."""
-    center = quads.mean(axis=1)
-    after = 0.5 * (quads + np.roll(quads, -1, axis=1))
-    before = 0.5 * (quads + np.roll(quads, 1, axis=1))
-    pieces = [np.stack([quads[:, i], after[:, i], center, before[:, i]], axis=1) for i in range(4)]
-    return np.stack(pieces, axis=1)
+@_njit
+def _cut_in_four(quad, pieces):  # type: ignore[no-untyped-def]
+    """Fill pieces (4, 4, 3) of a bilinear quad (4, 3), cut in the middle of its parameters."""
+    for x in range(3):
+        center = (quad[0, x] + quad[1, x] + quad[2, x] + quad[3, x]) / 4
+        for i in range(4):
+            pieces[i, 0, x] = quad[i, x]
+            pieces[i, 1, x] = 0.5 * (quad[i, x] + quad[(i + 1) % 4, x])
+            pieces[i, 2, x] = center
+            pieces[i, 3, x] = 0.5 * (quad[i, x] + quad[(i + 3) % 4, x])
 
 
-def _back_to_back(one: FloatArray, other: FloatArray, close: float) -> np.ndarray:
+@_njit
+def _back_to_back(one, other, close):  # type: ignore[no-untyped-def]
     """Whether quads have the same corners the other way round, as the two sides of a contact do."""
-    same = np.zeros(len(one), dtype=np.bool_)
     for shift in range(4):
-        turned = other[:, (shift - np.arange(4)) % 4]
-        same |= np.all(np.linalg.norm(one - turned, axis=2) <= close, axis=1)
-    return same
+        same = True
+        for i in range(4):
+            square = 0.0
+            for x in range(3):
+                square += (one[i, x] - other[(shift - i) % 4, x]) ** 2
+            same = same and square <= close * close
+        if same:
+            return True
+    return False
+
+
+@_njit
+def hulls_apart(one, other, tolerance):  # type: ignore[no-untyped-def]
+    """Whether the hulls of corners (4, 3) and (4, 3) overlap by the tolerance at most.
+
+    The axes that are tried are complete for tetrahedra, and for flat quads: those first that part most.
+    """
+    m, vectors = np.empty(3), np.empty((14, 3))
+    for x in range(3):
+        m[x] = 0.0
+        for i in range(4):
+            m[x] += other[i, x] - one[i, x]
+        for k in range(6):
+            i, j = _SIDES[k, 0], _SIDES[k, 1]
+            vectors[k, x] = one[j, x] - one[i, x]
+            vectors[6 + k, x] = other[j, x] - other[i, x]
+    for axis in range(-1, len(_AXES)):
+        if axis >= 0:
+            a, b = _AXES[axis, 0], _AXES[axis, 1]
+            for x in range(3):
+                y, z = (x + 1) % 3, (x + 2) % 3
+                m[x] = vectors[a, y] * vectors[b, z] - vectors[a, z] * vectors[b, y]
+                if axis <= 1:
+                    vectors[12 + axis, x] = m[x]
+        if _parted(one, other, m, tolerance):
+            return True
+    return False
+
+
+@_njit
+def _parted(one, other, m, tolerance):  # type: ignore[no-untyped-def]
+    """Whether the shadows of two quads on an axis overlap by the tolerance at most; no axis parts nothing."""
+    square = m[0] * m[0] + m[1] * m[1] + m[2] * m[2]
+    if square <= 0.0:
+        return False
+    low_one, high_one, low_other, high_other = np.inf, -np.inf, np.inf, -np.inf
+    for i in range(4):
+        s, t = 0.0, 0.0
+        for x in range(3):  # from a corner on: coordinates far from the origin would lose digits
+            s += (one[i, x] - one[0, x]) * m[x]
+            t += (other[i, x] - one[0, x]) * m[x]
+        low_one, high_one = min(low_one, s), max(high_one, s)
+        low_other, high_other = min(low_other, t), max(high_other, t)
+    return min(high_one - low_other, high_other - low_one) <= tolerance * np.sqrt(square)

@@ -6,15 +6,17 @@ parts that touch along an edge are legitimate although the boundary of both toge
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..mesh import HexMesh
 from . import conformity
 from .boundary import place
 from .metrics import enclosed_volume
+from .overlap import BoundaryCrossing, describe_crossings, find_crossings
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,6 +63,40 @@ def part_surfaces(mesh: HexMesh) -> list[PartSurface]:
                 named[label] = quads[mine]
         found.append(PartSurface(name=name, quads=quads, named=named, volume=enclosed_volume(mesh.points, quads)))
     return found
+
+
+def crossings_apart(
+    points: FloatArray,
+    surfaces: Sequence[PartSurface],
+    boundaries: Mapping[str, IntArray],
+    contacts: Mapping[str, tuple[str, str]],
+) -> tuple[BoundaryCrossing, ...]:
+    """Find where parts cross each other that are in no contact with each other; each by itself is another question.
+
+    Two parts in contact that were meshed each by itself have facets of their own on one curved face, which cross.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    surfaces : sequence of PartSurface
+    boundaries : mapping of str to (q, 4 or more) int64
+    contacts : mapping of str to (str, str)
+        Parts in contact, by the name of the contact.
+    """
+    between = {f"{name}_{side}" for name in contacts for side in (1, 2)}
+    ignored = np.sort(
+        np.concatenate([conformity.row_keys(np.asarray(boundaries[name])[:, :4]) for name in sorted(between)])
+    )
+    owners = np.repeat(np.arange(len(surfaces)), [len(own.quads) for own in surfaces])
+    quads = np.concatenate([own.quads for own in surfaces])
+    # Without the contacts themselves, whose crossings could hide the others.
+    kept = np.flatnonzero(~np.isin(conformity.row_keys(quads), ignored))
+    pairs, places = find_crossings(points, quads[kept])
+    names = [own.name for own in surfaces]
+    touching = {frozenset(pair) for pair in contacts.values()}
+    by_pair = [frozenset((names[a], names[b])) for a, b in owners[kept[pairs]].tolist()]
+    wrong = np.array([len(pair) > 1 and pair not in touching for pair in by_pair], dtype=bool)
+    return describe_crossings(points, quads[kept], boundaries, pairs[wrong], places[wrong])
 
 
 def interface_problems(mesh: HexMesh) -> list[str]:

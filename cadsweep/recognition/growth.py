@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi, sin
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -24,8 +25,12 @@ TANGENT = 5 * pi / 6
 HALF_SEGMENT = pi / 16
 """Greatest turn, in radians, from a rim to the chord of the first segment beyond it."""
 _LEAST = 1e-6
+"""Sine that stands for nought, so that quotients are finite."""
 GAIN = 1.15
 """How much better the worst edge of the rim must become for a cap to grow."""
+
+
+_angles: WeakKeyDictionary[Solid, dict[int, float]] = WeakKeyDictionary()
 
 
 def rim_angle(solid: Solid, edge: Edge) -> float:
@@ -33,6 +38,13 @@ def rim_angle(solid: Solid, edge: Edge) -> float:
 
     Nearly tangent faces are taken by the chord of a first segment, which leaves the tangent by up to `HALF_SEGMENT`.
     """
+    known = _angles.setdefault(solid, {})  # the same edges are the rim of hundreds of layouts
+    if edge.id not in known:
+        known[edge.id] = _rim_angle(solid, edge)
+    return known[edge.id]
+
+
+def _rim_angle(solid: Solid, edge: Edge) -> float:
     angle = edge.dihedral
     if not TANGENT < angle < 2 * pi - TANGENT or edge.start == edge.end:
         return angle

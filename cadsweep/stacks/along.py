@@ -5,11 +5,16 @@ Place in the flow: foundation of :mod:`cadsweep.stacks`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Face
 from ..errors import SurfaceMeshError
+
+Rim = tuple[Edge, IntArray]
+"""An edge of a cap, and which of some places lie under it."""
 
 _STEPS = 30
 _CLOSE = 1e-12
@@ -17,6 +22,8 @@ _CLOSE = 1e-12
 _ENOUGH = 1e-9
 """The same, beyond which the search has failed."""
 _SAMPLES = 129
+_AT_END = 1e-6
+"""Distance from the place of an edge's end, in lengths of the edge, at which a place is that."""
 
 
 def across(direction: FloatArray) -> FloatArray:
@@ -79,20 +86,39 @@ def heights_on_face(face: Face, direction: FloatArray, places: FloatArray) -> Fl
     return np.asarray(found @ direction)
 
 
+def heights_on_cap(face: Face, direction: FloatArray, places: FloatArray, rims: Sequence[Rim]) -> FloatArray:
+    """Heights of the points of a cap over places (m, 3): on its rim those of its edges.
+
+    A cap may be tangent to a wall along its rim, where its surface has no one height over a place.
+    """
+    if face.kind == "plane":
+        return heights_on_face(face, direction, places)
+    found = np.full(len(places), np.nan)
+    for edge, at in rims:
+        found[at] = heights_on_edge(edge, direction, places[at])
+    inner = np.isnan(found)
+    if inner.any():
+        found[inner] = heights_on_face(face, direction, places[inner])
+    return found
+
+
 def heights_on_edge(edge: Edge, direction: FloatArray, places: FloatArray) -> FloatArray:
     """Heights of the points of an edge over places (m, 3) that lie under it."""
     frame = across(direction)
     at = np.linspace(0.0, 1.0, _SAMPLES)
     seen = edge.curve.evaluate(at) @ frame.T
     target = places @ frame.T
+    # An edge that ends along the direction has no height to speak of there but that of its end.
+    ends = [np.linalg.norm(target - seen[end], axis=1) <= _AT_END * edge.length for end in (0, -1)]
     fractions = at[np.argmin(np.linalg.norm(seen[None] - target[:, None], axis=2), axis=1)]
     step = 1e-6
     for _ in range(_STEPS):
         low, high = np.clip(fractions - step, 0.0, 1.0), np.clip(fractions + step, 0.0, 1.0)
         tangent = (edge.curve.evaluate(high) - edge.curve.evaluate(low)) @ frame.T / (high - low)[:, None]
         gap = target - edge.curve.evaluate(fractions) @ frame.T
-        move = (gap * tangent).sum(axis=1) / (tangent**2).sum(axis=1)
+        move = (gap * tangent).sum(axis=1) / np.maximum((tangent**2).sum(axis=1), 1e-300)
         fractions = np.clip(fractions + move, 0.0, 1.0)
         if float(np.abs(move).max()) < 1e-13:
             break
+    fractions = np.where(ends[0], 0.0, np.where(ends[1], 1.0, fractions))
     return np.asarray(edge.curve.evaluate(fractions) @ direction)

@@ -11,7 +11,10 @@ import numpy as np
 from ..arrays import FloatArray
 from ..mesh import QuadMesh
 from ..stack import Stack
+from .sides import LEAST_ACROSS, MOST_ACROSS
 
+_ENDS_ALONG = 1e-3
+"""1 - cosine to the direction up to which an edge ends along it."""
 WANTED = 0.35
 """Worst corner sine below which a cell is worth shorter segments: somewhat more than is promised of hexahedra."""
 _SHARE = 0.9
@@ -47,3 +50,23 @@ def find_poor_edges(stack: Stack, mesh: QuadMesh) -> tuple[set[int], float]:
         if worst[f] < min(WANTED, _SHARE * np.sin(sharpest)):
             poor.update(face.edges)
     return poor, float(sines.min())
+
+
+def sizes_across(stack: Stack, size: float) -> dict[int, float]:
+    """Lengths of the segments of edges across roundings, where the plane shows nothing of their turn.
+
+    Returns
+    -------
+    dict of int to float
+        By edge of the arrangement: such that a quarter of a circle has two chords or more, and three at most, since of
+        more the one at the wall would be too steep.
+    """
+    solid, rounded = stack.solid, set(stack.rounded)
+    sizes: dict[int, float] = {}
+    for own, over in stack.arrangement.over.items():
+        for e in over:
+            edge = solid.edges[e]
+            if rounded.intersection(edge.faces) and np.abs(edge.tangents @ stack.direction).max() > 1.0 - _ENDS_ALONG:
+                length = stack.arrangement.prism.edges[own].length
+                sizes[own] = length / min(max(round(length / size), LEAST_ACROSS), MOST_ACROSS)
+    return sizes

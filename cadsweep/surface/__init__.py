@@ -11,12 +11,22 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
+from .grading import (
+    Division,
+    fractions_from,
+    grade_places,
+    graded_edges,
+    graded_fractions,
+    graded_together,
+    turned_round,
+)
 from .matching import match_quads
+from .memory import Memory
 from .opposite import opposite_angles
 from .quads import CapBuilder
 from .sides import RingBuilder
@@ -26,16 +36,24 @@ from .stars import lay_star, patches_of
 from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
+from .walls import Walls
 
 __all__ = [
     "CellBoundary",
+    "Division",
     "FaceMesh",
+    "Memory",
     "Skeleton",
+    "Walls",
+    "fractions_from",
+    "graded_fractions",
+    "graded_together",
     "grid_quads",
     "lay_star",
     "match_quads",
     "mesh_surfaces",
     "patches_of",
+    "turned_round",
 ]
 
 _THIN_SHARE = 0.2
@@ -49,7 +67,11 @@ def mesh_surfaces(
     bias: float | Sequence[float] | None = None,
     fractions: Sequence[float] | None = None,
     sizes: Callable[[FloatArray], FloatArray] | None = None,
+    divisions: Mapping[int, Division] | None = None,
+    alone: Mapping[int, Division] | None = None,
+    walls: Walls | None = None,
     fit: Fit = fit_linear_parts,
+    memory: Memory | None = None,
 ) -> SurfaceMesh:
     """Mesh the boundary of a sweep: the source cap with quads, the linking sides layer by layer.
 
@@ -65,9 +87,18 @@ def mesh_surfaces(
         Explicit places of the layers from 0 to 1, instead of `bias`.
     sizes : callable, optional
         Wanted lengths (m,) at points (m, 3) of the source cap, where they are below the intervals' size.
+    divisions : mapping of int to callable, optional
+        How edges divide themselves; those that answer them on rectangles follow, rails by the places of the layers.
+    alone : mapping of int to callable, optional
+        The same of edges that no other edge around the loops follows.
+    walls : Walls, optional
+        Edges of the source cap along which rows of quads are laid.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
+    memory : Memory, optional
+        Faces of the source cap that were meshed before, with the same sweep, size and `sizes`; those meshed now are
+        added.
 
     Returns
     -------
@@ -82,20 +113,27 @@ def mesh_surfaces(
     """
     layout = build_grid(sweep, intervals)
     places = place_layers(sweep, layout, bias=bias, fractions=fractions)
-    builder = RingBuilder(sweep, layout, places, fit)
+    asked = {e: division(int(intervals.counts[e])) for e, division in (divisions or {}).items()}
+    graded = graded_edges(sweep, intervals, asked)
+    own = {e: division(int(intervals.counts[e])) for e, division in (alone or {}).items()}
+    asked, graded = {**asked, **own}, {**graded, **own}
+    places = grade_places(layout, places, {e: asked[e] for e in asked if e in layout.edges})
+    builder = RingBuilder(sweep, layout, places, fit, graded=graded, fixed=asked)
     builder.build()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    source = CapBuilder(sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes).build()
+    ring = builder.rings[0].copy()
+    cap = CapBuilder(sweep, intervals, ring, loops, opposite, sizes=sizes, graded=graded, memory=memory, walls=walls)
+    source = cap.build()
     return SurfaceMesh(
         source=source,
         rings=builder.rings,
         side_faces=side_faces,
         node_edges=node_edges,
         node_vertices=node_vertices,
-        target_edge_points=divide_target_edges(sweep, source, builder.rings, fit),
-        notes=(*builder.notes, *_thickness_notes(source, layout.n_layers)),
+        target_edge_points=divide_target_edges(sweep, source, cap.fractions, builder.rings, fit),
+        notes=(*builder.notes, *cap.notes, *_thickness_notes(source, layout.n_layers)),
     )
 
 

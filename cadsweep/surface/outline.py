@@ -14,12 +14,14 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
+from ..mesh import WallRows
 from ..sweep import DirectedEdge
 from .background import Background, count_interpolated, make_background, typical_length
 from .chart import Chart, surface_background
 from .charts import charts_of
 from .relax import relax_quads
 from .transfinite import join_chains
+from .walls import Walls
 
 _CORNER = (np.radians(30), np.radians(150))
 """Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
@@ -41,6 +43,8 @@ class FaceQuads:
     """Worst corner sine; negative where a quad is folded."""
     expected: float
     """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
+    walls: tuple[WallRows, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def better_than(self, other: FaceQuads) -> bool:
         """Folded quads are never better, whatever is expected of the others."""
@@ -66,6 +70,8 @@ class Outline:
     """Interior angles of the ring's nodes on the target cap; NaN where they are not known."""
     size: float
     sizes: Callable[[FloatArray], FloatArray] | None
+    walls: Walls | None = None
+    """Edges along which rows of quads are laid, where there are such."""
 
     @cached_property
     def nodes(self) -> tuple[IntArray, ...]:
@@ -83,28 +89,11 @@ class Outline:
 
     def angles(self, loop: Sequence[DirectedEdge]) -> list[float]:
         """Interior angle of the face at the vertex where each edge of a loop begins."""
-        at_end: dict[DirectedEdge, float] = {}
-        for own in self.face.loops:
-            for j, directed in enumerate(own.directed):
-                # The reversed loop begins edge j where the face's own loop ends it.
-                at_end[directed] = own.angles[(j + 1) % len(own.angles)]
-        return [at_end[edge, not forward] for edge, forward in loop]
+        return loop_angles(self.face, loop)
 
     def four_sides(self) -> list[list[DirectedEdge]] | None:
         """Split the only loop at its four corners; None where there are not four, or opposite counts differ."""
-        if len(self.loops) != 1:
-            return None
-        loop = self.loops[0]
-        angles = self.angles(loop)
-        corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
-        straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
-        if len(corners) != 4 or len(corners) + len(straight) != len(angles):
-            return None
-        turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
-        cuts = [c - corners[0] for c in corners] + [len(loop)]
-        sides = [turned[a:b] for a, b in pairwise(cuts)]
-        sums = [int(sum(self.counts[e] for e, _ in side)) for side in sides]
-        return sides if sums[0] == sums[2] and sums[1] == sums[3] else None
+        return four_sides(self.face, self.loops[0], self.counts) if len(self.loops) == 1 else None
 
     def charts(self, nodes: Sequence[IntArray]) -> Iterator[Chart]:
         """Plane charts of the face, the most faithful first; `nodes` may be turned by a place or two."""
@@ -135,10 +124,22 @@ class Outline:
         return np.where(on_ring, self.opposite[np.where(on_ring, nodes, 0)], np.nan)
 
     def lift(
-        self, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray, *, n_rows: int = 0
+        self,
+        chart: Chart,
+        inner: FloatArray,
+        quads: IntArray,
+        boundary: IntArray,
+        *,
+        n_rows: int = 0,
+        rows: tuple[FloatArray, FloatArray] | None = None,
     ) -> FaceQuads:
-        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside."""
+        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside.
+
+        `rows`: places and parameters of these, where they are known better than the chart does.
+        """
         points, uv = chart.lift(inner)
+        if rows is not None:
+            points[:n_rows], uv[:n_rows] = rows
         everything = np.concatenate([self.known[boundary], points])
         n = len(boundary)
         all_uv = np.concatenate([chart.boundary_uv, uv])
@@ -157,3 +158,27 @@ class Outline:
 def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:
     """A face's loop run the other way: seen along the sweep instead of from outside."""
     return [(edge, not forward) for edge, forward in reversed(loop)]
+
+
+def loop_angles(face: Face, loop: Sequence[DirectedEdge]) -> list[float]:
+    """Interior angle of a face at the vertex where each edge of one of its reversed loops begins."""
+    at_end: dict[DirectedEdge, float] = {}
+    for own in face.loops:
+        for j, directed in enumerate(own.directed):
+            # The reversed loop begins edge j where the face's own loop ends it.
+            at_end[directed] = own.angles[(j + 1) % len(own.angles)]
+    return [at_end[edge, not forward] for edge, forward in loop]
+
+
+def four_sides(face: Face, loop: Sequence[DirectedEdge], counts: IntArray) -> list[list[DirectedEdge]] | None:
+    """Split a reversed loop of a face at its four corners; None where there are not four, or opposite counts differ."""
+    angles = loop_angles(face, loop)
+    corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
+    straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
+    if len(corners) != 4 or len(corners) + len(straight) != len(angles):
+        return None
+    turned = list(loop[corners[0] :]) + list(loop[: corners[0]])
+    cuts = [c - corners[0] for c in corners] + [len(loop)]
+    sides = [turned[a:b] for a, b in pairwise(cuts)]
+    sums = [int(sum(counts[e] for e, _ in side)) for side in sides]
+    return sides if sums[0] == sums[2] and sums[1] == sums[3] else None

@@ -8,19 +8,21 @@ divided once, so the faces conform; each face is then filled by the ways of ``fi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
-from ..mesh import QuadMesh
+from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
 from .filling import best_quads
+from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
 from .relax import corner_sines
 from .rim import smooth_loops
+from .walls import Walls
 
 _FLAT = 1e-6
 """Worst corner sine below which quads are refused: they are folded but for rounding."""
@@ -40,12 +42,20 @@ class CapBuilder:
         opposite: FloatArray,
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
+        memory: Memory | None = None,
+        graded: Mapping[int, FloatArray] | None = None,
+        walls: Walls | None = None,
     ) -> None:
+        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
+        self.memory = memory
+        self.graded = graded or {}
+        self.walls = walls
+        self.notes: list[str] = []
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -73,7 +83,7 @@ class CapBuilder:
 
     def _take_edge(self, edge: int, ids: IntArray) -> None:
         self.edge_nodes[edge] = ids
-        self.fractions[edge] = np.linspace(0.0, 1.0, len(ids))
+        self.fractions[edge] = self.graded.get(edge, np.linspace(0.0, 1.0, len(ids)))
         self._vertex_nodes[self.solid.edges[edge].start] = int(ids[0])
         self._vertex_nodes[self.solid.edges[edge].end] = int(ids[-1])
 
@@ -87,7 +97,7 @@ class CapBuilder:
             n = int(self.counts[e])
             if n < 1:
                 raise SurfaceMeshError(f"edge {e} inside the source cap has {n} segments")
-            points = edge.curve.evaluate(np.linspace(0.0, 1.0, n + 1))[1:-1]
+            points = edge.curve.evaluate(self.graded.get(e, np.linspace(0.0, 1.0, n + 1)))[1:-1]
             ids = np.concatenate(
                 [[self._vertex_nodes[edge.start]], self._add(points), [self._vertex_nodes[edge.end]]]
             ).astype(np.int64)
@@ -96,26 +106,47 @@ class CapBuilder:
     def build(self) -> QuadMesh:
         """Mesh every face of the cap."""
         quads, owners = [], []
+        walls: list[WallRows] = []
+        failures: list[SurfaceMeshError] = []
         for f in self.sweep.source:
-            face = self.solid.faces[f]
-            outline = self._outline(face)
-            patch = best_quads(outline)
-            if patch.worst < _FLAT:
-                raise SurfaceMeshError(
-                    f"{face.label()}: the best quads that could be made are folded (worst corner sine "
-                    f"{patch.worst:.2g}); try a smaller size",
-                    edges=self._edges_at_folds(outline, patch),
-                )
+            try:
+                patch = self._fill(self.solid.faces[f])
+            except SurfaceMeshError as error:
+                failures.append(error)
+                continue
             self._add(patch.inner_points)
             quads.append(patch.quads)
+            walls += patch.walls
+            self.notes += patch.notes
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
+        if failures:
+            # All of them at once: who divides their edges finer need not come again for every one.
+            edges = list(dict.fromkeys(e for error in failures for e in error.edges))
+            raise SurfaceMeshError(str(failures[0]), edges=edges) from failures[0]
         return QuadMesh(
             points=np.concatenate(self.points),
             quads=np.concatenate(quads),
             faces=np.concatenate(owners),
             loops=self.loops,
             edge_nodes=self.edge_nodes,
+            walls=tuple(walls),
         )
+
+    def _fill(self, face: Face) -> FaceQuads:
+        outline = self._outline(face)
+        memory = self.memory if outline.walls is None else None
+        patch = None if memory is None else memory.recall(outline)
+        if patch is None:
+            patch = best_quads(outline)
+            if memory is not None:
+                memory.keep(outline, patch)
+        if patch.worst < _FLAT:
+            raise SurfaceMeshError(
+                f"{face.label()}: the best quads that could be made are folded (worst corner sine "
+                f"{patch.worst:.2g}); try a smaller size",
+                edges=self._edges_at_folds(outline, patch),
+            )
+        return patch
 
     def _outline(self, face: Face) -> Outline:
         loops = tuple(tuple(reversed_loop(loop.directed)) for loop in face.loops)
@@ -130,6 +161,7 @@ class CapBuilder:
             opposite=self.opposite,
             size=self.size,
             sizes=self.sizes,
+            walls=self.walls if self.walls and any(e in self.walls.layers for e in face.edges) else None,
         )
 
     def _edges_at_folds(self, outline: Outline, patch: FaceQuads) -> list[int]:

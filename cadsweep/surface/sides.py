@@ -10,20 +10,24 @@ the row to where the image of the source's nodes wants them, their order kept.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import Sweep
-from .spacing import Fit, divide_lengths, divide_like, image_lengths, rescaled
+from .spacing import Fit, divide_lengths, divide_like, finer, image_lengths, rescaled
 from .sweep_grid import PlacedEdge, PlacedSide, SweepGrid
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
+"""Chords that stand for a curved edge's segment at most."""
 _N_SAMPLES = 256
 """Chords a source segment is measured by at most, and about how many an edge needs: the image of an
 ellipse is then divided to 1e-5 of a segment."""
 _N_FITS = 3
+"""Fits of a side's rows to its edges, each from where the last one ended."""
 _SLIDE_TOLERANCE = 1e-3
 """Part of a segment below which nodes of a row are left where they are."""
 
@@ -31,7 +35,17 @@ _SLIDE_TOLERANCE = 1e-3
 class RingBuilder:
     """Fills ``rings`` (n_layers + 1, b, 3) step by step."""
 
-    def __init__(self, sweep: Sweep, layout: SweepGrid, places: FloatArray, fit: Fit) -> None:
+    def __init__(
+        self,
+        sweep: Sweep,
+        layout: SweepGrid,
+        places: FloatArray,
+        fit: Fit,
+        *,
+        graded: Mapping[int, FloatArray] | None = None,
+        fixed: Mapping[int, FloatArray] | None = None,
+    ) -> None:
+        """`graded`: fractions of edges of the source; `fixed`: of edges anywhere, which have them and no others."""
         self.sweep = sweep
         self.solid = sweep.solid
         self.layout = layout
@@ -41,15 +55,24 @@ class RingBuilder:
         self.fractions: dict[int, FloatArray] = {}  # by edge, from the edge's start to its end
         self.chords = np.zeros((layout.n_ring, _N_CHORDS, 3))  # unused ones stay nought
         self.notes: list[str] = []
+        self.fixed = fixed or {}
+        self.graded = {**(graded or {}), **self.fixed}
 
     def build(self) -> None:
         """Place every ring node."""
         for placed in self.layout.edges.values():
-            if not placed.along_loop:
+            if placed.edge in self.fixed:
+                self._set_graded(placed)
+                if placed.along_loop and placed.layer == 0:
+                    self._measure_chords(placed)
+            elif not placed.along_loop:
                 places = self.places[placed.loop, placed.layer : placed.layer + placed.n_segments + 1]
                 self._set_edge(placed, rescaled(places))
             elif placed.layer == 0:
-                self._set_edge(placed, np.linspace(0.0, 1.0, placed.n_segments + 1))
+                if placed.edge in self.graded:
+                    self._set_graded(placed)
+                else:
+                    self._set_edge(placed, np.linspace(0.0, 1.0, placed.n_segments + 1))
                 self._measure_chords(placed)
         moving = [p for p in self.layout.edges.values() if p.along_loop and p.layer > 0]
         for placed in moving:
@@ -66,6 +89,10 @@ class RingBuilder:
             blocks = [self._fill_side(placed) for placed in self.layout.sides]
         self._slide_rows(blocks)
 
+    def _set_graded(self, placed: PlacedEdge) -> None:
+        fractions = self.graded[placed.edge]
+        self._set_edge(placed, fractions if placed.forward else 1.0 - fractions[::-1])
+
     def _set_edge(self, placed: PlacedEdge, along: FloatArray) -> None:
         """Place an edge's nodes at arc-length fractions given in its placed direction."""
         fractions = along if placed.forward else (1.0 - along)[::-1]
@@ -79,11 +106,13 @@ class RingBuilder:
         n = placed.n_segments
         edge = self.solid.edges[placed.edge]
         m = 1 if edge.kind == "line" else int(np.clip(np.ceil(_N_SAMPLES / n), 1, _N_CHORDS))
-        points = edge.curve.evaluate(np.linspace(0.0, 1.0, n * m + 1))
+        points = edge.curve.evaluate(finer(self.fractions[placed.edge], m))
         chords = np.diff(points if placed.forward else points[::-1], axis=0)
         self.chords[self.layout.columns(placed.loop, placed.column, n), :m] = chords.reshape(n, m, 3)
 
     def _divide(self, placed: PlacedEdge, linear_part: FloatArray | None) -> None:
+        if placed.edge in self.fixed:
+            return
         columns = self.layout.columns(placed.loop, placed.column, placed.n_segments)
         along = divide_like(self.chords[columns], linear_part)
         known = self.fractions.get(placed.edge)

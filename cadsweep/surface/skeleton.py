@@ -9,7 +9,7 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -24,14 +24,6 @@ from .outline import reversed_loop
 from .quads import CapBuilder
 from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
-
-Grade = Callable[[Solid, int, int], FloatArray]
-"""``grade(solid, edge, n)``: the arc-length fractions (n + 1,) of the nodes of an edge, from its start to its end."""
-
-
-def even_grade(solid: Solid, edge: int, n: int) -> FloatArray:
-    """Nodes at equal lengths."""
-    return np.linspace(0.0, 1.0, n + 1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,11 +71,18 @@ class CellBoundary:
 class Skeleton:
     """What has been meshed so far: nodes, edges by key, faces by key."""
 
-    def __init__(self, solids: Sequence[Solid], intervals: Sequence[Intervals], grade: Grade = even_grade) -> None:
+    def __init__(
+        self,
+        solids: Sequence[Solid],
+        intervals: Sequence[Intervals],
+        *,
+        fractions: Mapping[int, FloatArray] | None = None,
+    ) -> None:
+        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly."""
         self.solids = solids
         self.intervals = intervals
         self.edges: dict[int, IntArray] = {}
-        self.fractions: dict[int, FloatArray] = {}
+        self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
         self.notes: list[str] = []
         self._blocks: list[FloatArray] = []
@@ -91,7 +90,7 @@ class Skeleton:
         self._table = np.empty((0, 3))
         self._vertices: dict[int, int] = {}
         for solid, counts in zip(solids, intervals, strict=True):
-            self._lay_edges(solid, counts, grade)
+            self._lay_edges(solid, counts)
 
     @property
     def n_nodes(self) -> int:
@@ -112,7 +111,7 @@ class Skeleton:
         self._n += len(points)
         return np.arange(self._n - len(points), self._n, dtype=np.int64)
 
-    def _lay_edges(self, solid: Solid, intervals: Intervals, grade: Grade) -> None:
+    def _lay_edges(self, solid: Solid, intervals: Intervals) -> None:
         for vertex, key in enumerate(solid.vertex_keys.tolist()):
             if key not in self._vertices:
                 self._vertices[key] = int(self.add(solid.vertices[vertex][None])[0])
@@ -121,11 +120,10 @@ class Skeleton:
             if key in self.edges:
                 continue
             n = int(intervals.counts[edge.id])
-            fractions = grade(solid, edge.id, n)
+            fractions = self.fractions.setdefault(key, np.linspace(0.0, 1.0, n + 1))
             inner = self.add(np.asarray(edge.curve.evaluate(fractions))[1:-1])
             ends = [self._vertices[int(solid.vertex_keys[v])] for v in (edge.start, edge.end)]
             self.edges[key] = np.concatenate([ends[:1], inner, ends[1:]]).astype(np.int64)
-            self.fractions[key] = fractions
 
     def chain(self, cell: int, chain: Sequence[DirectedEdge]) -> IntArray:
         """Nodes along directed edges of a cell."""
@@ -186,9 +184,10 @@ class Skeleton:
         ring = np.concatenate(rings)
         starts = np.cumsum([0, *(len(r) for r in rings)])
         local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
-        builder = CapBuilder(alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan))
-        for e in solid.faces[face].edges:
-            builder.fractions[e] = self.fractions[int(solid.edge_keys[e])]
+        fractions = {e: self.fractions[int(solid.edge_keys[e])] for e in solid.faces[face].edges}
+        builder = CapBuilder(
+            alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan), graded=fractions
+        )
         made = builder.build()
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
         self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)

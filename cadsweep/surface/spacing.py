@@ -30,7 +30,9 @@ SMOOTH = 0.05
 _RIM_BIAS = 2.5
 """Thickness of a rounding's layer at a tangent cap over that at its other end."""
 _GREATEST_JUNCTION_STRETCH = 2.0
+"""Stretch of neighbouring layers up to which a layer is moved onto a rail's vertex."""
 _LEAST_STRETCH, _GREATEST_STRETCH = 0.25, 4.0
+"""Stretch of single layers against the rail's: beyond it the order of layers is in danger."""
 
 
 def graded_places(n: int, bias: float | Sequence[float] | None) -> FloatArray:
@@ -175,6 +177,12 @@ def rescaled(places: FloatArray) -> FloatArray:
     out = (places - places[0]) / (places[-1] - places[0])
     out[0], out[-1] = 0.0, 1.0
     return out
+
+
+def finer(fractions: FloatArray, m: int) -> FloatArray:
+    """Every step of rising fractions (n + 1,) in m equal ones."""
+    n = len(fractions) - 1
+    return np.asarray(np.interp(np.arange(n * m + 1) / m, np.arange(n + 1), fractions))
 
 
 def fit_linear_parts(source_ring: FloatArray, rings: FloatArray) -> FloatArray:

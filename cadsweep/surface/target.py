@@ -8,18 +8,26 @@ Method: as on the rings: an edge divides itself as the affine image of the sourc
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..arrays import FloatArray
 from ..mesh import QuadMesh
 from ..sweep import Sweep
-from .spacing import Fit, divide_like
+from .spacing import Fit, divide_like, finer
 
 _N_CHORDS = 16
+"""Chords that stand for a curved edge's segment."""
 
 
-def divide_target_edges(sweep: Sweep, source: QuadMesh, rings: FloatArray, fit: Fit) -> dict[int, FloatArray]:
-    """Points of the nodes of inner target edges, by target edge id, from its start to its end."""
+def divide_target_edges(
+    sweep: Sweep, source: QuadMesh, fractions: Mapping[int, FloatArray], rings: FloatArray, fit: Fit
+) -> dict[int, FloatArray]:
+    """Points of the nodes of inner target edges, by target edge id, from its start to its end.
+
+    `fractions` are those of the source's edges.
+    """
     on_loops = {edge for loop in sweep.source_loops for edge, _ in loop}
     inner = [e for e in source.edge_nodes if e not in on_loops and e in sweep.target_edges]
     if not inner:
@@ -29,7 +37,7 @@ def divide_target_edges(sweep: Sweep, source: QuadMesh, rings: FloatArray, fit: 
     points: dict[int, FloatArray] = {}
     for e in inner:
         n = len(source.edge_nodes[e]) - 1
-        fine = solid.edges[e].curve.evaluate(np.linspace(0.0, 1.0, n * _N_CHORDS + 1))
+        fine = solid.edges[e].curve.evaluate(finer(fractions[e], _N_CHORDS))
         along = divide_like(np.diff(fine, axis=0).reshape(n, _N_CHORDS, 3), linear)
         target, same_direction = sweep.target_edges[e]
         edge = solid.edges[target]

@@ -20,6 +20,7 @@ from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_
 _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
 _LONGEST_LEGEND = 24
+"""Names in a legend: what fits beside a picture of 800 pixels."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,
@@ -151,6 +152,14 @@ def plot(
         An unknown option, or a clip that leaves nothing.
     CadSweepError
         pyvista is not installed, or the machine can draw nothing.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> cs.sweep_mesh(box, size=1.0).plot(screenshot="box.png", clip="x").name
+    'box.png'
     """
     pv = import_pyvista()
     inline = screenshot is None and in_notebook()

@@ -207,3 +207,16 @@ def test_a_picture_and_a_page(work):
     assert done.returncode == 0, done.stderr
     page = (work / "part.html").read_text(encoding="utf-8")
     assert "cadsweep report part.py -o part.html" in page
+
+
+def test_a_family_is_numbered_files_and_a_table(tmp_path):
+    (tmp_path / "disc.py").write_text("import cadquery as cq\nshow_object(cq.Workplane().circle(1).extrude(1))\n")
+    options = ["mesh", "disc.py", "-o", "disc.vtu", "--size", "0.5", "--allow-coarse", "--family", "3"]
+    done = command(*options, "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert [os.path.basename(row["file"]) for row in said["family"]] == ["disc.vtu", "disc_1.vtu", "disc_2.vtu"]
+    for row in said["family"]:
+        assert cs.read(row["file"]).n_hexes == row["n_hexes"]
+    assert said["convergence"]["volume"]["order"] == pytest.approx(2.0, abs=0.1)
+    assert command("mesh", "disc.py", "-o", "x.sweep.npz", "--family", "3", cwd=tmp_path).returncode == 2

@@ -9,7 +9,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 import cadsweep as cs
-from cadsweep.errors import InputError, NotSweepableError
+from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -149,7 +149,7 @@ def test_order_2_follows_the_curves_of_all_parts(nodes):
 def test_a_bolt_with_a_head_is_cut_into_cells_of_one_part():
     bolt = cq.Workplane().circle(1).extrude(3).faces(">Z").workplane().circle(2).extrude(1)
     plate = block(8, 8, 3, (-4, -4, 0)).faces(">Z").workplane(origin=(0, 0, 0)).hole(2)
-    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.8)
+    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.5)
     assert mesh.info["quality"].valid
     assert set(mesh.parts) == {"plate", "bolt"}
     assert list(mesh.interfaces) == ["plate__bolt"]
@@ -159,7 +159,7 @@ def test_a_bolt_with_a_head_is_cut_into_cells_of_one_part():
 def test_what_cannot_be_swept_is_named_with_what_it_touches():
     ball = cq.Workplane().sphere(1).translate((1, 1, 3))
     with pytest.raises(NotSweepableError, match="'ball'"):
-        cs.sweep_mesh(assembly(base=block(2, 2, 2), ball=ball))
+        cs.sweep_mesh(assembly(base=block(2, 2, 2), ball=ball), decompose=False)
 
 
 def test_separate_solids_share_no_node_and_name_their_contacts_in_pairs():
@@ -186,3 +186,139 @@ def test_a_size_that_is_a_slip_is_refused_before_anything_is_made():
         cs.sweep_mesh(two_plates(), size=0.01)
     with pytest.raises(InputError, match="limit of 100 hexes"):
         cs.sweep_mesh(two_plates(), size=0.5, max_hexes=100)
+
+
+def rod_on_pipe():
+    """A rod that stands on the side of a bar: the contact is a saddle inside a closed face."""
+    bar = cq.Workplane("YZ").circle(3).extrude(20)
+    return assembly(bar=bar, rod=cq.Workplane().circle(1.5).extrude(8).translate((10, 0, 0)).cut(bar))
+
+
+def test_a_contact_that_no_sweep_can_follow_is_named_and_meshed_without_its_outline_where_solids_are_separate():
+    with pytest.raises(NotSweepableError, match=r"'bar' cannot be swept; it touches 'rod' .*interfaces='separate'"):
+        cs.sweep_mesh(rod_on_pipe())
+    mesh = cs.sweep_mesh(rod_on_pipe(), size=0.8, interfaces="separate")
+    assert mesh.info["quality"].valid
+    middles = mesh.points[mesh.boundaries["bar__rod_1"]].mean(axis=1)
+    # The foot of the rod is all inside them, and they reach out of it by a quad at most.
+    away = np.hypot(middles[:, 0] - 10, middles[:, 1])
+    assert away.max() < 1.5 + 1.0
+    assert (middles[:, 2] > 0).all()
+    foot = mesh.points[np.unique(mesh.boundaries["bar__rod_2"])]
+    nearest = np.linalg.norm(foot[:, None] - middles[None], axis=2).min(axis=1)
+    assert nearest.max() < 0.8
+
+
+def test_separate_solids_may_have_facets_of_their_own_on_a_curved_contact():
+    mesh = cs.sweep_mesh(shells(), size=1.0, sizes={"gap": 0.45}, interfaces="separate")
+    assert mesh.info["quality"].valid
+    assert not mesh.info["quality"].crossings
+
+
+def test_solids_whose_facets_cross_in_a_narrow_gap_are_refused():
+    plate = block(12, 12, 3, (-6, -6, 0)).faces(">Z").workplane(origin=(0, 0, 0)).hole(8)
+    pin = cq.Workplane().circle(3.97).extrude(3)
+    with pytest.raises(InvertedHexError, match=r"plate.* cross each other"):
+        cs.sweep_mesh(assembly(plate=plate, pin=pin), size=2.0, sizes={"pin": 1.3})
+    assert cs.sweep_mesh(assembly(plate=plate, pin=pin), size=0.6, sizes={"pin": 0.5}).info["quality"].valid
+
+
+def test_a_broken_solid_is_named_and_can_be_left_out_before_it_is_healed():
+    crossed = cq.Workplane().polyline([(2, 0), (3, 1), (3, 0), (2, 1)]).close().extrude(1)
+    whole = assembly(one=block(1, 1, 1), other=block(1, 1, 1, (1, 0, 0)), bow=crossed)
+    with pytest.raises(CadError, match=r"'bow'.*skip=\['bow'\]"):
+        cs.sweep_mesh(whole, size=0.5)
+    mesh = cs.sweep_mesh(whole, size=0.5, skip=["bow"])
+    assert list(mesh.parts) == ["one", "other"]
+    assert list(mesh.interfaces) == ["one__other"]
+
+
+def test_overlaps_can_be_had_without_one_of_the_two():
+    whole = assembly(one=block(2, 2, 2), other=block(2, 2, 2, (1, 0, 0)), third=block(2, 2, 2, (0, 2, 0)))
+    with pytest.raises(CadError, match=r"overlap by a volume of 4 at \(1.5, 1, 1\).*skip=\['other'\]"):
+        cs.load(whole)
+    assert [model.name for model in cs.load(whole, skip=["other"]).models] == ["one", "third"]
+
+
+def test_solids_keep_their_numbers_where_others_of_their_name_are_left_out():
+    whole = cq.Assembly(name="whole")
+    for k in range(3):
+        whole.add(cq.Assembly(name=f"row_{k}").add(block(1, 1, 1, (k, 0, 0)), name="bolt"))
+    assert [m.name for m in cs.load(whole, skip=["bolt_1"]).models] == ["bolt_2", "bolt_3"]
+    assert [m.name for m in cs.load(whole, only=["bolt_2", "bolt_3"]).models] == ["bolt_2", "bolt_3"]
+    # One that is left of several is meshed as one of several: its boundaries are called after it.
+    assert all(name.startswith("bolt_2_") for name in cs.sweep_mesh(whole, size=0.5, only=["bolt_2"]).boundaries)
+
+
+def test_a_refusal_says_what_can_be_meshed_without_what_cannot():
+    cone = cq.Workplane().add(cq.Solid.makeCone(0.5, 0, 1, pnt=cq.Vector(0.5, 0.5, 1)))
+    whole = assembly(low=block(1, 1, 1), other=block(1, 1, 1, (1, 0, 0)), tip=cone)
+    with pytest.raises(NotSweepableError, match=r"'tip'.*skip=\['tip'\] \(--skip tip\) meshes the other 2 solids"):
+        cs.sweep_mesh(whole, size=0.5, decompose=False)
+    assert set(cs.sweep_mesh(whole, size=0.5, skip=["tip"]).parts) == {"low", "other"}
+
+
+def test_a_layer_between_two_solids_is_no_gap_between_them():
+    whole = assembly(low=block(10, 10, 4), glue=block(10, 10, 0.01, (0, 0, 4)), high=block(10, 10, 4, (0, 0, 4.01)))
+    assert not any("apart" in note for note in cs.load(whole).notes)
+    assert any("0.01 apart" in note for note in cs.load(whole, skip=["glue"]).notes)
+
+
+def test_a_gap_as_wide_as_the_solids_are_large_may_be_closed():
+    """What the faces moved by explains the volume that the solids have gained."""
+    wide = assembly(low=block(100, 50, 10), high=block(100, 50, 10, (0, 0, 10.05)))
+    mesh = cs.sweep_mesh(wide, size=10.0, touch=0.06)
+    assert mesh.info["quality"].valid
+    assert list(mesh.interfaces) == ["low__high"]
+
+
+def test_a_part_may_be_called_a_shell():
+    core = block(2, 2, 2, (1, 1, 0))
+    whole = assembly(core=core, shell=block(4, 4, 2).cut(core))
+    assert [model.name for model in cs.load(whole).models] == ["core", "shell"]
+
+
+def test_solids_that_are_too_coarse_to_be_themselves_are_refused_by_name():
+    """A square in a circle of radius 2 has 2 / pi of its area."""
+    with pytest.raises(CoarseMeshError, match=r"'pin'.*allow_coarse"):
+        cs.sweep_mesh(pin_in_plate(), size=4.0)
+    assert cs.sweep_mesh(pin_in_plate(), size=4.0, allow_coarse=True).info["quality"].valid
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_several_cells_come_as_near_to_the_cad_as_is_asked_for(tolerance):
+    """A chord of length h on a circle of radius r is h^2 / 8 r off it: no longer than sqrt(8 r tolerance)."""
+    mesh = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance)
+    for radius, name in ((2, "fuel__gap"), (3, "gap__clad")):
+        corners = mesh.points[mesh.interfaces[name]]
+        middles = (corners + np.roll(corners, 1, axis=1)) / 2
+        assert radius - np.hypot(middles[..., 0], middles[..., 1]).min() <= tolerance
+    finer = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance / 4)
+    assert finer.n_hexes > mesh.n_hexes
+
+
+def test_with_nothing_asked_for_no_solid_loses_much():
+    whole = assembly(block=block(40, 40, 10), pin=cq.Workplane().circle(1).extrude(5).translate((20, 20, 10)))
+    part = cs.load(whole)
+    mesh = cs.sweep_mesh(part)
+    pin = mesh.parts["pin"]
+    corners = mesh.points[mesh.hexes[pin]]
+    assert corners[..., 2].min() == pytest.approx(10)
+    quads = [q for name, q in mesh.boundaries.items() if name.startswith("pin_")] + [
+        mesh.interfaces["block__pin"][:, ::-1]
+    ]
+    assert enclosed_volume(mesh.points, np.concatenate(quads)) == pytest.approx(np.pi * 5, rel=0.0051)
+
+
+def test_slabs_are_of_one_solid_and_factors_of_any(tmp_path):
+    from cadsweep.pipeline import expand, stream_mesh, write_factors
+
+    with pytest.raises(InputError, match=r"2 solids.*--stream.*--part"):
+        stream_mesh(two_plates(), tmp_path / "plates.vtkhdf", size=1.0)
+    assert stream_mesh(two_plates(), tmp_path / "low.vtkhdf", size=1.0, only=["low"])["n_hexes"] == 12 * 12 * 2
+    mesh = write_factors(two_plates(), tmp_path / "plates.sweep.npz", size=1.0)
+    back = expand(tmp_path / "plates.sweep.npz")
+    assert np.array_equal(back.points, mesh.points)
+    assert np.array_equal(back.hexes, mesh.hexes)
+    assert np.array_equal(back.interfaces["low__high"], mesh.interfaces["low__high"])
+    assert back.info["quality"].valid

@@ -182,3 +182,20 @@ def test_what_cannot_be_refined_is_said(tmp_path):
             cs.refine(mesh, levels)
     with pytest.raises(InputError, match="without refine"):
         cs.stream_mesh(plate(), tmp_path / "plate.vtkhdf", refine=1)
+
+
+def test_a_family_shows_the_order_and_the_limit_of_volume_and_area():
+    family = cs.make_family(cs.sweep_mesh(boss(), size=0.4, allow_coarse=True), 3)
+    assert [mesh.n_hexes for mesh in family.meshes] == [family.meshes[0].n_hexes * 8**k for k in range(3)]
+    volume = family.convergence["volume"]
+    exact = family.meshes[0].info["cad_volume"]
+    assert volume.order == pytest.approx(2.0, abs=0.1)
+    assert abs(volume.extrapolated - exact) < 0.1 * abs(volume.values[-1] - exact)
+    assert volume.index * volume.values[-1] > abs(volume.values[-1] - exact)  # the uncertainty covers the error
+    assert family.convergence["area of side_1"].index == 0.0  # a plane wall has its area on every mesh
+    assert str(family).splitlines()[0].split()[-2:] == ["the", "finest"]
+    assert family.index([3.0, 2.0, 1.5]).order == pytest.approx(1.0)
+    with pytest.raises(InputError, match="one value a mesh"):
+        family.index([1.0, 2.0])
+    with pytest.raises(InputError, match="3 to 7 meshes"):
+        cs.make_family(family.meshes[0], 2)

@@ -110,3 +110,17 @@ options = st.fixed_dictionaries(
         "smoothing": st.booleans(),
     },
 )
+
+
+TYPICAL = {
+    # What an engineer would draw: nothing thinner than a tenth of the rest, no hole across the outline.
+    "prism": lambda u: prism(int(u(3, 9)), u(1, 2), u(2, 3), u(1, 4), u(-1, 1)),
+    "loft": lambda u: loft((u(2, 4), u(1, 3)), (u(2, 4), u(1, 3)), u(-1, 1), u(3, 5), u(0, 1) < 0.5),
+    "bend": lambda u: bend(u(4, 8), u(1, 2), u(1, 2), u(20, 300), (0, 0.3, 0.7)[int(u(0, 3))]),
+    "twist": lambda u: twist(u(1, 3), u(1, 3), u(3, 5), u(-90, 90)),
+    "plate": lambda u: plate(
+        u(3, 5), u(3, 5), u(0.3, 2), [(x, u(-0.3, 0.3), u(0.1, 0.5)) for x in (-0.3, 0.3)], u(0.05, 0.3)
+    ),
+    "boss": lambda u: boss(u(3, 5), u(0.5, 2), u(0.3, 1.3), u(0.3, 3)),
+}
+"""For each family a part from numbers that ``u(low, high)`` draws."""

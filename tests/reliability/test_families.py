@@ -14,7 +14,7 @@ from cadsweep.quality import check_mesh
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
-from families import members, options
+from families import TYPICAL, members, options
 
 pytestmark = [pytest.mark.cad, pytest.mark.timeout(0)]
 
@@ -76,3 +76,18 @@ def test_every_box_is_meshed(width, height, thickness, layers):
     volume = width * height * thickness
     assert math.isclose(check_mesh(mesh).volume, volume, rel_tol=1e-9)
     assert mesh.info["sweeps"][0]["layers"] == layers
+
+
+@pytest.mark.parametrize("family", TYPICAL)
+def test_most_of_a_family_is_meshed(family):
+    """Of what an engineer would draw, nine of ten; here ten are drawn, of which one may be refused."""
+    rng = np.random.default_rng(0)
+    refusals = []
+    for _ in range(10):
+        solid = TYPICAL[family](rng.uniform)
+        mesh, refusal = ending(solid, size=0.3 * solid.Volume() ** (1 / 3), max_hexes=50_000)
+        if mesh is None:
+            refusals.append(refusal)
+        else:
+            assert check_mesh(mesh).valid
+    assert len(refusals) <= 1, refusals

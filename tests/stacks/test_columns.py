@@ -122,3 +122,35 @@ def test_lines_that_bound_no_material_do_not_end_the_search():
     path = Path(__file__).parents[1] / "parts" / "sweepable" / "imprint_across_seam.py"
     found = cs.find_sweeps(cs.load(path))
     assert any(isinstance(one, Sweep) for one in found)
+
+
+def test_pockets_that_share_a_sliver_in_plan_are_meshed_however_coarsely():
+    """The lens between the two circles has two edges, shorter than the size: four nodes, no fewer, bound a quad."""
+    part = cq.Workplane().box(40, 24, 10)
+    part = part.cut(cq.Workplane("XY", (-7.5, 0, 1)).circle(8).extrude(9))
+    part = part.cut(cq.Workplane("XY", (7.5, 0, -9)).circle(8).extrude(6))
+    mesh = cs.sweep_mesh(part, size=6.0, decompose=False)
+    assert mesh.quality().valid
+    assert mesh.quality().volume == pytest.approx(part.val().Volume(), rel=0.05)
+
+
+@pytest.mark.parametrize("size", [3.0, 0.8])
+def test_a_rounding_between_floor_and_wall_is_no_steeper_in_a_fine_mesh(size):
+    pocket = cq.Workplane("XY", (0, 0, 2)).rect(16, 12).extrude(9).edges("|Z").fillet(4).faces("<Z").edges().fillet(3)
+    part = cq.Workplane().box(24, 20, 10).cut(pocket)
+    report = cs.sweep_mesh(part, size=size, decompose=False).quality()
+    assert report.valid, report.problems
+    assert report.min_scaled_jacobian > 0.3
+    # Two chords of a quarter of a circle at equal steps add 0.1 r**2 to the section, here along some 37 of rounding.
+    assert part.val().Volume() < report.volume < part.val().Volume() + 1.5 * 0.1 * 3.0**2 * 37
+
+
+def test_a_face_that_is_neither_wall_nor_cap_is_named_with_its_lean():
+    part = cq.Workplane().box(10, 10, 4).faces(">Z").workplane().hole(3, 2).rotate((0, 0, 0), (1, 1, 0), 0)
+    part = part.cut(cq.Workplane("XZ").circle(1.0).extrude(20).translate((3.5, 0, 0)))
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(part, decompose=False)
+    assert any("turns from facing along it to facing against it" in reason for reason in refused.value.reasons)
+    assert not any(
+        "e-" in reason.split("leans", maxsplit=1)[-1] for reason in refused.value.reasons if "leans" in reason
+    )

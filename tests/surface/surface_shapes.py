@@ -12,7 +12,7 @@ polygon_prism(loops, levels)          seen from the side, two levels above the s
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -73,6 +73,18 @@ class EdgesOnSurface:
         cross = np.cross(by_u, by_v)
         return cross / np.linalg.norm(cross, axis=1, keepdims=True)
 
+    def integrals(self, edges, loops):
+        """Area, centroid times area, and flux of the position through the face: the box of its edges' parameters."""
+        ends = np.array(list(self.ends.values()), dtype=float).reshape(-1, 2)
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        x, w = np.polynomial.legendre.leggauss(8)
+        place = [(b - a) / 2 * x + (a + b) / 2 for a, b in zip(low, high, strict=True)]
+        uv = np.stack(np.meshgrid(*place, indexing="ij"), axis=-1).reshape(-1, 2)
+        by_u, by_v = self.derivatives(uv)
+        normal = np.cross(by_u, by_v) * np.outer(w, w).reshape(-1, 1) * np.prod(high - low) / 4
+        points, area = self.evaluate(uv), np.linalg.norm(normal, axis=1)
+        return area.sum(), area @ points, float((points * normal).sum())
+
 
 class Bilinear(EdgesOnSurface):
     """A side between four corners; (u, v) in the unit square, normal along u x v."""
@@ -122,6 +134,28 @@ class Plane(EdgesOnSurface):
     def project(self, points):
         return (points - self.origin) @ self.frame.T
 
+    def integrals(self, edges, loops):
+        """The same by triangles from the origin to a fine polyline along each loop."""
+        area, moment, normal = 0.0, np.zeros(3), np.cross(*self.frame)
+        for loop in loops:
+            for e, forward in loop.directed:
+                points = edges[e].curve.evaluate(np.linspace(0.0, 1.0, 2001))[:: 1 if forward else -1]
+                parts = np.cross(points[:-1] - self.origin, points[1:] - self.origin) @ normal / 2
+                area += parts.sum()
+                moment += parts @ (points[:-1] + points[1:] + self.origin) / 3
+        return area, moment, area * float(self.origin @ normal)
+
+
+class Disc(Plane):
+    """A plane face of curved edges."""
+
+    def __init__(self, origin, normal, edges):
+        super().__init__(origin, normal)
+        self.edges = edges
+
+    def edge_uv(self, edge, fractions):
+        return self.project(self.edges[edge].curve.evaluate(np.asarray(fractions, dtype=float)))
+
 
 class Torus(EdgesOnSurface):
     """Circle of radius `minor` about a circle of radius `major` around z: u around z, v around the tube."""
@@ -146,7 +180,17 @@ class Torus(EdgesOnSurface):
         return by_u, by_v
 
 
+@dataclass(frozen=True)
+class Outline:
+    """A face before its figures are known: its surface, its loops of directed edges, its kind."""
+
+    surface: EdgesOnSurface
+    loops: tuple[tuple[tuple[int, bool], ...], ...]
+    kind: str
+
+
 def make_edge(i, start, end, curve, length):
+    """An edge whose faces and dihedral angle are not known yet: :func:`make_solid` tells them."""
     points = curve.evaluate(np.array([0.0, 0.01, 0.5, 0.99, 1.0]))
     tangents = np.stack([points[1] - points[0], points[4] - points[3]])
     return Edge(
@@ -154,33 +198,78 @@ def make_edge(i, start, end, curve, length):
         start=start,
         end=end,
         length=length,
-        kind="line",
-        faces=(0, 0),
-        dihedral=np.pi / 2,
+        kind="line" if isinstance(curve, Line) else "circle",
+        faces=(-1, -1),
+        dihedral=np.nan,
         midpoint=points[2],
         tangents=tangents / np.linalg.norm(tangents, axis=1, keepdims=True),
         curve=curve,
     )
 
 
-def make_face(i, surface, loops, kind, normal=(0.0, 0.0, 0.0)):
-    return Face(
-        id=i, kind=kind, area=1.0, center=np.zeros(3), normal=np.asarray(normal, float), loops=loops, surface=surface
-    )
+def _angle(normal, before, after):
+    """Angle inside a face, at a corner that is reached along `before` and left along `after`."""
+    return float(np.arctan2(np.cross(after, -before) @ normal, -(after @ before)) % (2 * np.pi))
 
 
-def make_solid(vertices, edges, faces):
+def _make_loop(surface, edges, directed):
+    ways = [edges[e].tangents if forward else -edges[e].tangents[::-1] for e, forward in directed]
+    angles = []
+    for j, (e, forward) in enumerate(directed):
+        uv = surface.edge_uv(e, np.array([0.0 if forward else 1.0]))
+        angles.append(_angle(surface.normals(uv)[0], ways[j - 1][1], ways[j][0]))
+    return Loop(edges=tuple(e for e, _ in directed), forward=tuple(way for _, way in directed), angles=tuple(angles))
+
+
+def make_solid(vertices, edges, outlines):
+    """A solid whose areas, angles and volume are those of its surfaces, every edge with its two faces."""
     vertices = np.asarray(vertices, dtype=float)
+    users = {edge.id: [] for edge in edges}
+    faces, flux = [], 0.0
+    for f, outline in enumerate(outlines):
+        for directed in [d for loop in outline.loops for d in loop]:
+            users[directed[0]].append((f, directed[1]))
+        loops = tuple(_make_loop(outline.surface, edges, loop) for loop in outline.loops)
+        area, moment, through = outline.surface.integrals(edges, loops)
+        flux += through
+        center = moment / area
+        normal = outline.surface.normals(outline.surface.project(center[None]))[0] if outline.kind != "torus" else None
+        faces.append(
+            Face(
+                id=f,
+                kind=outline.kind,
+                area=area,
+                center=center,
+                normal=np.zeros(3) if normal is None else normal,
+                loops=loops,
+                surface=outline.surface,
+            )
+        )
+    done = []
+    for edge in edges:
+        (one, forward), (other, backward) = users[edge.id]
+        assert forward != backward, "neighbours run an edge against each other"
+        n, m = (faces[f].surface.normals(faces[f].surface.edge_uv(edge.id, np.array([0.5])))[0] for f in (one, other))
+        along = edge.curve.evaluate(np.array([0.501]))[0] - edge.curve.evaluate(np.array([0.499]))[0]
+        along *= (1 if forward else -1) / np.linalg.norm(along)
+        dihedral = np.pi - np.arctan2(np.cross(n, m) @ along, n @ m)
+        done.append(replace(edge, faces=(one, other), dihedral=float(dihedral)))
     return Solid(
         vertices=vertices,
-        edges=tuple(edges),
+        edges=tuple(done),
         faces=tuple(faces),
-        volume=1.0,
+        volume=flux / 3,
         size=float(np.linalg.norm(np.ptp(vertices, axis=0))),
         vertex_keys=np.arange(len(vertices)),
         edge_keys=np.arange(len(edges)),
         face_keys=np.arange(len(faces)),
     )
+
+
+def around(side):
+    """The loop of a linking side: up its right, down its left."""
+    back = [(e, not forward) for chain in (side.top, side.left) for e, forward in reversed(chain)]
+    return (*side.bottom, *side.right, *back)
 
 
 def polygon_angles(polygon):
@@ -189,7 +278,7 @@ def polygon_angles(polygon):
     return np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
 
 
-def polygon_prism(  # noqa: PLR0912
+def polygon_prism(
     loops: Sequence[np.ndarray],
     levels: Sequence[Callable[[np.ndarray], np.ndarray]],
     *,
@@ -241,7 +330,7 @@ def polygon_prism(  # noqa: PLR0912
                     left=left,
                 )
             )
-            faces.append(make_face(len(faces), surface, (), "other"))
+            faces.append(Outline(surface, (around(sides[-1]),), "other"))
 
     caps = []
     for k, sign in ((0, -1), (n_levels - 1, 1)):
@@ -249,17 +338,13 @@ def polygon_prism(  # noqa: PLR0912
         area = np.cross(outer - outer[0], np.roll(outer, -1, axis=0) - outer[0]).sum(axis=0)
         plane = Plane(outer.mean(axis=0), sign * area)
         cap_loops = []
-        for j, loop in enumerate(loops):
-            ids = tuple(ring[k, first[j] + i] for i in range(sizes[j]))
-            angles = polygon_angles(np.asarray(loop))
-            if sign < 0:
-                # The cap's own loop runs the other way: edge i then begins at corner i + 1.
-                ids, angles = ids[::-1], np.roll(angles, -1)[::-1]
-            cap_loops.append(Loop(edges=ids, forward=(sign > 0,) * len(ids), angles=tuple(angles)))
+        for j in range(len(loops)):
+            ids = [ring[k, first[j] + i] for i in range(sizes[j])]
+            cap_loops.append(tuple((e, sign > 0) for e in ids[:: 1 if sign > 0 else -1]))
             for e in ids:
                 plane.ends[e] = tuple(plane.project(vertices[[edges[e].start, edges[e].end]]))
         caps.append(len(faces))
-        faces.append(make_face(len(faces), plane, tuple(cap_loops), "plane", sign * area / np.linalg.norm(area)))
+        faces.append(Outline(plane, tuple(cap_loops), "plane"))
 
     def cap_edges(k):
         return tuple(tuple((ring[k, first[j] + i], True) for i in range(m)) for j, m in enumerate(sizes))
@@ -317,7 +402,7 @@ def raised(height: float, matrix=((1.0, 0.0), (0.0, 1.0)), shift=(0.0, 0.0)):
 
 
 def torus_piece(angle: float, major: float = 3.0, minor: float = 1.0) -> Sweep:
-    """A bent round bar, its sides two halves of a torus; it has caps in name only."""
+    """A bent round bar, its sides two halves of a torus."""
     x, z = np.eye(3)[0], np.eye(3)[2]
 
     def at(u):
@@ -340,7 +425,6 @@ def torus_piece(angle: float, major: float = 3.0, minor: float = 1.0) -> Sweep:
         surface.ends = {half: ((0, low), (0, high)), 2 + half: ((angle, low), (angle, high))}
         surface.ends[4 + half] = ((0, low), (angle, low))
         surface.ends[5 - half] = ((0, high), (angle, high))
-        faces.append(make_face(half, surface, (), "torus"))
         sides.append(
             LinkingSide(
                 face=half,
@@ -350,10 +434,15 @@ def torus_piece(angle: float, major: float = 3.0, minor: float = 1.0) -> Sweep:
                 left=((4 + half, True),),
             )
         )
+        faces.append(Outline(surface, (around(sides[-1]),), "torus"))
+    for k, u in enumerate((0.0, angle)):
+        normal = np.array([-np.sin(u), np.cos(u), 0.0]) * (1 if k else -1)
+        loop = ((2, True), (3, True)) if k else ((1, False), (0, False))
+        faces.append(Outline(Disc(major * at(u), normal, edges), (loop,), "plane"))
     return Sweep(
         solid=make_solid(vertices, edges, faces),
-        source=(),
-        target=(),
+        source=(2,),
+        target=(3,),
         linking_sides=tuple(sides),
         source_loops=(((0, True), (1, True)),),
         target_loops=(((2, True), (3, True)),),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from OCP.TopAbs import TopAbs_Orientation
 
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.solids import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
 from ..imprinting.checking import volume_and_center
 from ..imprinting.joining import imprint
@@ -68,7 +69,7 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
             labels.append(label)
             owners.append(part.owners[j])
     try:
-        return imprint(
+        found = imprint(
             shapes,
             labels=labels,
             models=part.models,
@@ -78,6 +79,7 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
             notes=part.notes,
             names=part.names,
         )
+        return replace(found, touch=part.touch)
     except CadError as error:
         logger.info("a cut of cell %d is given up: %s", cell, error)
         return None

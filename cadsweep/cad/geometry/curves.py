@@ -26,6 +26,7 @@ from .nurbs import BSpline
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 _MAX_HALVINGS = 12
+"""Halvings of an interval: a speed that 4,096 pieces do not resolve is not smooth."""
 _HOOK = 1e-3
 """Share of an edge's length at its ends in which a turn is no feature of the part."""
 _STRAIGHT = 0.05

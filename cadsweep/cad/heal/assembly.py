@@ -14,8 +14,10 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.ShapeFix import ShapeFix_ShapeTolerance
 
 from ...brep import ModelSolid, Part, Units
+from ...contacts import say_leave_out
 from ...errors import CadError
-from ..extract.solids import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..imprinting.apart import Original
 from ..imprinting.checking import integrated_volume, volume_and_center
 from ..imprinting.joining import imprint
 from ..names.naming import declare_names
@@ -81,7 +83,7 @@ def make_assembly(
             on_progress(_HEALED * done / len(solids))
         traced = Traced(solid)
         with stage(model, f"healing '{name}'"):
-            notes += [f"'{name}': {note}" for note in _mended(traced, name)]
+            notes += [f"'{name}': {note}" for note in _mended(traced, name, names)]
         healed.append(typed(traced.shape, SOLID))
         own = [all_faces.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
         face_labels = [FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j)) for j in own]
@@ -109,8 +111,11 @@ def make_assembly(
             volume=volume_and_center(shape)[0],
             material=words[0],
             color=color,
+            kernel=Original(shape=shape, labels=own),
         )
-        for name, solid, shape, (words, _), (color, _) in zip(names, solids, healed, materials, colors, strict=True)
+        for name, solid, shape, own, (words, _), (color, _) in zip(
+            names, solids, healed, labels, materials, colors, strict=True
+        )
     ]
     of_solids = {name: own for name, own in zip(names, given, strict=True) if own is not None and own != name}
     of_materials = {new: old for _, declared in materials for new, old in declared.originals.items()}
@@ -138,11 +143,11 @@ def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[Mod
         yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
 
 
-def _mended(traced: Traced, name: str) -> list[str]:
+def _mended(traced: Traced, name: str, among: Sequence[str]) -> list[str]:
     try:
         return mend(traced)
     except CadError as error:
-        raise CadError(f"'{name}': {error}") from error
+        raise CadError(f"'{name}': {error} Or leave it out: {say_leave_out([name], among)}.") from error
 
 
 def _followed(traced: Traced, faces: Sequence[FaceLabel], edges: Sequence[EdgeLabel]) -> Labels:

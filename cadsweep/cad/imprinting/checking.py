@@ -14,6 +14,7 @@ from OCP.GProp import GProp_GProps
 
 from ...arrays import FloatArray
 from ...brep import Units
+from ...contacts import say_leave_out
 from ...errors import CadError
 from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
@@ -80,21 +81,29 @@ def check_distinct(fused: Fused, labels: Sequence[str], units: Units) -> None:
     if not pairs:
         return
     measured = {pair: [volume_and_center(shapes[cell]) for cell in common] for pair, common in pairs.items()}
+    models = list(dict.fromkeys(label.strip("'") for label in labels))
     (i, j), common = max(measured.items(), key=lambda item: sum(volume for volume, _ in item[1]))
     volume = sum(volume for volume, _ in common)
     place = units.place(max(common, key=lambda piece: piece[0])[1])
     more = f" {len(pairs) - 1} more pairs overlap." if len(pairs) > 1 else ""
+
+    def without(solid: int) -> str:
+        said = say_leave_out([labels[solid].strip("'")], models)
+        return f"; {said}" if said else ""
+
     if cells[i] == cells[j]:
-        raise CadError(f"{labels[i]} and {labels[j]} are the same solid twice, at ({place}): remove one of them.{more}")
+        raise CadError(
+            f"{labels[i]} and {labels[j]} are the same solid twice, at ({place}): remove one of them{without(j)}.{more}"
+        )
     if cells[i] < cells[j] or cells[j] < cells[i]:
         inner, outer = (i, j) if cells[i] < cells[j] else (j, i)
         raise CadError(
             f"{labels[inner]} lies wholly inside {labels[outer]}, at ({place}): cut it out of {labels[outer]}, "
-            f"or remove it.{more}"
+            f"or remove it{without(inner)}.{more}"
         )
     raise CadError(
         f"{labels[i]} and {labels[j]} overlap by a volume of {volume * units.scale**3:.4g} at ({place}): "
-        f"cut one out of the other in the CAD program, or move them apart.{more}"
+        f"cut one out of the other in the CAD program, or move them apart{without(j)}.{more}"
     )
 
 

@@ -4,7 +4,8 @@ Place in the flow: called by :mod:`.joining` on the finished cells; what it find
 
 Method: faces of two solids that no solid shares, whose boxes are near, are asked at some points inside each: how far is
 the other face along the normal, and does it look back? Solids that touch nowhere are asked for the least distance of
-such faces, too. Not found: gaps narrower across than the points are apart.
+such faces, too; where another solid fills what is between them, as a layer of glue does, there is no gap. Not found:
+gaps narrower across than the points are apart.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from OCP.BRepClass3d import BRepClass3d_SolidClassifier
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepTools import BRepTools
 from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
-from OCP.gp import gp_Pnt2d
+from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.TopAbs import TopAbs_State
 
 from ...arrays import FloatArray
@@ -32,6 +34,7 @@ WIDEST = 1e-3
 _FACING = -0.9
 """Greatest cosine between the normals of two faces that face each other."""
 _GRID = (0.5, 0.1, 0.9, 0.3, 0.7)
+"""Where on a face distances are measured, its middle first, and never at the rim, where neighbours meet."""
 _MOST_MEASURED = 32
 """Pairs of faces of two solids whose least distance is measured, which takes milliseconds each."""
 
@@ -139,7 +142,7 @@ def _gap(part: Part, pairs: Sequence[tuple[_Side, _Side]], tolerance: float, lim
             places.append(place)
     width, place = np.concatenate([np.empty(0), *widths]), np.concatenate([np.empty((0, 3)), *places])
     if not len(width) and len(pairs) <= _MOST_MEASURED and not _touch(part, *cells):
-        width, place = _least(pairs, tolerance, limit)
+        width, place = _least(part, pairs, tolerance, limit)
     if not len(width):
         return None
     k = int(width.argmin())
@@ -169,14 +172,31 @@ def _touch(part: Part, i: int, j: int) -> bool:
     return bool(np.isin(part.solids[i].vertex_keys, part.solids[j].vertex_keys).any())
 
 
-def _least(pairs: Sequence[tuple[_Side, _Side]], tolerance: float, limit: float) -> tuple[FloatArray, FloatArray]:
+def _least(
+    part: Part, pairs: Sequence[tuple[_Side, _Side]], tolerance: float, limit: float
+) -> tuple[FloatArray, FloatArray]:
     """The least distance (1,) of the faces, and its place (1, 3); both empty where it is no small gap."""
-    best, place = limit, None
+    best, place, middle = limit, None, np.zeros(3)
     for one, other in pairs:
         measured = BRepExtrema_DistShapeShape(one.shape, other.shape)
         if measured.IsDone() and measured.Value() < best:
-            point = measured.PointOnShape1(1)
-            best, place = measured.Value(), np.array([[point.X(), point.Y(), point.Z()]])
-    if place is None or best <= tolerance:
+            ends = np.array([[p.X(), p.Y(), p.Z()] for p in (measured.PointOnShape1(1), measured.PointOnShape2(1))])
+            best, place, middle = measured.Value(), ends[:1], ends.mean(axis=0)
+    cells = pairs[0][0].cell, pairs[0][1].cell
+    if place is None or best <= tolerance or _is_filled(part, middle, tolerance, beside=cells):
         return np.empty(0), np.empty((0, 3))
     return np.array([best]), place
+
+
+def _is_filled(part: Part, place: FloatArray, tolerance: float, *, beside: tuple[int, int]) -> bool:
+    """Whether a point (3,) lies in or on a cell other than two."""
+    for cell, solid in enumerate(part.solids):
+        holder = solid.kernel
+        assert isinstance(holder, SolidShape)
+        low, high = bounds(holder.shape)
+        if cell in beside or not ((place >= low - tolerance) & (place <= high + tolerance)).all():
+            continue
+        state = BRepClass3d_SolidClassifier(holder.shape, gp_Pnt(*place.tolist()), tolerance).State()
+        if state in (TopAbs_State.TopAbs_IN, TopAbs_State.TopAbs_ON):
+            return True
+    return False

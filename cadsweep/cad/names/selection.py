@@ -10,6 +10,7 @@ OpenCASCADE shape behind it only for selector strings.
 ``">Z"``              a CadQuery selector
 ``"faces:..."``       any of the above, among the faces only
 ``"edges:..."``       any of the above, among the edges only: ``"edges:|Z and >X"``, ``"edges:rim"``
+``"vertices:>X"``     a CadQuery selector of vertices, where vertices are asked for
 ===================== ==============================================================================
 """
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 Kind = Literal["face", "edge"]
 
 _MOST_LISTED = 40
+"""Names in a message: what fits a screen."""
 _SELECTOR_WORDS = ("XY", "XZ", "YZ", "front", "back", "left", "right", "top", "bottom")
 
 
@@ -101,6 +103,21 @@ def select_edges_of(part: Part, selector: str | int) -> tuple[Kind, tuple[int, .
     return "face", tuple(dict.fromkeys(e for f in faces for e in part.solids[0].faces[f].edges))
 
 
+def select_vertices(part: Part, selector: str) -> tuple[int, ...]:
+    """Find the vertices of a part of one solid that a CadQuery selector chooses; ``"vertices:"`` may stand before it.
+
+    Raises
+    ------
+    InputError
+        It is no selector, or chooses none.
+    """
+    text = selector.strip().removeprefix("vertices:").strip()
+    found = _by_selector(part.solids[0], text, "vertex")
+    if not found:
+        raise InputError(f"No vertex matches {selector!r}.")
+    return found
+
+
 def _select(part: Part, selector: str | int, kind: Kind) -> tuple[int, ...]:
     if isinstance(selector, bool) or not isinstance(selector, (str, int)):
         article = "A" if kind == "face" else "An"
@@ -157,19 +174,22 @@ def _looks_like_selector(text: str) -> bool:
     return bool(re.search(r"[<>|#+\-%()]", text)) or text in _SELECTOR_WORDS
 
 
-def _by_selector(solid: Solid, text: str, kind: Kind) -> tuple[int, ...]:
+def _by_selector(solid: Solid, text: str, kind: Literal["face", "edge", "vertex"]) -> tuple[int, ...]:
     import cadquery
 
     holder: SolidShape = solid.kernel  # type: ignore[assignment]
     if kind == "face":
         candidates = [cadquery.Face(shape) for shape in holder.faces]
-    else:
+    elif kind == "edge":
         candidates = [cadquery.Edge(shape) for shape in holder.edges]
+    else:
+        candidates = [cadquery.Vertex(shape) for shape in holder.vertices]
     try:
         chosen = set(cadquery.selectors.StringSyntaxSelector(text).filter(candidates))
     except Exception as error:
         raise InputError(
-            f"{text!r} is neither the name of {kind}s nor a CadQuery selector, such as '>Z', '|X', '#Y' or '%CYLINDER'"
+            f"{text!r} is neither the name of {'vertices' if kind == 'vertex' else kind + 's'} nor a CadQuery "
+            "selector, such as '>Z', '|X', '#Y' or '%CYLINDER'"
         ) from error
     return tuple(j for j, candidate in enumerate(candidates) if candidate in chosen)
 

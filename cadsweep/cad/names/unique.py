@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 MATERIAL_PREFIX = "mat:"
 _MEANINGLESS = re.compile(
-    r"^(none|null|=>\[.*|open cascade step translator.*|solid|shell|compound|face|shape|part)?$", re.I
+    r"^(none|null|=>\[.*|open cascade step translator.*|solid|(?-i:SHELL)|compound|face|shape|part)?$", re.I
 )
+"""OpenCASCADE writes SHELL; in small letters a shell is what somebody calls the part around a core."""
 _UUID = re.compile(r"^[0-9a-f]{8}-([0-9a-f]{4}-){3}[0-9a-f]{12}$", re.I)
 
 
@@ -38,6 +39,11 @@ def is_meaningful(name: str | None) -> bool:
         and not _MEANINGLESS.match(name.strip())
         and not _UUID.match(name.strip())
     )
+
+
+def is_given(name: str | None) -> bool:
+    """Whether somebody gave an object this name: CadQuery fills in a UUID where nobody did."""
+    return name is not None and name.strip() != "" and not _UUID.match(name.strip())
 
 
 def join_part(part: str | None, name: str) -> str:

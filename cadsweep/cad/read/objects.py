@@ -15,7 +15,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 
 from ...errors import CadError, InputError
-from ..names.unique import MATERIAL_PREFIX, is_meaningful, join_part
+from ..names.unique import MATERIAL_PREFIX, is_given, is_meaningful, join_part
 from ..shapes import EDGE, FACE, SOLID, WIRE, compound, subshapes
 from .colors import color_of, object_color
 from .handover import AssemblyNode
@@ -152,9 +152,9 @@ def _read_assembly(source: Any) -> Model:
     if not parts:
         raise CadError(f"The assembly '{source.name}' holds no shape.")
     model.shape = parts[0] if len(parts) == 1 else compound(parts)
-    if is_meaningful(source.name):
+    if is_given(source.name):
         model.name = source.name
-    elif len(source.children) == 1 and is_meaningful(source.children[0].name):
+    elif len(source.children) == 1 and is_given(source.children[0].name):
         model.name = source.children[0].name
     return model
 
@@ -162,7 +162,7 @@ def _read_assembly(source: Any) -> Model:
 def _walk(
     model: Model, parts: list[Any], node: Any, location: Any, *, color: str | None, path: tuple[str, ...]
 ) -> None:
-    path = (*path, str(node.name)) if is_meaningful(node.name) else path
+    path = (*path, str(node.name)) if is_given(node.name) else path
     own = getattr(node.loc, "wrapped", None)
     if own is not None:
         location = location.Multiplied(own)
@@ -181,7 +181,7 @@ def _walk(
         name = str(node.name)
         if name.startswith(MATERIAL_PREFIX):
             model.materials.extend(Named(solid, name[len(MATERIAL_PREFIX) :]) for solid in solids)
-        elif is_meaningful(name):
+        elif is_given(name):
             model.names.extend(Named(solid, name) for solid in solids)
         material = getattr(node, "material", None)
         if material is not None:

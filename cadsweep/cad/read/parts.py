@@ -1,6 +1,7 @@
-"""One solid of a model that holds several: chosen by name or number, or asked for with a list.
+"""Some solids of a model that holds several: one chosen by name or number, or those that are wanted or not, by name.
 
-Place in the flow: after reading, before healing. Names, materials and colours of the other solids go with them.
+Place in the flow: after reading, before healing, so that a broken solid can be left out. Names, materials and colours
+of the solids that are left out go with them; the others are called as they are in the whole model.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from typing import Any
 
 from ...errors import InputError
 from ..names.unique import number_repeated, plain
-from ..shapes import EDGE, FACE, SOLID, bounds, explore, index_map, subshapes
+from ..shapes import EDGE, FACE, SOLID, bounds, compound, explore, index_map, subshapes
 from .model import Colored, Model, Named
 
 _MOST_LISTED = 20
+"""Solids in a message: what fits a screen."""
 
 
 def choose_part(model: Model, part: str | int | None) -> Model:
@@ -42,6 +44,48 @@ def choose_part(model: Model, part: str | int | None) -> Model:
         hint = "choose one by its number" if numbers else "choose one of them by name or number"
         raise InputError(f"{model.source}: {problem}: there are {listed}; {hint}.")
     return _only(model, solids[numbers[0]])
+
+
+def choose_solids(model: Model, *, only: Sequence[str] | None = None, skip: Sequence[str] | None = None) -> Model:
+    """Return the model with some of its solids alone.
+
+    Parameters
+    ----------
+    model : Model
+    only, skip : sequence of str, optional
+        Names of solids, unique as in the part that is made of the model, or as the user gave them.
+
+    Raises
+    ------
+    InputError
+        A name that no solid has, or nothing is left.
+    """
+    if only is None and skip is None:
+        return model
+    solids = subshapes(model.shape, SOLID)
+    own = solid_names(solids, model.names)
+    unique, _ = number_repeated(own, what="solid")
+
+    def called(option: str, words: Sequence[str]) -> set[int]:
+        found: set[int] = set()
+        for word in words:
+            numbers = [j for j in range(len(solids)) if word in (unique[j], own[j])]
+            if not numbers:
+                listed = ", ".join(unique[:_MOST_LISTED]) + (", ..." if len(unique) > _MOST_LISTED else "")
+                raise InputError(f"{option}: no solid is called '{word}'; the solids are {listed}")
+            found.update(numbers)
+        return found
+
+    wanted = set(range(len(solids))) if only is None else called("only", only)
+    wanted -= called("skip", skip or ())
+    if not wanted:
+        raise InputError("only and skip leave no solid to be meshed")
+    kept = sorted(wanted)
+    # Alone, bolt_2 and bolt_3 of three would be called bolt_1 and bolt_2.
+    again, _ = number_repeated([own[j] for j in kept], what="solid")
+    renamed = [Named(solids[j], unique[j]) for j, name in zip(kept, again, strict=True) if name != unique[j]]
+    chosen = _only(model, compound([solids[j] for j in kept]))
+    return replace(chosen, names=[*renamed, *chosen.names])
 
 
 def n_solids(model: Model) -> int:
@@ -79,7 +123,10 @@ def _listed(numbers: Sequence[int], solids: Sequence[Any], names: Iterable[Named
 
 
 def _only(model: Model, solid: Any) -> Model:
-    """The model of one solid. A name on a face that is in no solid any more (a tag) may still find its place."""
+    """The model of one solid, or of a compound of several.
+
+    A name on a face that is in no solid any more (a tag) may still find its place.
+    """
     kept = {kind: index_map(solid, kind) for kind in (SOLID, FACE, EDGE)}
     every = {kind: index_map(model.shape, kind) for kind in (SOLID, FACE, EDGE)}
 

@@ -1,0 +1,57 @@
+"""Faces of a cap that were meshed before: for who meshes the cap again with other counts on a few edges.
+
+Place in the flow: ``quads`` asks here before it fills a face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..arrays import IntArray
+from .outline import FaceQuads, Outline
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Known:
+    """Quads, and the numbers that nodes had then: those of the face's edges in their order, and the first inner one."""
+
+    patch: FaceQuads
+    nodes: IntArray
+    first: int
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """Quads of faces by the nodes of their outlines, of one sweep with one size."""
+
+    _known: dict[bytes, _Known] = field(default_factory=dict)
+
+    def recall(self, outline: Outline) -> FaceQuads | None:
+        """Quads of the same face on the same nodes, in the outline's numbers; None where there are none."""
+        known = self._known.get(_key(outline))
+        if known is None:
+            return None
+        # Numbers of the nodes then, in order, and the place of each on the face's edges.
+        old, at = np.unique(known.nodes, return_index=True)
+        quads = known.patch.quads
+        on_edges = _edge_nodes(outline)[at[np.minimum(np.searchsorted(old, quads), len(old) - 1)]]
+        inside = quads - known.first + len(outline.known)
+        return replace(known.patch, quads=np.where(quads < known.first, on_edges, inside))
+
+    def keep(self, outline: Outline, patch: FaceQuads) -> None:
+        """Remember a face."""
+        nodes, first = _edge_nodes(outline), len(outline.known)
+        self._known[_key(outline)] = _Known(patch=patch, nodes=nodes, first=first)
+
+
+def _edge_nodes(outline: Outline) -> IntArray:
+    return np.concatenate([outline.edge_nodes[e] for e in outline.face.edges])
+
+
+def _key(outline: Outline) -> bytes:
+    nodes = _edge_nodes(outline)
+    counts = outline.counts[list(outline.face.edges)]
+    parts = (np.array([outline.face.id]), counts, outline.known[nodes], outline.opposite_of(nodes))
+    return b"".join(part.tobytes() for part in parts)
