@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterable
+from itertools import count
 from typing import Any
 
 
@@ -111,6 +112,26 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
         console.print(
             _table("What touches what", ("solids", "in", "area", "face of the first = of the second"), touching)
         )
+        _print_plan(console, data["plan"])
+
+
+def _print_plan(console: Any, plan: dict[str, Any]) -> None:
+    """The sweeps of solids that touch, in the order in which they are meshed."""
+    for reason in plan["refused"]:
+        console.print(f"No plan: {reason}", markup=False, highlight=False)
+    if plan["cells"]:
+        columns = ("", "solid", "source", "target", "contacts")
+        console.print(_table("Plan, in the order of meshing", columns, map(_plan_row, plan["cells"], count(1))))
+    if plan["alone"]:
+        console.print(f"By themselves: {', '.join(plan['alone'])}", markup=False, highlight=False)
+
+
+def _plan_row(cell: dict[str, Any], number: int) -> tuple[Any, ...]:
+    contacts = ", ".join(
+        f"{role} on {'a cut' if other == cell['solid'] else other}" for other, role in cell["contacts"]
+    )
+    caps = [", ".join(cell[end]) or "blocks at corners" for end in ("source", "target")]
+    return number, cell["solid"], *caps, contacts
 
 
 def _contact_row(contact: dict[str, Any]) -> tuple[Any, ...]:

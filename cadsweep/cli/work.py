@@ -155,6 +155,8 @@ def describe_part(
     from ..pipeline.attempts import open_and_find
     from ..pipeline.directions import other_directions
     from ..pipeline.parts import resolve_cap
+    from ..pipeline.planning import describe_plan
+    from ..pipeline.run import Run
     from ..pipeline.stacking import describe_stacks
     from ..recognition import describe, describe_edges, find_sweeps
 
@@ -214,6 +216,10 @@ def describe_part(
         }
         for contact in find_contacts(loaded)
     ]
+    data["plan"] = None
+    if len(loaded.solids) > 1:
+        on_progress("plan", None)
+        data["plan"] = describe_plan(loaded, Run(on_progress=on_progress))
     return plain(data)
 
 

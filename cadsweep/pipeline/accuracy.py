@@ -36,8 +36,11 @@ MOST_HEXES = 200_000
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
 MOST_ROUNDS = 4
+"""Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers."""
 _MARGIN = 1.1
+"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
 _LEAST_GAIN = 0.95
+"""A round that leaves more than this part of the excess is the last: refining does not help there."""
 _MOST_FINER = 3.0
 """Factor by which the edges of a cap are divided finer in one round."""
 _SHARE = 0.1
@@ -116,7 +119,7 @@ def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 
     """
     allowed = options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine
     if not allowed and max(abs(deviation.volume) - doubt, abs(deviation.area)) > COARSE:
-        raise _coarse(f"its volume is {deviation.volume:+.1%} off the CAD's and its area {deviation.area:+.1%}")
+        raise coarse(f"its volume is {deviation.volume:+.1%} off the CAD's and its area {deviation.area:+.1%}")
 
 
 def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
@@ -135,10 +138,11 @@ def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
     off = volume / known - 1.0
     allowed = options.allow_coarse or options.allow_inverted or options.refine
     if not allowed and abs(off) > COARSE + volume_doubt(sweep.solid) / known:
-        raise _coarse(f"its volume is {off:+.1%} off the CAD's")
+        raise coarse(f"its volume is {off:+.1%} off the CAD's")
 
 
-def _coarse(how: str) -> CoarseMeshError:
+def coarse(how: str) -> CoarseMeshError:
+    """The refusal of a mesh that is not the part; `how` says by how much."""
     return CoarseMeshError(
         f"the mesh is too coarse to be the part: {how}; take a smaller size or more layers, say a tolerance, or "
         "allow it with allow_coarse=True (--allow-coarse)"

@@ -26,7 +26,7 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
@@ -150,6 +150,8 @@ def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) 
         counts=hints.counts or None,
         biases=hints.biases or None,
         interfaces="shared",
+        only=None,
+        skip=None,
     )
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])

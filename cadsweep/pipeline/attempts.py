@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import recognition
 from ..brep import Part
-from ..errors import NotSweepableError
+from ..errors import InputError, NotSweepableError
 from ..options import SweepOptions
 from ..sweep import Sweep
 from . import changes
@@ -177,14 +177,29 @@ def _is_sweepable(so_far: Search) -> bool:
 
 
 def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part, list[Sweep]]:
+    """Load one solid, and find its sweeps: for meshes that one sweep makes, in memory, slab by slab or over ranks.
+
+    Raises
+    ------
+    InputError
+        There are several solids: their blocks are joined in one memory.
+    NotSweepableError
+    """
     with run.stage("cad"):
         params = None if options.params is None else dict(options.params)
         part = load(
             source,
             params=params,
             part=options.part,
+            only=options.only,
+            skip=options.skip,
             touch=options.touch,
             on_progress=lambda share: run.on_progress("cad", share),
+        )
+    if len(part.models) > 1:
+        raise InputError(
+            f"'{part.name}' has {len(part.models)} solids: slabs (--stream) and ranks (mpiexec) are of one sweep, "
+            "and several solids are joined in one memory; mesh them without, or choose one with part= (--part)"
         )
     with run.stage("recognition"):
         part, sweeps = open_and_find(part, options.source, options.target)

@@ -30,8 +30,9 @@ from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
 from ..sweep import Intervals, Sweep
+from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
-from .cells import mesh_cells
+from .cells_accuracy import accurate_cells, check_coarse_solids
 from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
@@ -158,7 +159,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         A face or a layer cannot be meshed.
     """
     part, plan = found.part, found.plan
-    joined, counts, notes = mesh_cells(part, plan, options, run, wishes)
+    joined, counts, notes = accurate_cells(part, plan, options, run, wishes)
     return finish(
         part,
         joined,
@@ -209,6 +210,7 @@ def finish(
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }
+    check_coarse_solids(part, joined, names, options)
     mesh = checked_cells(
         part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
     )
@@ -217,6 +219,10 @@ def finish(
         error = refusal(report)
         error.solids = _at_fault(mesh, report)
         raise error
+    if options.order == 2 and not (options.allow_coarse or options.allow_inverted or options.refine):
+        off = report.volume / volume - 1.0
+        if abs(off) > COARSE:
+            raise coarse(f"its volume is {off:+.1%} off the CAD's")
     return mesh
 
 

@@ -54,14 +54,13 @@ def find_stacks(part: Part) -> list[Stack]:
 
 
 def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
-    normals = stacks.sample_normals(solid)
+    normals = stacks.Normals(solid)
     candidates, refused = [], []
-    for direction in stacks.find_directions(solid, normals):
-        sides = stacks.read_sides(solid, direction, normals)
-        if isinstance(sides, str):
-            refused.append((direction, sides))
-        else:
-            candidates.append(sides)
+    for direction in stacks.find_directions(normals):
+        try:
+            candidates.append(stacks.read_sides(normals, direction))
+        except NotSweepableError as error:
+            refused.append((direction, str(error)))
     candidates.sort(key=lambda sides: (-round(sides.steepest, 6), len(sides.caps)))
     found: list[Stack] = []
     reasons: list[str] = []
@@ -71,14 +70,11 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             caps = sides.caps.keys()
             lines = [e.id for e in solid.edges if caps & set(e.faces)] + list(stations)
             stack = stacks.make_stack(solid, sides, stations, cad.arrange(solid, sides.direction, sides.caps, lines))
+            stacks.find_sheets(stack)
         except CadSweepError as error:
             reasons.append(_reason(sides.direction, str(error)))
             continue
-        sheets = stacks.find_sheets(stack)
-        if isinstance(sheets, str):
-            reasons.append(_reason(sides.direction, sheets))
-        else:
-            found.append(stack)
+        found.append(stack)
     found.sort(key=lambda stack: (-stack.score, stack.n_columns))
     reasons += [_reason(direction, why) for direction, why in refused]
     return found, reasons or ["along no direction: no face of it is plane, and no edge straight"]
@@ -110,9 +106,9 @@ def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str,
     found, reasons = _search(only_solid(part))
     rows = []
     for stack in found:
-        sheets = stacks.find_sheets(stack)
-        if frozenset((frozenset(stack.source), frozenset(stack.target))) in known or isinstance(sheets, str):
+        if frozenset((frozenset(stack.source), frozenset(stack.target))) in known:
             continue
+        sheets = stacks.find_sheets(stack)
         faces = stack.solid.faces
         heights = np.sort(sheets.heights) * part.scale + float(part.offset @ stack.direction)
         rows.append(
@@ -188,11 +184,10 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance"):
+    for name in ("fractions", "bias", "tolerance", "wall_layers"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
-    assert not isinstance(sheets, str)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
     memory = surface.Memory()

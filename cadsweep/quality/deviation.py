@@ -128,7 +128,7 @@ def measure_deviation(
         np.stack([rings[:-1], rings[:-1, after], rings[1:, after], rings[1:]], axis=2).reshape(-1, 4, 3),
         *(() if sweep.closed else (source.points[source.quads][:, ::-1], target_points[source.quads])),
     ]
-    volume, area = _volume_and_area(np.concatenate(quads))
+    volume, area = volume_and_area(np.concatenate(quads))
     closed_caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     cad_area = sum(face.area for face in solid.faces if face.id not in closed_caps)
     return Deviation(
@@ -163,7 +163,7 @@ def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
     return distances
 
 
-def _volume_and_area(corners: FloatArray) -> tuple[float, float]:
+def volume_and_area(corners: FloatArray) -> tuple[float, float]:
     """Volume inside outward quads (m, 4, 3), exact for bilinear ones, and their area, by their diagonals."""
     a, b, c, d = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
     triangles = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))  # both ways to cut a quad: their mean is the bilinear one

@@ -6,6 +6,7 @@ Place in the flow: beside ``recognition`` to ``projection``, for a solid that is
 ========== =====================================================================
 module     what it does
 ========== =====================================================================
+normals    of all faces, and the directions that they suggest
 sides      faces along a direction, faces across it, and those that are neither
 along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
@@ -21,11 +22,13 @@ blocks     hexahedra, and the face of every boundary quad
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
+from .normals import Normals, find_directions
 from .planar import find_poor_edges, sizes_across
 from .sheets import Sheets, find_sheets
-from .sides import Sides, find_directions, find_stations, read_sides, sample_normals
+from .sides import Sides, find_stations, read_sides
 
 __all__ = [
+    "Normals",
     "Sheets",
     "Sides",
     "assign_levels",
@@ -36,6 +39,5 @@ __all__ = [
     "find_stations",
     "make_stack",
     "read_sides",
-    "sample_normals",
     "sizes_across",
 ]

@@ -17,7 +17,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack, StackMesh
 from .lines import nodes_on_edges
-from .nodes import Heights, place_nodes
+from .nodes import Heights, place_nodes, quads_by_cell
 
 
 def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
@@ -94,8 +94,7 @@ def _number(stack: Stack, mesh: QuadMesh, heights: Heights, layers: list[IntArra
 
 def _cap_quads(stack: Stack, levels: Levels, mesh: QuadMesh, numbers: _Numbers) -> list[tuple[IntArray, IntArray]]:
     found = []
-    for f, columns in zip(stack.arrangement.bottoms, stack.columns, strict=True):
-        quads = mesh.quads[mesh.faces == f]
+    for quads, columns in zip(quads_by_cell(stack, mesh), stack.columns, strict=True):
         for a, b in columns:
             for cap, ids in (
                 (a, numbers.above[levels.caps[a]][quads[:, ::-1]]),

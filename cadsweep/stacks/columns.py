@@ -33,8 +33,12 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
         itself.
     """
     heights: list[dict[int, float]] = [{} for _ in arrangement.bottoms]
+    under: dict[int, list[int]] = {}
+    for c, caps in enumerate(arrangement.caps):
+        for f in caps:
+            under.setdefault(f, []).append(c)
     for f in sides.caps:
-        cells = [c for c, caps in enumerate(arrangement.caps) if f in caps]
+        cells = under.get(f)
         if not cells:
             raise CadError(f"{solid.faces[f].label()} covers no cell of the arrangement: it is too narrow")
         found = heights_on_face(solid.faces[f], sides.direction, arrangement.places[cells])

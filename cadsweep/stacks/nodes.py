@@ -58,16 +58,21 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
         Two caps of one level have different heights over one node.
     """
     arrangement = stack.arrangement
-    nodes_of = {f: np.unique(mesh.quads[mesh.faces == f]) for f in arrangement.bottoms}
+    quads_of = quads_by_cell(stack, mesh)
+    nodes_of = [np.unique(quads) for quads in quads_of]
+    under: dict[int, list[int]] = {}
+    for c, caps in enumerate(arrangement.caps):
+        for f in caps:
+            under.setdefault(f, []).append(c)
     ends, begins = np.full((2, levels.n_layers + 1, len(mesh.points)), np.nan)
     tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     sources = set(stack.source)
     rims = stack.rims
     for cap, level in levels.caps.items():
-        cells = [f for f, caps in zip(arrangement.bottoms, arrangement.caps, strict=True) if cap in caps]
-        nodes = np.unique(np.concatenate([nodes_of[f] for f in cells]))
+        nodes = np.unique(np.concatenate([nodes_of[c] for c in under[cap]]))
         face = stack.solid.faces[cap]
-        own = [(stack.solid.edges[one], np.searchsorted(nodes, mesh.edge_nodes[e])) for one, e in rims[cap]]
+        curved = [] if face.kind == "plane" else rims[cap]
+        own = [(stack.solid.edges[one], np.searchsorted(nodes, mesh.edge_nodes[e])) for one, e in curved]
         found = heights_on_cap(face, stack.direction, mesh.points[nodes], own)
         _fix((begins if cap in sources else ends)[level], nodes, found, tolerance, face.label())
     for e, over in arrangement.over.items():
@@ -89,10 +94,19 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
     on_lines = np.zeros(len(mesh.points), dtype=bool)
     for e in arrangement.over:
         on_lines[mesh.edge_nodes[e]] = True
-    for f, columns in zip(arrangement.bottoms, stack.columns, strict=True):
+    for quads, columns in zip(quads_of, stack.columns, strict=True):
         for a, b in columns:
-            _relax(heights, levels, (levels.caps[a], levels.caps[b]), mesh.quads[mesh.faces == f], on_lines)
+            _relax(heights, levels, (levels.caps[a], levels.caps[b]), quads, on_lines)
     return heights
+
+
+def quads_by_cell(stack: Stack, mesh: QuadMesh) -> list[IntArray]:
+    """Quads of every cell of the arrangement, in the order of the mesh."""
+    order = np.argsort(mesh.faces, kind="stable")
+    first, last = (
+        np.searchsorted(mesh.faces[order], stack.arrangement.bottoms, side=side) for side in ("left", "right")
+    )
+    return [mesh.quads[order[a:b]] for a, b in zip(first, last, strict=True)]
 
 
 def _fix(row: FloatArray, nodes: IntArray, found: FloatArray, tolerance: float, label: str) -> None:

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import FloatArray
+from ..errors import NotSweepableError
 from ..stack import Stack
 from .along import heights_on_cap, heights_on_edge
 
@@ -62,14 +63,13 @@ class _Union:
         self.parent[self.find(a)] = self.find(b)
 
 
-def find_sheets(stack: Stack) -> Sheets | str:
+def find_sheets(stack: Stack) -> Sheets:
     """Group the caps of a stack to sheets and compare their heights wherever they meet.
 
-    Returns
-    -------
-    Sheets
-    str
-        Why layers cannot follow the caps: a wall or a column runs out to nothing.
+    Raises
+    ------
+    NotSweepableError
+        Layers cannot follow the caps: a wall or a column runs out to nothing; says where.
     """
     tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     table = _Places(stack)
@@ -81,9 +81,7 @@ def find_sheets(stack: Stack) -> Sheets | str:
         if a in sides and b in sides:
             union.join(a, b)
     _join_flat(stack, union, tolerance)
-    why = _join_meeting(stack, table, union, sides, tolerance)
-    if why:
-        return why
+    _join_meeting(stack, table, union, sides, tolerance)
     roots = sorted({union.find(item) for item in [*sides, *(n_faces + e for e in stack.stations)]})
     number = {root: j for j, root in enumerate(roots)}
     caps = {f: number[union.find(f)] for f in sides}
@@ -98,7 +96,9 @@ def find_sheets(stack: Stack) -> Sheets | str:
                 if table.has_material(place, (bottom + top) / 2.0):
                     where = stack.solid.units.place(table.points[place] + (bottom + top) / 2.0 * stack.direction)
                     below, above = _label(stack, one[0][1]), _label(stack, other[0][1])
-                    return f"the wall between {below} and {above} at ({where}) runs out to a point, where they meet"
+                    raise NotSweepableError(
+                        f"the wall between {below} and {above} at ({where}) runs out to a point, where they meet"
+                    )
                 continue
             found.over.setdefault((low, high), stack.solid.units.place(table.points[place] + bottom * stack.direction))
             if place in table.weights and table.has_material(place, (bottom + top) / 2.0):
@@ -106,11 +106,12 @@ def find_sheets(stack: Stack) -> Sheets | str:
         for sheet, height, _ in levels:
             sums[:, sheet] += (height, 1.0)
     found.heights[:] = sums[0] / np.maximum(sums[1], 1.0)
-    return _flat_column(stack, caps) or found
+    _refuse_flat_columns(stack, caps)
+    return found
 
 
-def _join_meeting(stack: Stack, table: _Places, union: _Union, sides: dict[int, int], tolerance: float) -> str:
-    """Join caps that meet along a line; say which ones meet in a point alone."""
+def _join_meeting(stack: Stack, table: _Places, union: _Union, sides: dict[int, int], tolerance: float) -> None:
+    """Join caps that meet along a line, and refuse those that meet in a point alone."""
     for place in [*table.middles, *table.vertices]:
         for group in table.groups(place, tolerance):
             height, first = group[0]
@@ -122,17 +123,19 @@ def _join_meeting(stack: Stack, table: _Places, union: _Union, sides: dict[int, 
                     continue
                 where = stack.solid.units.place(table.points[place] + height * stack.direction)
                 one, other = _label(stack, first), _label(stack, item)
-                return f"{one} and {other} meet in a point at ({where}), where the wall between them runs out"
-    return ""
+                raise NotSweepableError(
+                    f"{one} and {other} meet in a point at ({where}), where the wall between them runs out"
+                )
 
 
-def _flat_column(stack: Stack, caps: dict[int, int]) -> str:
-    """Say which column's two caps are one sheet."""
+def _refuse_flat_columns(stack: Stack, caps: dict[int, int]) -> None:
+    """Refuse a column whose two caps are one sheet."""
     faces = stack.solid.faces
     for a, b in (column for columns in stack.columns for column in columns):
         if caps[a] == caps[b]:
-            return f"{faces[a].label()} and {faces[b].label()} lie over each other and are joined around their column"
-    return ""
+            raise NotSweepableError(
+                f"{faces[a].label()} and {faces[b].label()} lie over each other and are joined around their column"
+            )
 
 
 def _label(stack: Stack, item: int) -> str:
@@ -186,8 +189,10 @@ class _Places:
         self._heights: dict[tuple[int, int], float] = {}
         for cap, some in at_cap.items():
             ids = sorted(some)
-            own = [(stack.solid.edges[one], np.searchsorted(ids, ends_of[e])) for one, e in rims[cap]]
-            heights = heights_on_cap(stack.solid.faces[cap], stack.direction, self.points[ids], own)
+            face = stack.solid.faces[cap]
+            curved = [] if face.kind == "plane" else rims[cap]
+            own = [(stack.solid.edges[one], np.searchsorted(ids, ends_of[e])) for one, e in curved]
+            heights = heights_on_cap(face, stack.direction, self.points[ids], own)
             for place, height in zip(ids, heights.tolist(), strict=True):
                 self._items[place].append((height, cap))
                 self._heights[place, cap] = height

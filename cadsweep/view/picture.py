@@ -20,6 +20,7 @@ from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_
 _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
 _LONGEST_LEGEND = 24
+"""Names in a legend: what fits beside a picture of 800 pixels."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,

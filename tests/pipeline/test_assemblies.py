@@ -9,7 +9,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 import cadsweep as cs
-from cadsweep.errors import CadError, InputError, InvertedHexError, NotSweepableError
+from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -149,7 +149,7 @@ def test_order_2_follows_the_curves_of_all_parts(nodes):
 def test_a_bolt_with_a_head_is_cut_into_cells_of_one_part():
     bolt = cq.Workplane().circle(1).extrude(3).faces(">Z").workplane().circle(2).extrude(1)
     plate = block(8, 8, 3, (-4, -4, 0)).faces(">Z").workplane(origin=(0, 0, 0)).hole(2)
-    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.8)
+    mesh = cs.sweep_mesh(assembly(plate=plate, bolt=bolt), size=0.5)
     assert mesh.info["quality"].valid
     assert set(mesh.parts) == {"plate", "bolt"}
     assert list(mesh.interfaces) == ["plate__bolt"]
@@ -276,3 +276,49 @@ def test_a_part_may_be_called_a_shell():
     core = block(2, 2, 2, (1, 1, 0))
     whole = assembly(core=core, shell=block(4, 4, 2).cut(core))
     assert [model.name for model in cs.load(whole).models] == ["core", "shell"]
+
+
+def test_solids_that_are_too_coarse_to_be_themselves_are_refused_by_name():
+    """A square in a circle of radius 2 has 2 / pi of its area."""
+    with pytest.raises(CoarseMeshError, match=r"'pin'.*allow_coarse"):
+        cs.sweep_mesh(pin_in_plate(), size=4.0)
+    assert cs.sweep_mesh(pin_in_plate(), size=4.0, allow_coarse=True).info["quality"].valid
+
+
+@pytest.mark.parametrize("tolerance", [0.05, 0.005])
+def test_several_cells_come_as_near_to_the_cad_as_is_asked_for(tolerance):
+    """A chord of length h on a circle of radius r is h^2 / 8 r off it: no longer than sqrt(8 r tolerance)."""
+    mesh = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance)
+    for radius, name in ((2, "fuel__gap"), (3, "gap__clad")):
+        corners = mesh.points[mesh.interfaces[name]]
+        middles = (corners + np.roll(corners, 1, axis=1)) / 2
+        assert radius - np.hypot(middles[..., 0], middles[..., 1]).min() <= tolerance
+    finer = cs.sweep_mesh(shells(), size=3.0, tolerance=tolerance / 4)
+    assert finer.n_hexes > mesh.n_hexes
+
+
+def test_with_nothing_asked_for_no_solid_loses_much():
+    whole = assembly(block=block(40, 40, 10), pin=cq.Workplane().circle(1).extrude(5).translate((20, 20, 10)))
+    part = cs.load(whole)
+    mesh = cs.sweep_mesh(part)
+    pin = mesh.parts["pin"]
+    corners = mesh.points[mesh.hexes[pin]]
+    assert corners[..., 2].min() == pytest.approx(10)
+    quads = [q for name, q in mesh.boundaries.items() if name.startswith("pin_")] + [
+        mesh.interfaces["block__pin"][:, ::-1]
+    ]
+    assert enclosed_volume(mesh.points, np.concatenate(quads)) == pytest.approx(np.pi * 5, rel=0.0051)
+
+
+def test_slabs_are_of_one_solid_and_factors_of_any(tmp_path):
+    from cadsweep.pipeline import expand, stream_mesh, write_factors
+
+    with pytest.raises(InputError, match=r"2 solids.*--stream.*--part"):
+        stream_mesh(two_plates(), tmp_path / "plates.vtkhdf", size=1.0)
+    assert stream_mesh(two_plates(), tmp_path / "low.vtkhdf", size=1.0, only=["low"])["n_hexes"] == 12 * 12 * 2
+    mesh = write_factors(two_plates(), tmp_path / "plates.sweep.npz", size=1.0)
+    back = expand(tmp_path / "plates.sweep.npz")
+    assert np.array_equal(back.points, mesh.points)
+    assert np.array_equal(back.hexes, mesh.hexes)
+    assert np.array_equal(back.interfaces["low__high"], mesh.interfaces["low__high"])
+    assert back.info["quality"].valid

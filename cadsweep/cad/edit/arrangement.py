@@ -17,10 +17,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from OCP.BOPAlgo import BOPAlgo_Builder, BOPAlgo_BuilderFace
 from OCP.BOPTools import BOPTools_AlgoTools3D
 from OCP.BRep import BRep_Builder, BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeSolid
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
@@ -42,6 +43,7 @@ from ...stack import Arrangement
 from ..extract.solids import extract_solid
 from ..shapes import EDGE, FACE, SolidShape, compound, explore, index_map, typed
 
+_FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 _FUZZY = 1e-7
 """Distance, in sizes of the part, up to which projected edges and their ends count as the same."""
 
@@ -85,34 +87,36 @@ def arrange(solid: Solid, direction: FloatArray, sides: Mapping[int, int], lines
     beside = _beside(faces, edges)
     caps = _caps_over(solid, direction, sides, pieces, beside, len(faces))
     kept = [j for j, own in enumerate(caps) if own]
-    return _prism(faces, kept, pieces, caps, (high - low) * direction)
+    return _prism(faces, kept, pieces, beside, caps, (high - low) * direction)
 
 
 def _projected(  # noqa: PLR0917
     solid: Solid, holder: SolidShape, direction: FloatArray, plane: Any, lines: Sequence[int], fuzzy: float
 ) -> list[_Line]:
     """The edges on the plane, those that fall on each other once."""
-    found: list[_Line] = []
-    known: dict[tuple[int, ...], list[tuple[int, FloatArray]]] = {}
-    step = 16.0 * fuzzy
-    for e in lines:
-        shape = _project(holder.edges[e], direction, plane)
+    shapes = [_project(holder.edges[e], direction, plane) for e in lines]
+    ends = np.empty((len(shapes), 3, 3))
+    for places, shape in zip(ends, shapes, strict=True):
         adaptor = BRepAdaptor_Curve(shape)
         first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-        at = np.array([_row(adaptor.Value(t)) for t in (first, (first + last) / 2.0, last)])
-        places = [at, at[::-1]]
-        cell = np.floor(at[1] / step).astype(np.int64)
+        for place, t in zip(places, (first, (first + last) / 2.0, last), strict=True):
+            place[:] = _row(adaptor.Value(t))
+    near = scipy.spatial.cKDTree(ends[:, 1]).query_ball_point(ends[:, 1], 2.0 * fuzzy)
+    found: list[_Line] = []
+    number: dict[int, int] = {}
+    for j, others in enumerate(near):
         match = None
-        for shift in np.ndindex(3, 3, 3):
-            for j, other in known.get(tuple((cell + shift - 1).tolist()), ()):
-                gaps = [float(np.abs(other - place).max()) for place in places]
+        for k in sorted(others):
+            if k in number:
+                gaps = [float(np.abs(ends[k] - places).max()) for places in (ends[j], ends[j, ::-1])]
                 if min(gaps) <= fuzzy:
-                    match = j, gaps[0] <= gaps[1]
+                    match = number[k], gaps[0] <= gaps[1]
+                    break
         if match is None:
-            known.setdefault(tuple(cell.tolist()), []).append((len(found), at))
-            found.append(_Line(shape, [(e, True)]))
+            number[j] = len(found)
+            found.append(_Line(shapes[j], [(lines[j], True)]))
         else:
-            found[match[0]].over.append((e, match[1]))
+            found[match[0]].over.append((lines[j], match[1]))
     return found
 
 
@@ -171,7 +175,7 @@ def _fused(projected: Sequence[_Line], fuzzy: float) -> list[_Line]:
             if key not in at:
                 at[key] = len(pieces)
                 pieces.append(_Line(typed(number.FindKey(key), EDGE), []))
-            same = _runs_along(pieces[at[key]].shape, line.shape)
+            same = image.IsSame(line.shape) or _runs_along(pieces[at[key]].shape, line.shape)
             pieces[at[key]].over.extend((e, own == same) for e, own in line.over)
     return pieces
 
@@ -272,29 +276,31 @@ def _caps_over(  # noqa: PLR0917
     return [frozenset(caps or ()) for caps in over[:-1]]
 
 
-def _prism(
+def _prism(  # noqa: PLR0917
     faces: Sequence[Any],
     kept: Sequence[int],
     pieces: Sequence[_Line],
+    beside: Sequence[Sequence[int]],
     caps: Sequence[frozenset[int]],
     along: FloatArray,
 ) -> Arrangement:
-    """Extrude the cells to one solid and read it."""
-    maker = BRepPrimAPI_MakePrism(compound([faces[j] for j in kept]), gp_Vec(*along))
-    inside: set[int] = set()
-    solids = [maker.Generated(faces[j]).First() for j in kept]
-    everything = index_map(compound(solids), FACE)
-    uses = [0] * (everything.Extent() + 1)
-    for one in solids:
-        for face in explore(one, FACE):
-            uses[everything.FindIndex(face)] += 1
-    inside = {j for j, n in enumerate(uses) if n > 1}
+    """Extrude the rim of the cells, put the cells under and over it, and read the solid."""
+    inside = set(kept)
+    rim = [
+        piece.shape.Oriented(_FORWARD if left in inside else _REVERSED)
+        for piece, (left, right) in zip(pieces, beside, strict=True)
+        if (left in inside) != (right in inside)
+    ]
+    # Of the rim alone: OpenCASCADE's time for many cells grows with their square.
+    maker = BRepPrimAPI_MakePrism(compound(rim), gp_Vec(*along))
+    up = maker.LastShape(rim[0]).Location().Multiplied(rim[0].Location().Inverted())
     builder, shell = BRep_Builder(), TopoDS_Shell()
     builder.MakeShell(shell)
-    for one in solids:
-        for face in explore(one, FACE):
-            if everything.FindIndex(face) not in inside:
-                builder.Add(shell, face)
+    for edge in rim:
+        builder.Add(shell, _facing_out(maker.Generated(edge).First(), edge, along))
+    for j in kept:
+        builder.Add(shell, faces[j].Reversed())
+        builder.Add(shell, faces[j].Moved(up))
     shell.Closed(True)
     shape = BRepBuilderAPI_MakeSolid(shell).Solid()
     prism = extract_solid(shape)
@@ -302,22 +308,19 @@ def _prism(
     context = IntTools_Context()
     bottoms, tops, places = [], [], []
     for j in kept:
-        bottoms.append(face_number.FindIndex(maker.FirstShape(faces[j])) - 1)
-        tops.append(face_number.FindIndex(maker.LastShape(faces[j])) - 1)
+        bottoms.append(face_number.FindIndex(faces[j]) - 1)
+        tops.append(face_number.FindIndex(faces[j].Moved(up)) - 1)
         place = gp_Pnt()
         if BOPTools_AlgoTools3D.PointInFace_s(faces[j], place, gp_Pnt2d(), context) != 0:
             raise CadError("a cell of the arrangement has no inside")
         places.append(_row(place))
     top_edges, over = {}, {}
-    extruded = index_map(compound([faces[j] for j in kept]), EDGE)
-    for piece in pieces:
-        if not extruded.Contains(piece.shape):
-            continue  # a line that bounds no material; OpenCASCADE raises where it is asked what became of it
-        e = edge_number.FindIndex(maker.FirstShape(piece.shape)) - 1
-        if e >= 0:
-            top_edges[e] = edge_number.FindIndex(maker.LastShape(piece.shape)) - 1
+    for piece, (left, right) in zip(pieces, beside, strict=True):
+        if left in inside or right in inside:  # others bound no material
+            e = edge_number.FindIndex(piece.shape) - 1
+            top_edges[e] = edge_number.FindIndex(piece.shape.Moved(up)) - 1
             over[e] = tuple(one for one, _ in piece.over)
-    if min([*bottoms, *tops, *top_edges.values()]) < 0:
+    if min([*bottoms, *tops, *top_edges, *top_edges.values()]) < 0:
         raise CadError("OpenCASCADE lost a cell of the arrangement when it was extruded")
     return Arrangement(
         prism=prism,
@@ -328,6 +331,26 @@ def _prism(
         places=np.array(places),
         over=over,
     )
+
+
+def _facing_out(face: Any, edge: Any, along: FloatArray) -> Any:
+    """A side turned so that its normal points to the right of its edge."""
+    curve = BRepAdaptor_Curve(typed(edge, EDGE))
+    place, tangent = gp_Pnt(), gp_Vec()
+    curve.D1((curve.FirstParameter() + curve.LastParameter()) / 2.0, place, tangent)
+    run = np.array([tangent.X(), tangent.Y(), tangent.Z()])
+    out = np.cross(run if edge.Orientation() == _FORWARD else -run, along)
+    surface = BRepAdaptor_Surface(typed(face, FACE))
+    surface_tangents = gp_Vec(), gp_Vec()
+    surface.D1(
+        (surface.FirstUParameter() + surface.LastUParameter()) / 2.0,
+        (surface.FirstVParameter() + surface.LastVParameter()) / 2.0,
+        gp_Pnt(),
+        *surface_tangents,
+    )
+    normal = surface_tangents[0].Crossed(surface_tangents[1])
+    same = float(np.array([normal.X(), normal.Y(), normal.Z()]) @ out) > 0.0
+    return face.Oriented(_FORWARD if same else _REVERSED)
 
 
 __all__ = ["arrange"]

@@ -35,13 +35,8 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.solids import Labels, extract_solid, label_of
-from ..heal.divide import divide_closed
-from ..heal.tracing import Traced
-from ..heal.validate import check_closed
-from ..shapes import EDGE, FACE, SOLID, VERTEX, SolidShape, compound, explore, index_map, mapped, subshapes, typed
-from .edge_labels import find_edge_labels
-from .opening import sides_of_cut, solid_of
+from ..shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, subshapes, typed
+from .opening import open_solid
 
 log = logging.getLogger(__name__)
 
@@ -142,25 +137,9 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     other = [face for face in other if not face.IsSame(joint)]
     images = [(new, j) for j, old in enumerate(holder.faces) for new in list(splitter.Modified(old)) or [old]]
     origins = [next((j for new, j in images if face.IsSame(new)), None) for face in (*one, *other)]
-    traced = Traced(solid_of([*one, *_moved_apart(other, cap)]))
-    check_closed(traced.shape)
-    divide_closed(traced)
-    found = index_map(traced.shape, FACE)
-    came_from = traced.face_origins(found)
-    first_face = [origins[k] if k is not None else None for k in came_from]
     cap_faces = [j for j, face in enumerate((*one, *other)) if face.IsSame(cap)]
-    labels = Labels(
-        [label_of(None if j is None else solid.faces[j]) for j in first_face],
-        find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
-    )
-    opened = extract_solid(
-        traced.shape,
-        labels=labels,
-        name=solid.name,
-        material=solid.material,
-        color=solid.color,
-        units=solid.units,
-        opened=sides_of_cut(cap_faces, came_from),
+    opened = open_solid(
+        solid, [*one, *_moved_apart(other, cap)], cap_faces, lambda _, j: None if j is None else origins[j]
     )
     if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
         return None

@@ -15,6 +15,7 @@ Not handled: sections that touch the axis. Closed sweeps along other curves are 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,16 +30,11 @@ from OCP.GProp import GProp_GProps
 from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.solids import Labels, extract_solid, label_of
 from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Cone, Plane, Revolved, Torus
-from ..heal.divide import divide_closed
-from ..heal.tracing import Traced
-from ..heal.validate import check_closed
 from ..names.naming import inner_point
-from ..shapes import EDGE, FACE, SolidShape, explore, index_map, mapped, subshapes
-from .edge_labels import find_edge_labels
-from .opening import sides_of_cut, solid_of
+from ..shapes import FACE, SolidShape, explore, subshapes
+from .opening import open_solid
 
 _ANGLE = 1e-9
 """Cosines and sines that differ from 1 or 0 by this much count as parallel or square."""
@@ -116,45 +112,17 @@ def _cut(part: Part, solid: Solid, origin: FloatArray, direction: FloatArray) ->
     second = BRepPrimAPI_MakeRevol(first.LastShape(), axis, math.pi)
     faces = [f for f in explore(first.Shape(), FACE) if not f.IsSame(first.LastShape())]
     faces += [f for f in explore(second.Shape(), FACE) if not f.IsSame(second.FirstShape())]
-    traced = Traced(solid_of(faces))
-    check_closed(traced.shape)
-    divide_closed(traced)
-    found = index_map(traced.shape, FACE)
     caps = [first.FirstShape(), second.LastShape()]
-    came_from = traced.face_origins(found)
     cap_faces = [next(j for j, face in enumerate(faces) if face.IsSame(cap)) for cap in caps]
-    opened = sides_of_cut(cap_faces, came_from)
-    origins = [
-        None if came_from[j] in cap_faces else _nearest(face, holder.faces)
-        for j, face in enumerate(mapped(found, FACE))
-    ]
-    labels = Labels(
-        [label_of(None if j is None else solid.faces[j]) for j in origins],
-        find_edge_labels(solid, mapped(index_map(traced.shape, EDGE), EDGE)),
-    )
-    cut = extract_solid(
-        traced.shape,
-        labels=labels,
-        name=solid.name,
-        material=solid.material,
-        color=solid.color,
-        units=solid.units,
-        opened=opened,
-    )
+    cut = open_solid(solid, faces, cap_faces, lambda face, j: None if j in cap_faces else _nearest(face, holder.faces))
     if abs(cut.volume - solid.volume) > 1e-6 * solid.volume:
         after, before = (one.volume * part.scale**3 for one in (cut, solid))
         raise CadError(
             f"'{part.name}': the ring has the volume {after:.6g} after it was cut open, and {before:.6g} before, "
             "so OpenCASCADE failed at it. Model a sector of the ring instead."
         )
-    return Part(
-        solids=(cut,),
-        name=part.name,
-        scale=part.scale,
-        offset=part.offset,
-        notes=(*part.notes, "the full ring is cut open; its source and target are one and the same place"),
-        names=part.names,
-    )
+    note = "the full ring is cut open; its source and target are one and the same place"
+    return replace(part, solids=(cut,), notes=(*part.notes, note))
 
 
 def _section(solid: Solid, holder: SolidShape, origin: FloatArray, direction: FloatArray) -> Any:

@@ -1,0 +1,190 @@
+"""Several cells as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided finer.
+
+The limits are those of a single sweep (:mod:`.accuracy`): with a tolerance the distance from the CAD faces, without one
+and without a size what a solid may lose of its volume and area. Nodes lie on their faces, so a mesh is off where its
+quads sag: at the middles of their sides and their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..blocks.finish import NamedFaces, by_face, make_references
+from ..blocks.joined import JoinedMesh, neighbours_of
+from ..brep import Part, Surface
+from ..errors import SurfaceMeshError
+from ..intervals import Wishes
+from ..options import SweepOptions
+from ..plan import Plan
+from ..quality.deviation import volume_and_area
+from ..sweep import Intervals
+from .accuracy import COARSE, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse
+from .cells import mesh_cells
+from .run import Run
+
+_MARGIN = 1.1
+"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
+_LEAST_GAIN = 0.95
+"""A round that leaves more than this part of the excess is the last: refining does not help there."""
+_LEAST_MORE = 2
+"""Segments that an edge gets more at least: loops of quads alone take them in pairs."""
+_SHARE = 0.1
+"""An edge whose segments sag less than this part of what its face is off stays as it is."""
+
+Meshed = tuple[JoinedMesh, list[Intervals], list[str]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Found:
+    """How far a mesh is off: in limits, above 1 too far; by how much edges should be finer, by key; the distance."""
+
+    shortfall: float
+    factors: dict[int, float]
+    distance: float
+
+
+def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes) -> Meshed:
+    """Mesh all cells of a part as near to the CAD faces as is asked for.
+
+    Raises
+    ------
+    InputError, SurfaceMeshError, ProjectionError
+        As by :func:`~.cells.mesh_cells`.
+    """
+    best = mesh_cells(part, plan, options, run, wishes)
+    if options.tolerance is None and options.size is not None:
+        return best
+    found = _measure(part, best, options)
+    notes: list[str] = []
+    for _ in range(MOST_ROUNDS):
+        finer = _finer(part, best[1], found.factors, wishes)
+        if found.shortfall <= 1.0 or not finer:
+            break
+        if options.tolerance is None and len(best[0].hexes) * max(found.factors.values()) > MOST_HEXES:
+            break
+        wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **finer})
+        try:
+            made = mesh_cells(part, plan, options, run, wishes)
+        except SurfaceMeshError as error:
+            notes.append(f"finer quads for a nearer boundary could not be made: {error}")
+            break
+        now = _measure(part, made, options)
+        gain = now.shortfall / found.shortfall
+        if gain >= 1.0:
+            break
+        best, found = made, now
+        if gain > _LEAST_GAIN:
+            break  # what is asked for stands in the way
+    if options.tolerance is not None and found.distance * part.scale > options.tolerance:
+        notes.append(
+            f"the boundary is off its faces by {found.distance * part.scale:.3g}, and {options.tolerance:g} was asked "
+            "for: counts, layers or sizes that were asked for, too, stand in the way"
+        )
+    return best[0], best[1], [*best[2], *notes]
+
+
+def check_coarse_solids(part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions) -> None:
+    """Refuse a mesh of which a solid is another one; what is still to be curved or refined comes nearer.
+
+    Raises
+    ------
+    CoarseMeshError
+        Names the solid that is farthest off.
+    """
+    if options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine:
+        return
+    worst, said = COARSE, ""
+    suspects = {owner: lost for owner, lost in _lost(part, joined).items() if max(map(abs, lost)) > COARSE}
+    references = make_references(part, names) if suspects else {}
+    for owner, (volume, area) in suspects.items():
+        name = part.models[owner].name
+        doubt = references[name].volume_doubt / (part.models[owner].volume * part.scale**3)
+        off = max(abs(volume) - doubt, abs(area))
+        if off > worst:
+            who = f"of '{name}' " if len(part.models) > 1 else ""
+            worst, said = off, f"the volume {who}is {volume:+.1%} off the CAD's and the area {area:+.1%}"
+    if said:
+        raise coarse(said)
+
+
+def _lost(part: Part, joined: JoinedMesh) -> dict[int, tuple[float, float]]:
+    """By solid of the model: its mesh's volume and area over the CAD's, less one."""
+    beyond = neighbours_of(part)
+    found = {}
+    pieces: dict[int, list[FloatArray]] = {}
+    exposed: dict[int, list[FloatArray]] = {}
+    areas: dict[int, float] = {}
+    for (cell, face), quads in by_face(joined):
+        owner = part.owners[cell]
+        corners = joined.points[quads[:, :4]]
+        pieces.setdefault(owner, []).append(corners)
+        other = beyond.get((cell, face))
+        if other is None or part.owners[other[0]] != owner:
+            exposed.setdefault(owner, []).append(corners)
+            areas[owner] = areas.get(owner, 0.0) + part.solids[cell].faces[face].area
+    for owner, own in pieces.items():
+        volume, _ = volume_and_area(np.concatenate(own))
+        _, area = volume_and_area(np.concatenate(exposed[owner]))
+        found[owner] = volume / part.models[owner].volume - 1.0, area / areas[owner] - 1.0
+    return found
+
+
+def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
+    """How far a mesh is off what is asked for, and which edges are to blame."""
+    joined = made[0]
+    off: dict[tuple[int, int], float] = {}
+    for (cell, face), quads in by_face(joined):
+        own = part.solids[cell].faces[face]
+        if own.kind != "plane":
+            off[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
+    distance = max(off.values(), default=0.0)
+    lost = _lost(part, joined) if options.tolerance is None else {}
+    shortfall = 0.0
+    factors: dict[int, float] = {}
+    for (cell, face), sag in off.items():
+        solid = part.solids[cell]
+        limit = MOST_OFF * solid.size if options.tolerance is None else options.tolerance / part.scale
+        whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / MOST_LOST
+        shortfall = max(shortfall, sag / limit, whole)
+        needed = float(np.sqrt(_MARGIN * max(sag / limit, whole)))
+        if needed <= 1.0 or max(sag / limit, whole) <= 1.0:
+            continue
+        sags = {e: _edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}
+        blamed = [e for e, own in sags.items() if own > _SHARE * sag] or list(sags)
+        for e in blamed:
+            key = int(solid.edge_keys[e])
+            factors[key] = max(factors.get(key, 1.0), needed)
+    return _Found(shortfall=shortfall, factors=factors, distance=distance)
+
+
+def _sag(surface: Surface, corners: FloatArray) -> float:
+    """Greatest distance of the middles of quads (q, 4, 3), and of their sides, from their surface."""
+    middles = np.concatenate([corners.mean(axis=1), *((corners[:, j] + corners[:, j - 1]) / 2 for j in range(4))])
+    return float(np.max(surface.distance(middles)))
+
+
+def _edge_sag(part: Part, joined: JoinedMesh, cell: int, edge: int) -> float:
+    """Greatest distance of the middles of an edge's segments from it."""
+    solid = part.solids[cell]
+    if solid.edges[edge].kind == "line":
+        return 0.0
+    nodes = joined.points[joined.edge_nodes[int(solid.edge_keys[edge])]]
+    return float(np.max(solid.edges[edge].curve.distance((nodes[1:] + nodes[:-1]) / 2)))
+
+
+def _finer(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:
+    """Sizes of edges, by key, that make them as much finer; not of those whose count the user gave."""
+    spoken = {key for demand in asked.demands for key in demand.keys}
+    sizes: dict[int, float] = {}
+    for solid, own in zip(part.solids, counts, strict=True):
+        for edge in solid.edges:
+            key = int(solid.edge_keys[edge.id])
+            if key in factors and key not in spoken:
+                count = max(1, int(own.counts[edge.id]))
+                sizes[key] = edge.length / (count + max(_LEAST_MORE, ceil(count * (factors[key] - 1.0))))
+    return sizes

@@ -1,0 +1,117 @@
+"""Normals of the faces of a solid: sampled on their edges and inside them, once, and only of faces that are asked for.
+
+Place in the flow: foundation of :mod:`.sides`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Face, Solid
+
+_ALONG_EDGES = np.linspace(0.0, 1.0, 9)
+_GRID = 9
+_SAME = 1e-9
+"""1 - cosine of directions that are the same."""
+
+
+class Normals:
+    """Outward normals of the faces of a solid.
+
+    Attributes
+    ----------
+    solid : Solid
+    axes : dict of int to (3,) float64
+        Of the faces that are straight: unit vectors along which they run, where that is known without their normals.
+    """
+
+    def __init__(self, solid: Solid) -> None:
+        self.solid = solid
+        self.axes = {face.id: axis for face in solid.faces if (axis := self._straight(face)) is not None}
+        self._edges: dict[int, dict[int, FloatArray]] = {}
+        self._inside: dict[int, FloatArray] = {}
+        self._all: dict[int, FloatArray] = {}
+
+    def of(self, face: Face) -> FloatArray:
+        """Normals (m, 3) at places all over a face; one of a plane."""
+        if face.kind == "plane":
+            return face.normal[None]
+        if face.id not in self._all:
+            self._all[face.id] = np.concatenate([*self.on_edges(face).values(), self.inside(face)])
+        return self._all[face.id]
+
+    def on_edges(self, face: Face) -> dict[int, FloatArray]:
+        """Normals (m, 3) of a face along each of its edges, from start to end."""
+        if face.id not in self._edges:
+            edges = list(dict.fromkeys(face.edges))
+            uv = [face.surface.edge_uv(e, _ALONG_EDGES) for e in edges]
+            found = face.surface.normals(np.concatenate(uv)).reshape(len(edges), len(_ALONG_EDGES), 3)
+            self._edges[face.id] = dict(zip(edges, found, strict=True))
+        return self._edges[face.id]
+
+    def inside(self, face: Face) -> FloatArray:
+        """Normals (m, 3) at places of a grid that lie inside of a face."""
+        if face.id not in self._inside:
+            self._inside[face.id] = face.surface.normals(_inner_places(face))
+        return self._inside[face.id]
+
+    def _straight(self, face: Face) -> FloatArray | None:
+        """Axis of a cylinder or an extrusion with a straight edge: all of those are parallel to it."""
+        if face.kind not in ("cylinder", "extrusion"):
+            return None
+        for e in face.edges:
+            edge = self.solid.edges[e]
+            if edge.kind == "line":
+                return np.asarray(edge.tangents[0] / np.linalg.norm(edge.tangents[0]))
+        return None
+
+
+def _inner_places(face: Face) -> FloatArray:
+    """Parameters (m, 2) all over a face."""
+    loops = [
+        np.concatenate([face.surface.edge_uv(e, _ALONG_EDGES[:: 1 if forward else -1]) for e, forward in loop.directed])
+        for loop in face.loops
+    ]
+    low, high = np.concatenate(loops).min(axis=0), np.concatenate(loops).max(axis=0)
+    steps = (np.arange(_GRID) + 0.5) / _GRID
+    grid = low + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low)
+    return np.asarray(grid[_is_inside(grid, loops)])
+
+
+def _is_inside(places: FloatArray, loops: list[FloatArray]) -> np.ndarray:
+    """Which places (m, 2) an even-odd walk finds inside of closed polygons."""
+    inside = np.zeros(len(places), dtype=bool)
+    x, y = places[:, :1], places[:, 1:]
+    for loop in loops:
+        a, b = loop, np.roll(loop, -1, axis=0)
+        crosses = (a[:, 1] > y) != (b[:, 1] > y)
+        rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
+        at = a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
+        inside ^= (crosses & (x < at)).sum(axis=1) % 2 == 1
+    return inside
+
+
+def find_directions(normals: Normals) -> list[FloatArray]:
+    """Directions worth a look: normals of planes, axes of cylinders and cones, straight edges; each once."""
+    solid = normals.solid
+    found: list[FloatArray] = []
+    for face in solid.faces:
+        if face.kind == "plane":
+            found.append(face.normal)
+        elif face.id in normals.axes:
+            found.append(normals.axes[face.id])
+        elif face.kind in ("cylinder", "cone", "extrusion"):
+            own = normals.of(face)
+            # The normals of all three lie on a circle about the axis.
+            _, spread, axes = np.linalg.svd(own - own.mean(axis=0))
+            if spread[1] > 1e-6 and spread[2] < 1e-6 * spread[0]:
+                found.append(axes[2])
+    found += [edge.tangents[0] for edge in solid.edges if edge.kind == "line"]
+    kept: list[FloatArray] = []
+    for direction in found:
+        unit = direction / np.linalg.norm(direction)
+        if not kept or np.abs(np.array(kept) @ unit).max() < 1.0 - _SAME:
+            # Upwards along its greatest coordinate, so that a part and its mirror image are seen alike.
+            kept.append(unit * np.sign(unit[np.argmax(np.abs(unit).round(6))]))
+    return kept

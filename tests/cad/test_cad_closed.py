@@ -1,0 +1,92 @@
+"""Closed sweeps along any curve, cut open: the same solid with two caps in one place, or nothing."""
+
+import math
+
+import numpy as np
+import pytest
+
+cq = pytest.importorskip("cadquery")
+
+import cadsweep as cs  # noqa: E402
+from cadsweep.cad import cut_closed, load  # noqa: E402
+from cadsweep.recognition.find import search_sweeps  # noqa: E402
+
+pytestmark = pytest.mark.cad
+
+
+def racetrack(half=4.0, radius=6.0):
+    return (
+        cq.Workplane()
+        .moveTo(0, -radius)
+        .lineTo(half, -radius)
+        .threePointArc((half + radius, 0), (half, radius))
+        .lineTo(-half, radius)
+        .threePointArc((-half - radius, 0), (-half, -radius))
+        .close()
+    )
+
+
+def loop():
+    """A smooth closed curve that starts at (8, 0, 0) along y."""
+    turns = np.linspace(0, 2 * math.pi, 9)[:-1]
+    points = [cq.Vector(8 * math.cos(t), 5 * math.sin(t), 0) for t in turns]
+    return cq.Workplane(cq.Edge.makeSpline(points, periodic=True))
+
+
+RINGS = {
+    "hollow racetrack": lambda: cq.Workplane("YZ", origin=(0, -6, 0)).circle(2).circle(1.2).sweep(racetrack()),
+    "thin band": lambda: cq.Workplane("YZ", origin=(0, -6, 0)).rect(0.1, 3).sweep(racetrack()),
+    "a slot nearly closed": lambda: cq.Workplane("YZ", origin=(0, -1.1, 0)).rect(2, 2).sweep(racetrack(6, 1.1)),
+    "spline": lambda: cq.Workplane("XZ", origin=(8, 0, 0)).rect(2, 1).sweep(loop()),
+    "round on a spline": lambda: cq.Workplane("XZ", origin=(8, 0, 0)).circle(1).sweep(loop()),
+    "tilted and far away": lambda: RINGS["thin band"]().rotate((0, 0, 0), (1, 2, 3), 40).translate((500, 0, -300)),
+}
+
+
+@pytest.mark.parametrize("name", RINGS)
+def test_a_closed_sweep_is_cut_to_two_coincident_caps(name):
+    ring = load(RINGS[name]())
+    (before,) = ring.solids
+    opened = next(cut_closed(ring))
+    (solid,) = opened.solids
+    assert solid.volume == pytest.approx(before.volume, rel=1e-6)
+    assert {face.key for face in solid.faces if face.key} == {face.key for face in before.faces}
+    first, second = ([solid.faces[f] for f in side] for side in solid.opened)
+    assert sum(face.area for face in first) == pytest.approx(sum(face.area for face in second), rel=1e-9)
+    for face in first:
+        twin = min(second, key=lambda other: float(np.linalg.norm(other.center - face.center)))
+        assert twin.center == pytest.approx(face.center, abs=1e-6 * solid.size)
+        assert twin.normal == pytest.approx(-face.normal, abs=1e-6)
+        assert not set(face.edges) & set(twin.edges)
+    uses = np.bincount([e for face in solid.faces for e in face.edges], minlength=len(solid.edges))
+    assert (uses == 2).all()
+
+
+@pytest.mark.parametrize("name", ["hollow racetrack", "round on a spline"])
+def test_what_has_no_other_caps_is_meshed_as_a_ring_that_closes(name):
+    mesh = cs.sweep_mesh(RINGS[name](), size=2.0, allow_coarse=True)
+    assert mesh.quality().valid
+    assert mesh.structure.periodic
+    assert not [boundary for boundary in mesh.boundaries if boundary.startswith(("source", "target"))]
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda: cq.Workplane().box(1, 2, 3),
+        lambda: cq.Workplane().sphere(1),
+        lambda: cq.Workplane().cylinder(3, 1),
+        lambda: cq.Workplane().box(4, 4, 1).cut(cq.Workplane().box(4, 1, 1)),  # two bars side by side
+        lambda: cq.Workplane().box(2, 2, 2).faces(">Z").workplane().circle(0.5).extrude(2),
+    ],
+)
+def test_what_does_not_close_is_not_cut(shape):
+    assert not list(cut_closed(load(shape())))
+
+
+def test_a_ring_with_a_lug_is_no_closed_sweep():
+    lug = cq.Workplane(origin=(0, -8, 0)).box(1, 3, 1)
+    part = cq.Workplane("YZ", origin=(0, -6, 0)).rect(2, 2).sweep(racetrack()).union(lug)
+    opened = next(cut_closed(load(part)))
+    assert opened.solids[0].volume == pytest.approx(load(part).solids[0].volume, rel=1e-6)
+    assert not [sweep for sweep in search_sweeps(opened.solids[0]).sweeps if sweep.closed]
