@@ -19,7 +19,7 @@ from OCP.TopAbs import TopAbs_Orientation
 
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.solids import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
 from ..imprinting.checking import volume_and_center
 from ..imprinting.joining import imprint

@@ -12,7 +12,7 @@ import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 
 from ...brep import Edge, Solid
-from ..extract.solids import EdgeLabel
+from ..extract.labels import EdgeLabel
 
 _SAME_EDGE = 1e-6
 """Distance, as a share of the part's size, up to which a new edge lies on an old one."""

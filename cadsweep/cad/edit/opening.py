@@ -12,7 +12,8 @@ from OCP.BRep import BRep_Builder
 from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 
 from ...brep import Solid
-from ..extract.solids import Labels, extract_solid, label_of
+from ..extract.labels import Labels, label_of
+from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed

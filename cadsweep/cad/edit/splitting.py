@@ -18,7 +18,8 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
-from ..extract.solids import EdgeLabel, Labels, extract_solid, label_of
+from ..extract.labels import EdgeLabel, Labels, label_of
+from ..extract.solids import extract_solid
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..names.naming import inner_point

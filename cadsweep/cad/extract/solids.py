@@ -12,7 +12,6 @@ Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,50 +25,24 @@ from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles
-from ..geometry.convert import distances_from, read_curve_2d, surface_kind
-from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
-from ..geometry.face_surface import EdgeOnFace, FaceSurface
+from ..geometry.convert import surface_kind
+from ..geometry.curves import EdgeCurve
+from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
-from ..geometry.surfaces import Geometry, Plane
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, surface_range
+from ..geometry.surfaces import Plane
+from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+from .face_surfaces import read_face_surface
 from .flat import is_exact, measure_flat
 from .gaps import border_gaps
+from .labels import EdgeLabel, FaceLabel, Labels
 from .sampling import EdgeSamples, sample_face
 from .shared import PartGeometry
 
-_INFINITE = 1e100
 _LARGEST_GAP = 1e-3
 """Distance between an edge and its faces, as a share of the part's size, beyond which a model is damaged."""
 _SENSES = {TopAbs_Orientation.TopAbs_FORWARD: True, TopAbs_Orientation.TopAbs_REVERSED: False}
 _OPEN = 1e-4
 """Sum of the vector areas, as a share of the area, up to which a surface counts as closed."""
-
-
-class FaceLabel(NamedTuple):
-    """What is known of a face besides geometry: fields of ``brep.Face``."""
-
-    key: str = ""
-    names: tuple[str, ...] = ()
-    color: str | None = None
-
-
-class EdgeLabel(NamedTuple):
-    """What is known of an edge besides geometry: fields of ``brep.Edge``."""
-
-    key: str = ""
-    names: tuple[str, ...] = ()
-
-
-class Labels(NamedTuple):
-    """What is known of the parts of a solid besides geometry, by id."""
-
-    faces: Sequence[FaceLabel]
-    edges: Sequence[EdgeLabel]
-
-
-def label_of(face: Face | None) -> FaceLabel:
-    """The label of a face, for one that is made of it; an empty one for a face that comes from none."""
-    return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color)
 
 
 def extract_solid(
@@ -128,7 +101,9 @@ def extract_solid(
     gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)
     wires = [_wires(face, maps[1]) for face in holder.faces]
     surfaces = [
-        _face_surface(face, own, curves, geometry=shared.surface(face))
+        read_face_surface(
+            face, [(use.edge, use.number) for wire in own for use in wire], curves, geometry=shared.surface(face)
+        )
         for face, own in zip(holder.faces, wires, strict=True)
     ]
     frames = [_face_frames(surface, j, samples, largest_gap) for j, surface in enumerate(surfaces)]
@@ -231,68 +206,6 @@ def _wires(face: Any, edge_map: Any) -> list[list[_Use]]:
                 uses.append(_Use(edge, number, _SENSES.get(edge.Orientation())))
         wires.append(uses)
     return wires
-
-
-def _face_surface(
-    face: Any, wires: Sequence[Sequence[_Use]], curves: Sequence[EdgeCurve], *, geometry: Geometry
-) -> FaceSurface:
-    surface = BRep_Tool.Surface_s(face)
-    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
-    limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
-    limits[np.abs(limits) > _INFINITE] *= np.inf
-    for j, period in enumerate(geometry.periods):
-        if period is not None:
-            limits[:, j] = (-np.inf, np.inf)
-    box = np.array([[u0, v0], [u1, v1]])
-    on_face = {
-        use.number: EdgeOnFace(
-            curve=curves[use.number],
-            read=partial(_in_parameters, use.edge, face, curves[use.number], geometry.periods, box),
-        )
-        for wire in wires
-        for use in wire
-    }
-    outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
-    return FaceSurface(
-        geometry=geometry,
-        outward=outward,
-        box=box,
-        limits=limits,
-        curves=on_face,
-        second_opinion=distances_from(surface, box),
-    )
-
-
-def _in_parameters(
-    edge: Any, face: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray
-) -> tuple[Parametric | None, FloatArray]:
-    found = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-    known = None if found is None else _in_range(read_curve_2d(found), curve, edge, face)
-    return known, _into_branch(known, curve, periods, box)
-
-
-def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
-    """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
-    first, last = surface_range(edge, face)
-    width = curve.last - curve.first
-    if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
-        return known
-    rate = (last - first) / width
-    return Reparametrised(curve=known, offset=first - rate * curve.first, rate=rate)
-
-
-def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray) -> FloatArray:
-    """Shift (2,) that brings an edge's parameter curve into the box of its face.
-
-    OpenCASCADE leaves the curve of a divided face a period off where the edge crossed the seam.
-    """
-    shift = np.zeros(2)
-    if known is not None:
-        middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
-        for j, period in enumerate(periods):
-            if period is not None:
-                shift[j] = -period * np.round((middle[j] - box[:, j].mean()) / period)
-    return shift
 
 
 def _end_gaps(samples: EdgeSamples, vertices: FloatArray, largest_gap: float, units: Units) -> FloatArray:

@@ -16,7 +16,7 @@ from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from ...brep import ModelSolid, Part, Units
 from ...contacts import say_leave_out
 from ...errors import CadError
-from ..extract.solids import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..imprinting.apart import Original
 from ..imprinting.checking import integrated_volume, volume_and_center
 from ..imprinting.joining import imprint

@@ -12,7 +12,8 @@ from typing import Any
 
 from ...brep import Part, Units
 from ...errors import CadError, CadSweepError
-from ..extract.solids import EdgeLabel, FaceLabel, Labels, extract_solid
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..extract.solids import extract_solid
 from ..names.naming import declare_names
 from ..names.unique import declare_words
 from ..read.colors import split_colors

@@ -17,7 +17,8 @@ from OCP.TopAbs import TopAbs_State
 
 from ...arrays import BoolArray, FloatArray
 from ...brep import Part
-from ..extract.solids import EdgeLabel, FaceLabel, Labels, extract_solid
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced

@@ -19,8 +19,9 @@ import numpy as np
 
 from ...brep import ModelSolid, Part, Units
 from ...errors import CadError
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..extract.shared import PartGeometry
-from ..extract.solids import EdgeLabel, FaceLabel, Labels, extract_solid
+from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced

@@ -33,7 +33,7 @@ from OCP.TopExp import TopExp
 from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ...arrays import FloatArray
-from ..extract.solids import Labels
+from ..extract.labels import Labels
 from ..heal.validate import faults
 from ..shapes import EDGE, FACE, SOLID, VERTEX, compound, explore, index_map, listed, mapped, subshapes, typed
 

@@ -1,0 +1,98 @@
+"""The surface of an OpenCASCADE face, and its edges in the surface's parameters.
+
+Place in the flow: :mod:`.solids` asks for every face of a solid. Curves in parameters are read when they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepTools import BRepTools
+from OCP.TopAbs import TopAbs_Orientation
+
+from ...arrays import FloatArray
+from ..geometry.convert import distances_from, read_curve_2d
+from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
+from ..geometry.face_surface import EdgeOnFace, FaceSurface
+from ..geometry.surfaces import Geometry
+from ..shapes import surface_range
+
+_INFINITE = 1e100
+"""Bounds of a surface's parameters beyond which OpenCASCADE means that there are none."""
+
+
+def read_face_surface(
+    face: Any, edges: Sequence[tuple[Any, int]], curves: Sequence[EdgeCurve], *, geometry: Geometry
+) -> FaceSurface:
+    """The surface of a face, with the curves of its edges in its parameters.
+
+    Parameters
+    ----------
+    face : TopoDS_Face
+    edges : sequence of (TopoDS_Edge, int)
+        Its edges as its wires run through them, each with its id.
+    curves : sequence of EdgeCurve
+        Of all edges of the solid.
+    geometry : Geometry
+        Of the face's surface.
+    """
+    surface = BRep_Tool.Surface_s(face)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    limits = np.array(surface.Bounds()).reshape(2, 2).T.copy()
+    limits[np.abs(limits) > _INFINITE] *= np.inf
+    for j, period in enumerate(geometry.periods):
+        if period is not None:
+            limits[:, j] = (-np.inf, np.inf)
+    box = np.array([[u0, v0], [u1, v1]])
+    on_face = {
+        number: EdgeOnFace(
+            curve=curves[number],
+            read=partial(_in_parameters, edge, face, curves[number], geometry.periods, box),
+        )
+        for edge, number in edges
+    }
+    outward = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+    return FaceSurface(
+        geometry=geometry,
+        outward=outward,
+        box=box,
+        limits=limits,
+        curves=on_face,
+        second_opinion=distances_from(surface, box),
+    )
+
+
+def _in_parameters(
+    edge: Any, face: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray
+) -> tuple[Parametric | None, FloatArray]:
+    found = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+    known = None if found is None else _in_range(read_curve_2d(found), curve, edge, face)
+    return known, _into_branch(known, curve, periods, box)
+
+
+def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
+    """The parameter curve in the parameter of the space curve; dividing may leave them a period apart."""
+    first, last = surface_range(edge, face)
+    width = curve.last - curve.first
+    if max(abs(first - curve.first), abs(last - curve.last)) <= 1e-9 * width:
+        return known
+    rate = (last - first) / width
+    return Reparametrised(curve=known, offset=first - rate * curve.first, rate=rate)
+
+
+def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray) -> FloatArray:
+    """Shift (2,) that brings an edge's parameter curve into the box of its face.
+
+    OpenCASCADE leaves the curve of a divided face a period off where the edge crossed the seam.
+    """
+    shift = np.zeros(2)
+    if known is not None:
+        middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
+        for j, period in enumerate(periods):
+            if period is not None:
+                shift[j] = -period * np.round((middle[j] - box[:, j].mean()) / period)
+    return shift

@@ -1,0 +1,38 @@
+"""What is known of the faces and edges of a solid besides their geometry.
+
+Place in the flow: ``read`` makes labels, the edits hand them on, :mod:`.solids` puts them on what it reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ...brep import Face
+
+
+class FaceLabel(NamedTuple):
+    """What is known of a face besides geometry: fields of ``brep.Face``."""
+
+    key: str = ""
+    names: tuple[str, ...] = ()
+    color: str | None = None
+
+
+class EdgeLabel(NamedTuple):
+    """What is known of an edge besides geometry: fields of ``brep.Edge``."""
+
+    key: str = ""
+    names: tuple[str, ...] = ()
+
+
+class Labels(NamedTuple):
+    """What is known of the parts of a solid besides geometry, by id."""
+
+    faces: Sequence[FaceLabel]
+    edges: Sequence[EdgeLabel]
+
+
+def label_of(face: Face | None) -> FaceLabel:
+    """The label of a face, for one that is made of it; an empty one for a face that comes from none."""
+    return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color)
