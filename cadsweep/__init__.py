@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .asked import EdgeBias, WallLayers
     from .brep import Part
     from .errors import (
         CadError,
@@ -38,6 +39,8 @@ _HOMES = {
     "ProjectionError": "errors",
     "SurfaceMeshError": "errors",
     "UnknownNameError": "errors",
+    "EdgeBias": "asked",
+    "WallLayers": "asked",
     "WorkerError": "errors",
     "HexMesh": "mesh",
     "Part": "brep",
@@ -57,6 +60,7 @@ _HOMES = {
 __all__ = [
     "CadError",
     "CadSweepError",
+    "EdgeBias",
     "HexMesh",
     "InputError",
     "InvertedHexError",
@@ -67,6 +71,7 @@ __all__ = [
     "SurfaceMeshError",
     "Sweep",
     "UnknownNameError",
+    "WallLayers",
     "WorkerError",
     "__version__",
     "decompose",

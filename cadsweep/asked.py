@@ -1,7 +1,7 @@
-"""Wishes that are more than a number: how segments are graded along an edge.
+"""Wishes that are more than a number: how segments are graded along an edge, and layers along walls.
 
 Foundation: fields of :class:`cadsweep.options.SweepOptions` hold them, as values of these classes or as mappings with
-the same keys (a study file's tables), and are checked through :func:`edge_bias`.
+the same keys (a study file's tables), and are checked through :func:`edge_bias` and :func:`wall_layers`.
 """
 
 from __future__ import annotations
@@ -9,14 +9,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any
 
+import numpy as np
+
+from .arrays import FloatArray
 from .errors import InputError
 
 SYMMETRIC = ("both", "middle")
 """Values of `towards` that need no face: fine at both ends, fine in the middle."""
 MOST_RATIO = 1e4
+MOST_GROWTH = 10.0
+MOST_LAYERS = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,3 +101,68 @@ def _read(kind: Any, what: str, value: Any) -> Any:
         return kind(**value)
     except (InputError, TypeError) as error:
         raise InputError(f"{what}: {error}") from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class WallLayers:
+    """Layers of hexahedra along a wall, thin at it and growing away from it.
+
+    Attributes
+    ----------
+    first : float
+        Height of the first layer, model units.
+    growth : float
+        Height of each layer over that of the one before, at least 1.
+    n : int
+        Number of layers.
+    """
+
+    first: float
+    growth: float = 1.2
+    n: int = 8
+
+    def __post_init__(self) -> None:
+        check_positive("the first height of wall layers", self.first)
+        check_positive("the growth of wall layers", self.growth)
+        if not 1.0 <= self.growth <= MOST_GROWTH:
+            raise InputError(f"the growth of wall layers must lie between 1 and {MOST_GROWTH:g}, not {self.growth!r}")
+        if isinstance(self.n, bool) or not isinstance(self.n, Integral) or not 1 <= self.n <= MOST_LAYERS:
+            raise InputError(
+                f"the number of wall layers must be a whole number from 1 to {MOST_LAYERS}, not {self.n!r}"
+            )
+
+
+def wall_layers(what: str, value: Any) -> WallLayers:
+    """Read what is asked of a wall; `what` is how messages name the wish.
+
+    Raises
+    ------
+    InputError
+        It is neither a :class:`WallLayers` nor a mapping with its keys; says which key is wrong.
+    """
+    found: WallLayers = _read(WallLayers, what, value)
+    return found
+
+
+def layer_heights(first: FloatArray, growth: FloatArray, n: int, room: FloatArray) -> FloatArray:
+    """Distances (c, n) of the layers' nodes from the wall, thinned where there is less `room` (c,) than they want.
+
+    The first height is kept as long as n such layers fit: the growth gives way. Else all layers are thinned alike.
+    """
+    wanted = first * growth_sum(growth, n)
+    total = np.minimum(wanted, room)
+    low, high = np.ones_like(total), np.asarray(growth, dtype=float)
+    for _ in range(60):
+        middle = (low + high) / 2
+        over = first * growth_sum(middle, n) > total
+        high, low = np.where(over, middle, high), np.where(over, low, middle)
+    grown = np.where(total >= wanted, growth, low)
+    steps = np.arange(n)
+    heights: FloatArray = np.cumsum(first[:, None] * grown[:, None] ** steps, axis=1)
+    return heights * np.minimum(1.0, total / heights[:, -1])[:, None]
+
+
+def growth_sum(growth: FloatArray, n: int) -> FloatArray:
+    """Thickness of n layers in heights of the first one."""
+    total: FloatArray = (np.asarray(growth)[..., None] ** np.arange(n)).sum(axis=-1)
+    return total

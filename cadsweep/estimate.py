@@ -32,7 +32,9 @@ BASE_BYTES = 600e6
 """Python with OpenCASCADE, gmsh and numba, before any mesh."""
 
 SECONDS_PER_HEX = 1.5e-6
+"""About what placing, connecting and checking take on one core."""
 SECONDS_PER_QUAD = 1e-4
+"""About what gmsh's quads take."""
 
 MOST_HEXES = 5_000_000
 """Hexahedra of a mesh in memory from which on a size is taken for a slip, unless the user names a limit."""

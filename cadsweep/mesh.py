@@ -51,6 +51,32 @@ class NamedArrays(dict[str, IntArray]):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class WallRows:
+    """Rows of nodes along walls of a section, a column of them at each node of the walls.
+
+    Attributes
+    ----------
+    ring : (c,) int64
+        Where each column begins: a place in ``np.concatenate(loops)``.
+    nodes : (c, n) int64
+        Nodes of the cap, from the wall inwards.
+    first, growth : (c,) float64
+        Height of the first layer that is asked for, working units, and its growth.
+    room : (c,) float64
+        Length that a column may have on the source cap.
+    faces : frozenset of int
+        The walls.
+    """
+
+    ring: IntArray
+    nodes: IntArray
+    first: FloatArray
+    growth: FloatArray
+    room: FloatArray
+    faces: frozenset[int]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class QuadMesh:
     """The source cap's mesh.
 
@@ -66,6 +92,8 @@ class QuadMesh:
     edge_nodes : dict of int to int64 array
         For every edge of the cap (boundary and, on a cap of several faces, inner ones): its node
         ids from the edge's start to its end.
+    walls : tuple of WallRows
+        Rows of nodes whose distance from a wall was asked for.
     """
 
     points: FloatArray
@@ -73,6 +101,7 @@ class QuadMesh:
     faces: IntArray
     loops: tuple[IntArray, ...]
     edge_nodes: dict[int, IntArray]
+    walls: tuple[WallRows, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from .asked import check_positive as _positive
-from .asked import edge_bias
+from .asked import edge_bias, wall_layers
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
@@ -95,6 +95,9 @@ class SweepOptions:
         Grading of the segments of edges by name, id (``"edge 12"``) or CadQuery selector (``"edges:|X"``):
         ``{"towards": "clamp", "ratio": 5}``, see :class:`cadsweep.asked.EdgeBias`. Edges that answer them across
         rectangles and along the sweep follow; counts stay as the size gives them.
+    wall_layers : mapping of str to WallLayers or mapping
+        Layers of hexahedra along faces by name, id or CadQuery selector: ``{"wall": WallLayers(first=0.05, growth=1.2,
+        n=8)}``, see :class:`cadsweep.asked.WallLayers`.
     params : mapping or None
         Parameters of a CadQuery script.
     part : str, int or None
@@ -151,6 +154,7 @@ class SweepOptions:
     counts: Mapping[str, int] | None = None
     rail_layers: Mapping[str, int] | None = None
     biases: Mapping[str, Any] | None = None
+    wall_layers: Mapping[str, Any] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
@@ -201,6 +205,7 @@ class SweepOptions:
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
         _each("biases", self.biases, "the bias", edge_bias)
+        _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)
 

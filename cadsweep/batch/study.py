@@ -19,6 +19,7 @@ from ..errors import InputError
 from ..options import SweepOptions
 
 MOST_CASES = 100_000
+"""Cases of one study: a record and a folder each, more are a slip in a range."""
 
 MOST_LETTERS = 120
 """Of a case's name in that of its folder: a file system takes 255, and solvers add their own."""

@@ -48,6 +48,8 @@ class FactoredMesh:
         Nodes that smoothing moved; empty where none was needed.
     moved_points : (m, 3) float64
         Where to, working units.
+    kept_nodes : (w,) int64
+        Nodes of a layer that smoothing leaves alone, in all layers: those of wall layers.
     part : str
         Name of the volume.
     scale : float
@@ -64,6 +66,7 @@ class FactoredMesh:
     side_owners: IntArray
     moved_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     moved_points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    kept_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     part: str = "part"
     scale: float = 1.0
     offset: FloatArray = field(default_factory=lambda: np.zeros(3))

@@ -19,6 +19,7 @@ from .types import (
     Assignment,
     Bias,
     Grading,
+    Layers,
     Names,
     Numbers,
     Positive,
@@ -159,6 +160,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "'edges:|X=5@clamp', the longest segment over the shortest, or 'edges:|X=first:0.1@clamp'; repeatable.",
         ),
         click.option(
+            "--wall-layers",
+            type=Assignment(Layers()),
+            multiple=True,
+            metavar="FACE=FIRST:GROWTH:N",
+            help="Layers along a face: height of the first, growth, number: 'wall=0.05:1.2:8'; repeatable.",
+        ),
+        click.option(
             "--param",
             "params",
             type=Assignment(),
@@ -218,6 +226,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
     given["biases"] = dict(given["biases"]) or None
+    given["wall_layers"] = dict(given["wall_layers"]) or None
     if given.pop("yes"):
         if given["max_hexes"] is not None:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")

@@ -117,6 +117,21 @@ class Grading(click.ParamType):
         return {"towards": tuple(float(word) for word in words) if point else towards, kind: number}
 
 
+class Layers(click.ParamType):
+    """``FIRST:GROWTH:N``: a table as of the option `wall_layers`."""
+
+    name = "first:growth:n"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, Any]:
+        if not isinstance(value, str):
+            return dict(value)
+        words = value.split(":")
+        if len(words) != 3 or not words[2].isdigit():
+            self.fail(f"{value!r} is not of the form FIRST:GROWTH:N, such as 0.05:1.2:8", param, ctx)
+        first, growth = (Positive().convert(word, param, ctx) for word in words[:2])
+        return {"first": first, "growth": growth, "n": int(words[2])}
+
+
 def _is_number(text: str) -> bool:
     try:
         float(text)

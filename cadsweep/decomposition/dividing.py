@@ -26,7 +26,9 @@ SHORTEST = 1e-3
 THINNEST = 1e-6
 """Volume of a piece, as a share of the part's size cubed, below which a cut is refused."""
 _ANGLE = 1e-7
+"""Radians: nearer than this a ray lies on a side of the wedge; angles are good to 1e-12."""
 _PARALLEL = 1e-6
+"""Sine of the angle between planes that count as parallel: their line would lie a million sizes away."""
 _KEPT = 1e-9
 """Change of the volume, as a share of the part's size cubed, that rounding explains."""
 

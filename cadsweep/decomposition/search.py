@@ -46,6 +46,7 @@ CLIMB = 4.0
 CLOSED, NARROW = 1e-3, 0.015
 """Distance of a cut from what it passes by, as a share of the part's size: refused, and made dearer, below these."""
 NARROW_COST = 1.5
+"""Cost of a sliver that a cut makes, in cells: worth another cut or two to avoid."""
 GAP = 0.02
 """Distance between two features, as a share of the part's size, from which a cut between them is worth it."""
 MOST_DIRECTIONS = 4

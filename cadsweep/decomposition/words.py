@@ -12,6 +12,7 @@ from ..errors import NotSweepableError
 from .search import FLAT, Search, State
 
 MOST_NAMED = 3
+"""Cuts or places named in a line."""
 
 
 def say(search: Search, state: State) -> str:

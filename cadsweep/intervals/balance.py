@@ -14,6 +14,7 @@ from ..arrays import FloatArray
 FIRM = 100.0
 """Price of leaving a user's wish beside that of leaving what a length asks for."""
 _EXACT = 1e6
+"""Weight of the sums against the wishes: they hold to about its inverse, far below a half."""
 
 
 def balance(counts: FloatArray, want: FloatArray, firm: FloatArray, sums: FloatArray, totals: FloatArray) -> FloatArray:

@@ -20,15 +20,19 @@ MOST_HEXES = 60_000
 LONGEST = 5.0
 """Thickness of a layer over the size, where the user names none and the part is long beside its walls."""
 SEGMENTS_AROUND = 8
+"""Segments around a hole by default: an octagon is the least that looks round."""
 SEGMENTS_ACROSS = 2
+"""Segments through the thinnest wall by default: one alone cannot show bending."""
 TURN_DEFAULT = pi / 12
 """Greatest turn of a curved edge over one segment, where the user names no size."""
 TURN_SIZED = pi / 4
+"""Greatest turn of an edge over one segment where the user names a size: eight segments around a circle."""
 TURN_LAYER = 0.13
 """Greatest turn of the sweep over one layer, where the user names no size: chords lose 0.3 % of a bend's volume."""
 LOST_AREA = 0.004
 """Part of the source cap that the chords of its curved edges may lose, where the user names no size."""
 SAMPLES = 65
+"""Places along an edge for its turn: finer than any count that the turn could ask for."""
 WINDING = 1.3
 """Length over chords above which an edge winds too much to be judged by its middle."""
 

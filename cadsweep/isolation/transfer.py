@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 ALIGNMENT = 64
+"""Bytes: a line of the processor's cache, and what numpy's own arrays are aligned to."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -32,6 +32,7 @@ from ..errors import CadSweepError
 from .transfer import Packed, pack
 
 REPORTS_PER_SECOND = 20
+"""As often as an eye can follow."""
 
 _COLLECT = (20_000, 20, 20)
 """New objects after which the collector looks among the young, and how often among the older ones: by default it goes

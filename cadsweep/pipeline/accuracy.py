@@ -36,8 +36,11 @@ MOST_HEXES = 200_000
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
 MOST_ROUNDS = 4
+"""Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers."""
 _MARGIN = 1.1
+"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
 _LEAST_GAIN = 0.95
+"""A round that leaves more than this part of the excess is the last: refining does not help there."""
 _MOST_FINER = 3.0
 """Factor by which the edges of a cap are divided finer in one round."""
 _SHARE = 0.1

@@ -164,6 +164,7 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     structure = factored.structure
     fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
     fixed[:, np.concatenate(structure.loops)] = True
+    fixed[:, factored.kept_nodes] = True
     if not structure.periodic:
         fixed[[0, -1]] = True
     better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))

@@ -28,7 +28,9 @@ from .cells import mesh_cells
 from .run import Run
 
 _MARGIN = 1.1
+"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
 _LEAST_GAIN = 0.95
+"""A round that leaves more than this part of the excess is the last: refining does not help there."""
 _LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
 _SHARE = 0.1

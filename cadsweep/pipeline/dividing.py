@@ -11,13 +11,14 @@ from dataclasses import replace
 
 from .. import estimate, intervals, surface
 from ..brep import Part
-from ..errors import SurfaceMeshError
+from ..errors import InputError, SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
 from .biases import single_segments
 from .hints import Hints
 from .run import Run
+from .walls import WallPlan, plan_walls
 
 MOST_HALVINGS = 3
 """How often the segments of an edge are halved before the part is refused."""
@@ -53,6 +54,16 @@ def mesh_boundary(
     InputError, SurfaceMeshError
         As by the stages; a cap that cannot be meshed with shorter segments either.
     """
+    walls = WallPlan()
+    if options.wall_layers:
+        walls = plan_walls(part, sweep, options, _count(part, sweep, options, run, hints, streamed=streamed))
+        clash = sorted(walls.ends.keys() & hints.divisions.keys())
+        if clash:
+            raise InputError(
+                f"{sweep.solid.edges[clash[0]].label()}: a bias, and wall layers that end there, cannot both be"
+            )
+        spoken = {e for edges in hints.counts for e in edges}
+        hints = replace(hints, counts=hints.counts | {es: n for es, n in walls.counts.items() if spoken.isdisjoint(es)})
     wished = dict(hints.sizes)
     demanded = {e for edges in hints.counts for e in edges}
     first: SurfaceMeshError | None = None
@@ -68,6 +79,8 @@ def mesh_boundary(
                     fractions=options.fractions,
                     sizes=hints.inside,
                     divisions=hints.divisions,
+                    alone=walls.divisions(sweep),
+                    walls=walls.walls if walls.edges else None,
                 )
         except SurfaceMeshError as error:
             first = first or error
@@ -85,7 +98,8 @@ def mesh_boundary(
         check(made)
         finer = sum(e not in hints.sizes or wished[e] < hints.sizes[e] for e in wished)
         notes = [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
-        return counts, surfaces, [*notes, *single_segments([int(counts.counts[e]) for e in hints.divisions])]
+        notes += [*dict.fromkeys(walls.notes), *single_segments([int(counts.counts[e]) for e in hints.divisions])]
+        return counts, surfaces, notes
     assert first is not None
     raise first
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import Any
+
+import numpy as np
 
 from ..blocks.block import FactoredMesh, factor_mesh
 from ..blocks.naming import find_colors
@@ -14,6 +18,7 @@ from ..projection import project_layers
 from ..sweep import Intervals, Sweep
 from .accuracy import accurate_boundary, check_coarse
 from .run import Run
+from .wall_heights import between_caps, on_caps, row_tolerance
 
 
 def factor_sweep(
@@ -24,7 +29,10 @@ def factor_sweep(
     check_coarse(boundary.deviation, options, doubt=volume_doubt(sweep.solid) / sweep.solid.volume)
     counts, surfaces, target = boundary.counts, boundary.surfaces, boundary.target
     with run.stage("projection"):
-        placed = project_layers(
+        if surfaces.source.walls:
+            surfaces, target = on_caps(sweep, surfaces, target)
+        place = partial(
+            project_layers,
             surfaces.source.points,
             surfaces.source.quads,
             surfaces.rings,
@@ -34,6 +42,10 @@ def factor_sweep(
             target_points=target.points,
             residual=options.residual,
         )
+        placed = place()
+        known = between_caps(sweep, surfaces, placed) if surfaces.source.walls else None
+        if known is not None:
+            placed = place(known=known, residual_tolerance=row_tolerance(surfaces))
     name = sweep.solid.name or part.name
     factored = factor_mesh(
         sweep,
@@ -57,7 +69,8 @@ def factor_sweep(
             "seconds": run.seconds,
         },
     )
-    return factored, surfaces
+    kept = [rows.nodes.ravel() for rows in surfaces.source.walls]
+    return (replace(factored, kept_nodes=np.concatenate(kept)) if kept else factored), surfaces
 
 
 def _describe(sweep: Sweep, counts: Intervals) -> dict[str, Any]:

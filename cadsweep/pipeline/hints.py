@@ -61,13 +61,17 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
 
 
 def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> list[Sweep]:
-    """Keep the sweeps along which all edges run that the user wants layers on.
+    """Keep the sweeps along which all edges run that the user wants layers on; those first whose walls are alike.
 
     Raises
     ------
     InputError
         There is none; says what is wrong with the best one.
     """
+    if options.wall_layers:
+        walls = {f for word in options.wall_layers for f in cad.select_faces(part, word)}
+        # Walls that are sides here and caps there get heights that are less exact.
+        sweeps = sorted(sweeps, key=lambda sweep: 0 < len(walls.intersection(sweep.source + sweep.target)) < len(walls))
     if not options.rail_layers:
         return sweeps
     fitting, errors = [], []

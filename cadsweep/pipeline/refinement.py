@@ -242,6 +242,7 @@ def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.
         source_owners=np.repeat(coarse.source_owners, 4),
         target_owners=np.repeat(coarse.target_owners, 4),
         side_owners=np.repeat(np.repeat(coarse.side_owners, 2, axis=0), 2, axis=1),
+        kept_nodes=np.empty(0, dtype=np.int64),
         moved_nodes=moved,
         moved_points=(swept[:last] + shifts[:last]).reshape(-1, 3)[moved],
         info=info,

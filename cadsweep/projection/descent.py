@@ -17,7 +17,9 @@ from ..arrays import FloatArray
 
 Energy = Callable[[FloatArray], tuple[float, FloatArray]]
 _MEMORY = 8
+"""Steps that L-BFGS remembers; 5 to 10 are usual, more cost time and gain nothing here."""
 _ARMIJO = 1e-4
+"""Share of the expected descent that a step must reach; the textbook's value."""
 
 
 def minimise(

@@ -21,6 +21,7 @@ from ..errors import InputError
 from . import kernels
 
 _SLAB_BYTES = 1 << 20
+"""Points that are made at a time: about what the second cache holds."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -34,6 +34,7 @@ SQUARINGS = (2, 3, 4, 5)
 _LARGE = 4000
 """Meshes of more quads are first relaxed near their bad quads alone."""
 _PATIENCE = 6
+"""Rounds of a tenth's gain in all, after which unfolding is given up: below that it creeps."""
 
 
 def rectangles(points: FloatArray, quads: IntArray) -> FloatArray:

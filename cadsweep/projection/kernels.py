@@ -21,7 +21,9 @@ from ..arrays import FloatArray, IntArray
 from ..quality.threads import n_threads
 
 _BLOCK = 128
+"""Nodes of a block: a kilobyte a column, so the columns of a block stay in the first cache."""
 _LAYERS = 8
+"""Layers of a run at least: the modes that are read once serve all of them."""
 _RUN_NODES = 40_000
 """A run has `_LAYERS` layers, or more of small ones: about a megabyte, which the second cache holds."""
 _ENOUGH_NODES = 200_000

@@ -38,6 +38,7 @@ def project_layers(
     target_points: npt.ArrayLike | None = None,
     residual: bool = True,
     residual_tolerance: float = TOLERANCE,
+    known: tuple[IntArray, FloatArray] | None = None,
 ) -> FactoredSweep:
     """Place the interior nodes of every layer of a sweep.
 
@@ -63,6 +64,8 @@ def project_layers(
         Carry what the maps miss at the rings into the interior.
     residual_tolerance : float
         What is not carried: this fraction of the shortest ring segment.
+    known : ((m,) int64, (n_layers + 1, m, n) float64), optional
+        Nodes inside whose places are known as well, and these; they are met as nearly as the residual at the rings.
 
     Returns
     -------
@@ -133,13 +136,16 @@ def project_layers(
     basis = make_basis(source, source_center, target, target_center, np.empty((len(source), 0)))
     # Without the carry a tolerance that nothing exceeds leaves no modes, and reports what is missed.
     tolerance = carry_tolerance(ring_array, node_loops, residual_tolerance) if residual else np.inf
-    modes = compress(ring_array - basis[ring_nodes] @ coefficients, tolerance)
+    given, places = ring_nodes, ring_array
+    if known is not None:
+        given, places = np.concatenate([ring_nodes, known[0]]), np.concatenate([ring_array, known[1]], axis=1)
+    modes = compress(places - basis[given] @ coefficients, tolerance)
     n_modes = modes.shapes.shape[1]
     if n_modes:
         operator = cotangent_weights(source, quad_array)
         if from_target is not None and target is not None:
             operator = operator + cotangent_weights(target, quad_array)
-        basis = np.concatenate([basis, extend(operator, ring_nodes, modes.shapes)], axis=1)
+        basis = np.concatenate([basis, extend(operator, given, modes.shapes)], axis=1)
         coefficients = np.concatenate([coefficients, modes.amplitudes], axis=1)
     return FactoredSweep(
         basis=np.ascontiguousarray(basis),

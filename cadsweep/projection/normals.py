@@ -30,7 +30,9 @@ from .inputs import checked_loops, checked_points, loop_slices
 from .kernels import loop_sums, share_layers
 
 PLANAR = 1e-5
+"""Relative thickness up to which a ring counts as plane: far above the rounding of CAD, far below a bend."""
 CURVED = 1e-2
+"""Relative thickness from which a ring alone determines the map across its plane; between, the two are mixed."""
 COLLAPSED = 1e-7
 """A loop thinner than this, relative to its r.m.s. radius, spans less than n - 1 dimensions (Remark 7)."""
 VANISHING = 1e-4

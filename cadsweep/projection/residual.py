@@ -33,6 +33,7 @@ NOISE = 1e-6
 """Nor is one below this fraction of the source ring's r.m.s. radius, however short the shortest segment is: CAD kernels
 keep seams and rebuilt curves no better than that, and their noise must not become modes."""
 MAX_MODES = 64
+"""Modes of the residual at most: more would cost as much as the residuals that they stand for."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -32,7 +32,9 @@ from .normals import pseudo_normal
 log = logging.getLogger(__name__)
 
 _RELAXATIONS = 3
+"""Relaxations at most, each in the surface's metric at the last one."""
 _STEEP = 0.2
+"""Cosine to the mean normal below which a surface is too steep for its plane view."""
 
 POOR = 0.5
 """A cap with a worse corner, and worse than the source's by `GOOD_ENOUGH`, is relaxed."""

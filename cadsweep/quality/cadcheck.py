@@ -26,7 +26,9 @@ LARGEST_TURN = np.pi / 3
 """A turn beyond this between neighbouring quads or segments is a corner of the part, not a curve."""
 
 LEAST_RELATIVE = 1e-6
+"""Differences of volume and area below this are rounding and the CAD kernel's own integrals."""
 SAFETY = 4.0
+"""Times what facets are estimated to explain: the estimate is of leading order."""
 
 
 def cad_problems(

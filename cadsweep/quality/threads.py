@@ -18,6 +18,7 @@ CHUNK = 65_536
 """Rows that are worked on at once."""
 
 MOST_THREADS = 8
+"""Beyond a few, threads wait for memory."""
 
 
 def n_threads() -> int:

@@ -29,6 +29,7 @@ STEP_COST = 1e-3
 TIE = 0.5
 """Right angles by which another choice of corners may be worse than the best and is still tried."""
 MAX_SOLUTIONS = 4
+"""Ways to read the sides of one band that are kept, the cheapest first; each costs an integer programme."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -22,9 +22,11 @@ from ..brep import Face
 
 RIGHT = pi / 2
 MAX_READINGS = 24
+"""Choices of four corners of a face that are tried, the most rectangular first."""
 MAX_CHOICES = 12
 """Choices beyond which a face has no corners to speak of: it looks like a circle."""
 MAX_FOLDED_CHOICES = 500
+"""Choices of corners of a folded face that are looked at; a face with more is no side."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,6 +25,7 @@ TANGENT = 5 * pi / 6
 HALF_SEGMENT = pi / 16
 """Greatest turn, in radians, from a rim to the chord of the first segment beyond it."""
 _LEAST = 1e-6
+"""Sine that stands for nought, so that quotients are finite."""
 GAIN = 1.15
 """How much better the worst edge of the rim must become for a cap to grow."""
 

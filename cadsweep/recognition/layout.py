@@ -27,6 +27,7 @@ FLAT = 0.03
 SHALLOW = pi / 4
 """Radians from pi below which a band beside a group of faces may be taken for a part of a cap."""
 MAX_CYCLE = 12
+"""Bands of a cycle at most: pairs of them are tried, 66 of 12."""
 
 End = tuple[int, int]
 """A band's index and its side: 0 at the bottom, 1 at the top."""

@@ -17,6 +17,7 @@ from ..arrays import FloatArray
 from ..brep import Solid
 
 TOLERANCE = 1e-6
+"""Share of the normals that does not turn about the axis; beyond rounding, the face is no revolution."""
 
 
 def find_axis(solid: Solid) -> tuple[FloatArray, FloatArray] | None:

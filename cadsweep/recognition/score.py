@@ -20,6 +20,7 @@ from .growth import rim_quality
 from .layout import Layout
 
 FLOOR = 0.02
+"""Least factor of a score: one bad angle must not hide the others."""
 
 PLACES = 16
 """Places along the sweep where the directions of the rails are compared."""

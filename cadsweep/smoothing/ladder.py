@@ -62,6 +62,7 @@ FARTHEST = 20.0
 """Factor by which a wanted length may differ from the patch's median."""
 
 MOST_ROUNDS = 10
+"""Rounds at most, so that a patch that gains a little each time comes to an end."""
 
 LEAST_GAIN = 0.02
 """A round that brings no patch nearer to its goal, by this share of it, makes the patches grow."""

@@ -36,6 +36,7 @@ from .stars import lay_star, patches_of
 from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
+from .walls import Walls
 
 __all__ = [
     "CellBoundary",
@@ -43,6 +44,7 @@ __all__ = [
     "FaceMesh",
     "Memory",
     "Skeleton",
+    "Walls",
     "fractions_from",
     "graded_fractions",
     "graded_together",
@@ -66,6 +68,8 @@ def mesh_surfaces(
     fractions: Sequence[float] | None = None,
     sizes: Callable[[FloatArray], FloatArray] | None = None,
     divisions: Mapping[int, Division] | None = None,
+    alone: Mapping[int, Division] | None = None,
+    walls: Walls | None = None,
     fit: Fit = fit_linear_parts,
     memory: Memory | None = None,
 ) -> SurfaceMesh:
@@ -85,6 +89,10 @@ def mesh_surfaces(
         Wanted lengths (m,) at points (m, 3) of the source cap, where they are below the intervals' size.
     divisions : mapping of int to callable, optional
         How edges divide themselves; those that answer them on rectangles follow, rails by the places of the layers.
+    alone : mapping of int to callable, optional
+        The same of edges that no other edge around the loops follows.
+    walls : Walls, optional
+        Edges of the source cap along which rows of quads are laid.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
@@ -107,15 +115,16 @@ def mesh_surfaces(
     places = place_layers(sweep, layout, bias=bias, fractions=fractions)
     asked = {e: division(int(intervals.counts[e])) for e, division in (divisions or {}).items()}
     graded = graded_edges(sweep, intervals, asked)
+    own = {e: division(int(intervals.counts[e])) for e, division in (alone or {}).items()}
+    asked, graded = {**asked, **own}, {**graded, **own}
     places = grade_places(layout, places, {e: asked[e] for e in asked if e in layout.edges})
     builder = RingBuilder(sweep, layout, places, fit, graded=graded, fixed=asked)
     builder.build()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
-    cap = CapBuilder(
-        sweep, intervals, builder.rings[0].copy(), loops, opposite, sizes=sizes, graded=graded, memory=memory
-    )
+    ring = builder.rings[0].copy()
+    cap = CapBuilder(sweep, intervals, ring, loops, opposite, sizes=sizes, graded=graded, memory=memory, walls=walls)
     source = cap.build()
     return SurfaceMesh(
         source=source,
@@ -124,7 +133,7 @@ def mesh_surfaces(
         node_edges=node_edges,
         node_vertices=node_vertices,
         target_edge_points=divide_target_edges(sweep, source, cap.fractions, builder.rings, fit),
-        notes=(*builder.notes, *_thickness_notes(source, layout.n_layers)),
+        notes=(*builder.notes, *cap.notes, *_thickness_notes(source, layout.n_layers)),
     )
 
 

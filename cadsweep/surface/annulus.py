@@ -31,7 +31,9 @@ _STRIP = 1.6
 """Thickness of a wall, in segments, below which it is one quad thick."""
 _MOST_NODES = 400
 _GREATEST_DIFFERENCE = 32
+"""Nodes that one loop may have more than the other: each pair is a strip to place, and more do worse than gmsh."""
 _MOST_STARTS = 24
+"""Nodes of the hole where the first strip may begin, the nearest first; each is tried."""
 _SHARPNESS = 8
 """Power of what a quad's worst corner lacks: a high one makes the worst quad of a strip weigh most."""
 _MOVES = ((1, 1), (2, 0), (0, 2))

@@ -21,6 +21,7 @@ GROWTH = 1.3
 """Length of a segment over that of its neighbour towards what is fine."""
 _MOST_NODES = 20_000
 _LEVELS = 6
+"""Halvings of the grid of sizes at most: cells a 64th of the face across."""
 _FINE = 1.5
 """The triangulation is divided where its spacing is more than this many wished sizes."""
 

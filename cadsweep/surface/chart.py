@@ -15,6 +15,7 @@ from .background import GROWTH, Background, is_inside, make_background
 from .crossings import loops_cross
 
 _SAMPLES = 24
+"""Places in each direction for a chart's stretch."""
 
 
 @dataclass(frozen=True, kw_only=True)

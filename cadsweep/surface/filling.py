@@ -26,6 +26,7 @@ from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .transfinite import GOOD_ENOUGH, fill
+from .wall_filling import lay_rows_along_walls
 
 
 def fill_grid(outline: Outline) -> FaceQuads | None:
@@ -165,6 +166,8 @@ def best_quads(outline: Outline) -> FaceQuads:
     SurfaceMeshError
         No way gives quads; it tells why the last that was tried gave none.
     """
+    if outline.walls is not None:
+        return lay_rows_along_walls(outline)
     best: FaceQuads | None = None
     failure: SurfaceMeshError | None = None
     for filling in FILLINGS:

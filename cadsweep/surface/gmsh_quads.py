@@ -27,6 +27,7 @@ from .triangles import remove_triangles
 _TRIANGLE, _QUAD = 2, 3
 _CORNERS = {_QUAD: 4, _TRIANGLE: 3}
 _FULL_QUADS = 3
+"""gmsh's number for recombination by whole quads only."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +63,9 @@ _OTHERS = (
     Setting(algorithm=8, recombination=1, even_loops=False, good_enough=0.3, size_factor=0.4),
 )
 _SMALL_LOOP = 16
+"""Nodes of a loop below which it is so coarse that all settings are worth a try."""
 _MANY_ODD_CORNERS = 4
+"""Corners at odd places beyond which subdivision cuts them off."""
 _LARGE = 1000
 """Boundary nodes from which on Blossom takes seconds."""
 

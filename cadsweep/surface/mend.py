@@ -26,6 +26,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 
 _FLAT = np.radians(150)
+"""Angle of a quad's corner from which on it counts as flat: a sine of a half."""
 _FORBIDDEN = 1000
 """Cost of making another node flat."""
 

@@ -15,6 +15,7 @@ from ..arrays import FloatArray, IntArray
 from ..sweep import Sweep
 
 _SAME_ANGLE = np.radians(30)
+"""Angles at the two ends of a rail that differ by less ask for the same number of quads."""
 
 
 def opposite_angles(sweep: Sweep, vertices: IntArray) -> FloatArray:

@@ -14,12 +14,14 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
+from ..mesh import WallRows
 from ..sweep import DirectedEdge
 from .background import Background, count_interpolated, make_background, typical_length
 from .chart import Chart, surface_background
 from .charts import charts_of
 from .relax import relax_quads
 from .transfinite import join_chains
+from .walls import Walls
 
 _CORNER = (np.radians(30), np.radians(150))
 """Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
@@ -41,6 +43,8 @@ class FaceQuads:
     """Worst corner sine; negative where a quad is folded."""
     expected: float
     """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
+    walls: tuple[WallRows, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def better_than(self, other: FaceQuads) -> bool:
         """Folded quads are never better, whatever is expected of the others."""
@@ -66,6 +70,8 @@ class Outline:
     """Interior angles of the ring's nodes on the target cap; NaN where they are not known."""
     size: float
     sizes: Callable[[FloatArray], FloatArray] | None
+    walls: Walls | None = None
+    """Edges along which rows of quads are laid, where there are such."""
 
     @cached_property
     def nodes(self) -> tuple[IntArray, ...]:
@@ -118,10 +124,22 @@ class Outline:
         return np.where(on_ring, self.opposite[np.where(on_ring, nodes, 0)], np.nan)
 
     def lift(
-        self, chart: Chart, inner: FloatArray, quads: IntArray, boundary: IntArray, *, n_rows: int = 0
+        self,
+        chart: Chart,
+        inner: FloatArray,
+        quads: IntArray,
+        boundary: IntArray,
+        *,
+        n_rows: int = 0,
+        rows: tuple[FloatArray, FloatArray] | None = None,
     ) -> FaceQuads:
-        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside."""
+        """Bring a chart's mesh onto the surface and relax it, but for the first `n_rows` nodes inside.
+
+        `rows`: places and parameters of these, where they are known better than the chart does.
+        """
         points, uv = chart.lift(inner)
+        if rows is not None:
+            points[:n_rows], uv[:n_rows] = rows
         everything = np.concatenate([self.known[boundary], points])
         n = len(boundary)
         all_uv = np.concatenate([chart.boundary_uv, uv])

@@ -15,13 +15,14 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
-from ..mesh import QuadMesh
+from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
 from .filling import best_quads
 from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
 from .relax import corner_sines
 from .rim import smooth_loops
+from .walls import Walls
 
 _FLAT = 1e-6
 """Worst corner sine below which quads are refused: they are folded but for rounding."""
@@ -43,6 +44,7 @@ class CapBuilder:
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         memory: Memory | None = None,
         graded: Mapping[int, FloatArray] | None = None,
+        walls: Walls | None = None,
     ) -> None:
         """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
         self.solid = sweep.solid
@@ -52,6 +54,8 @@ class CapBuilder:
         self.sizes = sizes
         self.memory = memory
         self.graded = graded or {}
+        self.walls = walls
+        self.notes: list[str] = []
         self.points = [ring]
         self.n_points = len(ring)
         self.loops = tuple(loops)
@@ -102,6 +106,7 @@ class CapBuilder:
     def build(self) -> QuadMesh:
         """Mesh every face of the cap."""
         quads, owners = [], []
+        walls: list[WallRows] = []
         failures: list[SurfaceMeshError] = []
         for f in self.sweep.source:
             try:
@@ -111,6 +116,8 @@ class CapBuilder:
                 continue
             self._add(patch.inner_points)
             quads.append(patch.quads)
+            walls += patch.walls
+            self.notes += patch.notes
             owners.append(np.full(len(patch.quads), f, dtype=np.int64))
         if failures:
             # All of them at once: who divides their edges finer need not come again for every one.
@@ -122,15 +129,17 @@ class CapBuilder:
             faces=np.concatenate(owners),
             loops=self.loops,
             edge_nodes=self.edge_nodes,
+            walls=tuple(walls),
         )
 
     def _fill(self, face: Face) -> FaceQuads:
         outline = self._outline(face)
-        patch = None if self.memory is None else self.memory.recall(outline)
+        memory = self.memory if outline.walls is None else None
+        patch = None if memory is None else memory.recall(outline)
         if patch is None:
             patch = best_quads(outline)
-            if self.memory is not None:
-                self.memory.keep(outline, patch)
+            if memory is not None:
+                memory.keep(outline, patch)
         if patch.worst < _FLAT:
             raise SurfaceMeshError(
                 f"{face.label()}: the best quads that could be made are folded (worst corner sine "
@@ -152,6 +161,7 @@ class CapBuilder:
             opposite=self.opposite,
             size=self.size,
             sizes=self.sizes,
+            walls=self.walls if self.walls and any(e in self.walls.layers for e in face.edges) else None,
         )
 
     def _edges_at_folds(self, outline: Outline, patch: FaceQuads) -> list[int]:

@@ -26,9 +26,13 @@ _Number = TypeVar("_Number", bound=np.generic)
 _GOOD_CORNER = 0.7
 """Corner sine above which a node may lose quality for the sake of smoothness, and none is looked after."""
 _N_SWEEPS = 5
+"""Laplacian sweeps; each gains less than the one before."""
 _N_SEARCHES = 60
+"""Rounds of looking around; they end as soon as nothing gains."""
 _LEAST_GAIN = 5e-3
+"""Gain of the worst corner's sine for which a node is moved."""
 _DIRECTIONS = 8
+"""Ways that a node looks."""
 _REACHES = (0.4, 0.12, 0.03)
 """How far a node looks, in lengths of its shortest edge."""
 

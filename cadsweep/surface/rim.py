@@ -32,8 +32,11 @@ _DEPTHS = np.linspace(0.4, 2.5, 15)
 _END = np.radians(125)
 """Angle of a corner below which it has one quad."""
 _REENTRANT = np.radians(240)
+"""Angle of a rim's node beyond which a row would fan out there."""
 _SMOOTHINGS = 4
+"""Laplacian passes over the row's inner nodes, which only even out its height."""
 _SHARES = (1.0, 0.7, 0.45)
+"""Heights of the row that are tried, as a share of the wanted length."""
 
 
 def smooth_loops(sweep: Sweep, loops: Sequence[Sequence[DirectedEdge]]) -> list[bool]:

@@ -22,10 +22,12 @@ from .sweep_grid import PlacedEdge, PlacedSide, SweepGrid
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
 _N_CHORDS = 16
+"""Chords that stand for a curved edge's segment at most."""
 _N_SAMPLES = 256
 """Chords a source segment is measured by at most, and about how many an edge needs: the image of an
 ellipse is then divided to 1e-5 of a segment."""
 _N_FITS = 3
+"""Fits of a side's rows to its edges, each from where the last one ended."""
 _SLIDE_TOLERANCE = 1e-3
 """Part of a segment below which nodes of a row are left where they are."""
 

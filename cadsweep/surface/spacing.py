@@ -30,7 +30,9 @@ SMOOTH = 0.05
 _RIM_BIAS = 2.5
 """Thickness of a rounding's layer at a tangent cap over that at its other end."""
 _GREATEST_JUNCTION_STRETCH = 2.0
+"""Stretch of neighbouring layers up to which a layer is moved onto a rail's vertex."""
 _LEAST_STRETCH, _GREATEST_STRETCH = 0.25, 4.0
+"""Stretch of single layers against the rail's: beyond it the order of layers is in danger."""
 
 
 def graded_places(n: int, bias: float | Sequence[float] | None) -> FloatArray:

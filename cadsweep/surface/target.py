@@ -18,6 +18,7 @@ from ..sweep import Sweep
 from .spacing import Fit, divide_like, finer
 
 _N_CHORDS = 16
+"""Chords that stand for a curved edge's segment."""
 
 
 def divide_target_edges(

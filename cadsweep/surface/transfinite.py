@@ -19,12 +19,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from .relax import relax_quads
 
 _Number = TypeVar("_Number", bound=np.generic)
 
+_CORNER = np.radians(140)
+"""Angle below which a node of a polygon is a corner of its grid."""
 GOOD_ENOUGH = 0.3
 """Worst corner sine of a filling above which no other one is tried."""
 
@@ -132,6 +134,30 @@ def fill(
             return fillings[-1]
     fillings += [_relaxed(surface, points, uv, side) for points, uv, _ in fillings]
     return max(fillings, key=lambda filling: filling[2])
+
+
+def grid_of_polygon(loop: FloatArray) -> tuple[FloatArray, IntArray] | None:
+    """A grid in a polygon (m, 2) of four sides, as inner nodes and quads; None where it has not, or they differ."""
+    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+    angle = np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
+    corners = np.flatnonzero(angle < _CORNER)
+    if len(corners) != 4 or (angle > 2 * np.pi - _CORNER).any():
+        return None
+    turned = np.roll(np.arange(len(loop)), -corners[0])
+    a, b, c, d = corners - corners[0]
+    if b - a != d - c or c - b != len(loop) - d:
+        return None
+    ids = np.concatenate([turned, turned[:1]])
+    bottom, right, top, left = ids[a : b + 1], ids[b : c + 1], ids[c : d + 1][::-1], ids[d:][::-1]
+    chains = tuple(loop[chain] for chain in (bottom, right, top, left))
+    xi, eta = blend_variables(*(chain_fractions(chain) for chain in chains))
+    inner = interpolate(chains, xi, eta)[1:-1, 1:-1]
+    h, w = len(left) - 1, len(bottom) - 1
+    grid = np.empty((h + 1, w + 1), dtype=np.int64)
+    grid[1:-1, 1:-1] = len(loop) + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
+    grid[0], grid[:, -1], grid[-1], grid[:, 0] = bottom, right, top, left
+    quads = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=-1).reshape(-1, 4)
+    return inner.reshape(-1, 2), quads
 
 
 def _on_surface(

@@ -6,13 +6,15 @@ pyvista is the extra ``view`` and is imported when first needed.
 ::
 
     to_pyvista, boundaries_to_pyvista, skin, kept_by_clip      arrays for pyvista      grid
+    explode                                                    parts drawn apart       exploded
     plot, add_mesh                                             pictures                picture
     quiet_vtk, check_drawing, write_whole                      the machine             display
 """
 
 from .clipping import Clip, kept_by_clip
 from .display import can_open_window, check_drawing, quiet_vtk, write_whole
-from .grid import boundaries_to_pyvista, boundary_colors, mesh_colors, outline, skin, to_pyvista
+from .exploded import explode
+from .grid import boundaries_to_pyvista, boundary_colors, mesh_colors, outline, part_colors, skin, to_pyvista
 from .histogram import plot_report
 from .picture import add_mesh, mesh_picture, part_picture, plot, save_screenshot
 
@@ -23,10 +25,12 @@ __all__ = [
     "boundary_colors",
     "can_open_window",
     "check_drawing",
+    "explode",
     "kept_by_clip",
     "mesh_colors",
     "mesh_picture",
     "outline",
+    "part_colors",
     "part_picture",
     "plot",
     "plot_report",

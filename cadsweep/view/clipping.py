@@ -69,9 +69,10 @@ def cut_skin(mesh: HexMesh, clip: Clip) -> tuple[Any, IntArray]:
     outside = outside.clip(normal=normal, origin=origin)
     grid = to_pyvista(_first_order(mesh))
     grid.cell_data["owner"] = np.full(mesh.n_hexes, -1)
+    grid.cell_data["hex"] = np.arange(mesh.n_hexes)
     inside = grid.slice(normal=normal, origin=origin, generate_triangles=False)
     for surface in (outside, inside):
-        for name in set(surface.cell_data.keys()) - {"scaled_jacobian", "owner"}:
+        for name in set(surface.cell_data.keys()) - {"scaled_jacobian", "owner", "hex"}:
             del surface.cell_data[name]
         surface.point_data.clear()
         surface.field_data.clear()

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import re
 import select
 import subprocess
 import sys
@@ -50,10 +51,13 @@ def command(*args, cwd, **options):
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory):
-    """A folder with a script, a sphere, and the mesh of the script, made by the command line."""
+    """A folder with a script, a part that is refused, and the mesh of the script, made by the command line."""
     folder = tmp_path_factory.mktemp("work")
     (folder / "part.py").write_text(SCRIPT)
-    (folder / "sphere.py").write_text("import cadquery as cq\nshow_object(cq.Workplane().sphere(1))\n")
+    (folder / "crossing.py").write_text(
+        "import cadquery as cq\nblock = cq.Workplane().box(20, 20, 20).faces('>Z').hole(5)\n"
+        "show_object(block.faces('>X').workplane().hole(5))\n"
+    )
     done = command("mesh", "part.py", "-o", "part.vtu", "--size", "0.3", "--layers", "4", "--json", cwd=folder)
     assert done.returncode == 0, done.stderr
     (folder / "answer.json").write_text(done.stdout)
@@ -92,10 +96,16 @@ def test_a_parameter_reaches_the_script_and_quiet_is_silent(work):
 
 def test_what_cannot_be_swept_is_one_line_and_no_file(work):
     before = sorted(os.listdir(work))
-    assert "sphere" in one_line(command("mesh", "sphere.py", "-o", "sphere.vtu", cwd=work))
-    told = command("mesh", "sphere.py", "-o", "sphere.vtu", "--json", cwd=work)
+    # What is in the way, its place and what to do come first; programs get them apart.
+    refused = ("mesh", "crossing.py", "-o", "crossing.vtu", "--no-decompose")
+    line = one_line(command(*refused, cwd=work))
+    assert re.match(r"cadsweep: the solid is no sweep because of face \d+ \(cylinder at [^)]+\); leave ", line)
+    told = command(*refused, "--json", cwd=work)
     assert told.returncode == 1
-    assert json.loads(told.stdout)["error"]["type"] == "NotSweepableError"
+    error = json.loads(told.stdout)["error"]
+    assert error["type"] == "NotSweepableError"
+    assert error["hint"].startswith("leave the feature")
+    assert f"face {error['faces'][0]} " in line
     assert "absent.step" in one_line(command("mesh", "absent.step", "-o", "absent.vtu", cwd=work))
     words = one_line(command("mesh", "part.py", "-o", "x.vtu", "--param", "wdth=6", cwd=work))
     assert "wdth" in words
@@ -117,11 +127,18 @@ def test_info_shows_faces_sweeps_and_reasons(work):
     assert data["sweeps"]
 
 
+def test_the_report_of_a_refused_part_is_a_page_about_it(work):
+    done = command("report", "crossing.py", "-o", "crossing.html", "--no-decompose", cwd=work)
+    assert done.returncode == 1
+    assert "crossing.html shows the faces in question" in done.stderr
+    assert "Faces in question" in (work / "crossing.html").read_text(encoding="utf-8")
+
+
 def test_info_of_what_cannot_be_swept_succeeds_with_reasons(work):
-    done = command("info", "sphere.py", cwd=work)
+    done = command("info", "crossing.py", cwd=work)
     assert done.returncode == 0
     assert "No sweep" in done.stdout
-    data = json.loads(command("info", "sphere.py", "--json", cwd=work).stdout)
+    data = json.loads(command("info", "crossing.py", "--json", cwd=work).stdout)
     assert data["sweeps"] == []
     assert len(data["rejected"]) == len(data["faces"])
 

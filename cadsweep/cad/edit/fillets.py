@@ -36,9 +36,11 @@ from ..shapes import EDGE, SolidShape, subshapes
 from .splitting import split_faces
 
 _HALF_WAY = cos(pi / 4)
+"""Cosine between a rounding and its cap where the rounding is divided: as steep for the cap as for the side."""
 _MARGIN = 0.12
 """How far beyond half way, in cosines, the normals of a face reach on both sides if it is to be divided."""
 _SAMPLES = 33
+"""Places along an edge: a rounding of a quarter turn is crossed within 3 degrees."""
 _TANGENT = 1e-3
 """Radians from pi below which two faces are tangent."""
 _LEVEL = 1e-6

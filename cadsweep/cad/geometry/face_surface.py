@@ -29,6 +29,7 @@ _GRID = 33
 _LARGEST_TURN = np.pi / 18
 """Turn of the surface between two places of the grid, at most, up to `_MOST_GRID` of them."""
 _MOST_GRID = 1024
+"""Places in each direction for first guesses: a helix of a hundred turns has ten a turn."""
 _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
 

@@ -46,14 +46,19 @@ def _rule(order: int, n_parts: int) -> _Rule:
 
 
 _ORDERS = (6, 8)
+"""Gauss orders that are compared: where 6 and 8 points agree, 8 are exact to rounding."""
 _AGREE = 1e-6
 """Difference of the two orders' areas, as a share, that ends the halving; the higher order is far better."""
 _MOST_PARTS = 16
+"""Pieces of an interval beyond which a surface is not smooth enough for our integrals."""
 _MOST_POINTS = 100_000
 """Points of the surface for one sum, beyond which panels are not halved again."""
 _PANELS = 4
+"""Panels in each direction of a surface without knots, before any is halved."""
 _ELEMENTARY_PANELS = 2
+"""The same for planes, cones and tori, whose integrands are polynomials and single waves."""
 _MOST_PANELS = 48
+"""Spans of a spline up to which each is a panel; more are gathered."""
 
 
 class Measure(NamedTuple):

@@ -17,6 +17,7 @@ from .nurbs import BSplineSurface
 from .spline_kernels import kernel, surface_at
 
 MOST_STEPS = 50
+"""Descents need about ten steps; those that need fifty go in circles."""
 
 
 def nearest_on_spline(

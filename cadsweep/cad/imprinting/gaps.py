@@ -34,6 +34,7 @@ WIDEST = 1e-3
 _FACING = -0.9
 """Greatest cosine between the normals of two faces that face each other."""
 _GRID = (0.5, 0.1, 0.9, 0.3, 0.7)
+"""Where on a face distances are measured, its middle first, and never at the rim, where neighbours meet."""
 _MOST_MEASURED = 32
 """Pairs of faces of two solids whose least distance is measured, which takes milliseconds each."""
 

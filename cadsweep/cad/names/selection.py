@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 Kind = Literal["face", "edge"]
 
 _MOST_LISTED = 40
+"""Names in a message: what fits a screen."""
 _SELECTOR_WORDS = ("XY", "XZ", "YZ", "front", "back", "left", "right", "top", "bottom")
 
 

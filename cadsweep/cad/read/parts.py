@@ -16,6 +16,7 @@ from ..shapes import EDGE, FACE, SOLID, bounds, compound, explore, index_map, su
 from .model import Colored, Model, Named
 
 _MOST_LISTED = 20
+"""Solids in a message: what fits a screen."""
 
 
 def choose_part(model: Model, part: str | int | None) -> Model:

@@ -1,0 +1,130 @@
+"""Wall layers: the heights that are asked for stand on the mesh, from the source to the target."""
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.cells import HEX_EDGES, HEX_FACES
+from cadsweep.errors import InputError
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+WALL = cs.WallLayers(first=0.05, growth=1.2, n=6)
+TOTAL = 0.05 * (1.2**6 - 1) / 0.2
+
+
+def opposite_nodes(mesh, quads):
+    """For boundary quads, their nodes and the nodes of their hexahedra across, in the same order."""
+    sides = np.array(HEX_FACES)
+    known = {tuple(sorted(quad)): (h, s) for h, hexa in enumerate(mesh.hexes) for s, quad in enumerate(hexa[sides])}
+    near, far = [], []
+    for quad in quads:
+        h, _ = known[tuple(sorted(quad))]
+        hexa = mesh.hexes[h].tolist()
+        edges = HEX_EDGES.tolist()
+        over = {}
+        for a, b in edges:
+            if (hexa[a] in quad) != (hexa[b] in quad):
+                over |= {hexa[a]: hexa[b], hexa[b]: hexa[a]}
+        near.append(quad)
+        far.append([over[node] for node in quad])
+    return np.array(near), np.array(far)
+
+
+def heights(mesh, name):
+    """Heights of the first layer on a boundary, quad by quad: along the quad's normal, at its four nodes."""
+    near, far = opposite_nodes(mesh, mesh.boundaries[name])
+    corners = mesh.points[near]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.abs(np.einsum("qci,qi->qc", mesh.points[far] - corners, normal)).mean(axis=1)
+
+
+def walled(work, selector="#Z", name="wall"):
+    work.faces(selector).tag(name)
+    return work
+
+
+def straight_ducts():
+    angle = cq.Workplane().polyline([(0, 0), (20, 0), (20, 8), (8, 8), (8, 20), (0, 20)]).close()
+    ring = cq.Workplane().rect(20, 14).rect(8, 5).extrude(6)
+    return {"convex and re-entrant": walled(angle.extrude(6)), "inside and outside": walled(ring)}
+
+
+@pytest.mark.parametrize(("name", "part"), straight_ducts().items())
+def test_the_first_height_is_kept_on_straight_walls(name, part):
+    mesh = cs.sweep_mesh(part, size=2, wall_layers={"wall": WALL})
+    assert heights(mesh, "wall") == pytest.approx(0.05, rel=0.01)
+    assert mesh.info["quality"].min_scaled_jacobian > 0.3
+
+
+def test_every_layer_grows_by_the_growth():
+    mesh = cs.sweep_mesh(walled(cq.Workplane().circle(5).extrude(4), "%CYLINDER"), size=1.5, wall_layers={"wall": WALL})
+    radius = np.hypot(*mesh.points[np.abs(mesh.points[:, 2]) < 1e-9][:, :2].T)
+    rows = np.unique(radius[radius > 5 - TOTAL - 1e-6].round(6))[::-1]
+    assert rows == pytest.approx(5 - 0.05 * np.array([(1.2**k - 1) / 0.2 for k in range(7)]), abs=1e-5)
+
+
+def test_heights_are_carried_through_a_bend_a_taper_and_a_loft():
+    bend = walled(cq.Workplane().rect(8, 5).revolve(90, (-15, 0, 0), (-15, 1, 0)), "(%PLANE and |Y) or %CYLINDER")
+    taper = walled(cq.Workplane().rect(20, 12).workplane(offset=30).rect(8, 8).loft(), "not |Z")
+    loft = walled(cq.Workplane().circle(6).workplane(offset=20).circle(3).loft(), "not |Z")
+    for part, most in ((bend, 0.02), (taper, 0.01), (loft, 0.05)):
+        found = heights(cs.sweep_mesh(part, size=1.5, wall_layers={"wall": WALL}, allow_coarse=True), "wall")
+        assert found == pytest.approx(0.05, rel=most), part
+
+
+def test_rows_end_at_the_nodes_of_an_edge_that_is_no_wall():
+    box = walled(cq.Workplane().box(30, 10, 6), "<Z")
+    mesh = cs.sweep_mesh(box, size=2, source="<X", wall_layers={"wall": WALL})
+    assert heights(mesh, "wall") == pytest.approx(0.05, rel=1e-6)
+    levels = np.unique((mesh.points[:, 2] + 3).round(9))
+    assert levels[:7] == pytest.approx(0.05 * np.array([(1.2**k - 1) / 0.2 for k in range(7)]), abs=1e-8)
+    assert (np.diff(levels)[6:] <= 2.0 * 1.2).all()
+
+
+def test_a_wall_that_is_a_cap_gets_layers_of_the_sweep():
+    work = walled(walled(cq.Workplane().circle(5).extrude(20), "<Z", "floor"), "%CYLINDER")
+    other = cs.WallLayers(first=0.1, growth=1.5, n=4)
+    mesh = cs.sweep_mesh(work, size=1.5, wall_layers={"wall": WALL, "floor": other})
+    assert heights(mesh, "floor") == pytest.approx(0.1, rel=0.01)
+    assert heights(mesh, "wall") == pytest.approx(0.05, rel=0.02)
+    levels = np.unique(mesh.points[:, 2].round(9))
+    assert np.diff(levels)[:4] == pytest.approx(0.1 * 1.5 ** np.arange(4), rel=1e-6)
+
+
+def test_walls_that_are_near_each_other_get_thinner_layers_and_a_note():
+    slot = walled(cq.Workplane().rect(20, 20).rect(18, 18).extrude(2))
+    mesh = cs.sweep_mesh(slot, size=1, wall_layers={"wall": cs.WallLayers(first=0.05, growth=1.5, n=6)})
+    assert any("thinner along 100%" in note for note in mesh.info["notes"])
+    assert heights(mesh, "wall") == pytest.approx(0.05, rel=0.01)  # the growth gives way first
+    assert mesh.info["quality"].valid
+
+
+def test_what_wall_layers_cannot_do_is_said():
+    box = walled(cq.Workplane().box(30, 10, 6), "<Z")
+    with pytest.raises(InputError, match="No face matches 'wal'"):
+        cs.sweep_mesh(box, wall_layers={"wal": WALL})
+    with pytest.raises(InputError, match=r"take 6 of edge .* which is 6 long"):
+        cs.sweep_mesh(box, source="<Z", wall_layers={"wall": cs.WallLayers(first=1, growth=1, n=6)})
+    with pytest.raises(InputError, match="fractions place the layers"):
+        cs.sweep_mesh(box, source="<Z", fractions=[0, 0.2, 1], wall_layers={"wall": WALL})
+    both = {"<Z": WALL, "<Y": cs.WallLayers(first=0.1, n=3)}
+    with pytest.raises(InputError, match=r"have \d and \d layers"):
+        cs.sweep_mesh(box, source="<X", wall_layers=both)
+    with pytest.raises(InputError, match="gets 5 segments, and 6 wall layers"):
+        cs.sweep_mesh(box, source="<Z", layers=5, wall_layers={"wall": WALL})
+    two = cq.Assembly().add(cq.Workplane().box(4, 4, 4)).add(cq.Workplane().box(4, 4, 4).translate((0, 0, 4)))
+    with pytest.raises(InputError, match="wall_layers is about one sweep"):
+        cs.sweep_mesh(two, wall_layers={"<X": WALL})
+    for wrong in ({"first": 0}, {"first": 0.1, "growth": 0.5}, {"first": 0.1, "n": 2.5}, {"frist": 0.1}):
+        with pytest.raises(InputError, match="the wall layers of 'wall'"):
+            cs.sweep_mesh(box, wall_layers={"wall": wrong})
+
+
+def test_the_command_line_reads_the_same_table():
+    from cadsweep.cli.types import Assignment, Layers
+
+    read = Assignment(Layers()).convert
+    assert read("wall=0.05:1.2:8", None, None) == ("wall", {"first": 0.05, "growth": 1.2, "n": 8})
