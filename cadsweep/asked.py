@@ -38,6 +38,15 @@ class EdgeBias:
         Length of the longest segment over the shortest.
     first : float or None
         Length of the shortest segment instead, model units; the ratio follows from the number of segments.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> cs.EdgeBias(towards="both", ratio=4).ratio
+    4
+    >>> cs.EdgeBias(towards="both")
+    Traceback (most recent call last):
+    cadsweep.errors.InputError: a bias needs either a ratio or a first length, one of the two
     """
 
     towards: Any
@@ -115,6 +124,13 @@ class WallLayers:
         Height of each layer over that of the one before, at least 1.
     n : int
         Number of layers.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> layers = cs.WallLayers(first=0.05, growth=1.2, n=8)
+    >>> layers.first * layers.growth  # the second one
+    0.06
     """
 
     first: float

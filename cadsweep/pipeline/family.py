@@ -63,6 +63,14 @@ def make_family(mesh: HexMesh, n_meshes: int = 3) -> Family:
         `n_meshes` is not from 3 to 7, or the mesh does not know its CAD model.
     InvertedHexError
         A refined mesh is not valid.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> family = cs.make_family(cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0, layers=2))
+    >>> [mesh.n_hexes for mesh in family.meshes]
+    [24, 192, 1536]
     """
     if isinstance(n_meshes, bool) or not isinstance(n_meshes, int) or not FEWEST <= n_meshes <= MOST:
         raise InputError(f"a family has {FEWEST} to {MOST} meshes, not {n_meshes!r}")
