@@ -25,6 +25,7 @@ from .chart import Chart
 from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
+from .structured import fill_lattice, fill_round_core
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
 
@@ -151,6 +152,9 @@ FILLINGS = (
     Filling(fill_grid, lambda outline: np.inf if any(outline.smooth) else GOOD_ENOUGH),
     # Below 0.4 the rows have been squeezed, and quads without them often do better.
     Filling(lay_rows_along_rims, lambda _: 0.4),
+    # Where every corner is right or re-entrant, and where there is none, these are what a person would draw.
+    Filling(fill_lattice, lambda _: GOOD_ENOUGH),
+    Filling(fill_round_core, lambda _: 0.5),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     Filling(mesh_freely, lambda _: GOOD_ENOUGH),
