@@ -188,21 +188,28 @@ def opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tupl
 def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """Edges of a cap that run one way and those that run back, where all its corners are right or re-entrant ones.
 
-    Equal sums there let an L, a T or a cross be filled with a regular grid. None where the wanted counts are far from
-    it, and none for four corners, which are :func:`opposite_sides`' concern.
+    Equal sums there let an L, a T or a plate with holes be filled with a regular grid. None where the wanted counts
+    are far from it, and none for four corners without holes, which are :func:`opposite_sides`' concern.
     """
-    turns = quarter_turns(loops[0].angles) if len(loops) == 1 else None
-    if turns is None or sum(turns) != 4 or turns.count(1) <= 4:
-        return []
-    ways: list[list[int]] = [[], [], [], []]
-    way = 0
-    for edge, turn in zip(loops[0].edges, turns, strict=True):
-        way += turn
-        ways[way % 4].append(edge)
-    totals = [sum(wanted[e] for e in edges) for edges in ways]
-    if any(max(totals[k], totals[k + 2]) > EVEN * min(totals[k], totals[k + 2]) for k in (0, 1)):
-        return []
-    return [(ways[0], ways[2]), (ways[1], ways[3])]
+    pairs: list[tuple[list[int], list[int]]] = []
+    for loop in loops:
+        turns = quarter_turns(loop.angles)
+        if turns is None or (len(loops) == 1 and turns.count(1) <= 4):
+            return []
+        if loop is not loops[0] and not any(turns):
+            continue  # a round hole
+        if sum(turns) != (4 if loop is loops[0] else -4):
+            return []
+        ways: list[list[int]] = [[], [], [], []]
+        way = 0
+        for edge, turn in zip(loop.edges, turns, strict=True):
+            way += turn
+            ways[way % 4].append(edge)
+        totals = [sum(wanted[e] for e in edges) for edges in ways]
+        if any(max(totals[k], totals[k + 2]) > EVEN * min(totals[k], totals[k + 2]) for k in (0, 1)):
+            return []
+        pairs += [(ways[0], ways[2]), (ways[1], ways[3])]
+    return pairs
 
 
 def _across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:

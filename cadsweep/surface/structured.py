@@ -1,4 +1,4 @@
-r"""Block-structured quads of caps without holes: a lattice where all corners are right, a square core where none is.
+r"""Block-structured quads of caps: a lattice where all corners are right, rings around a core where there is none.
 
 Place in the flow: two of the ways of :mod:`.filling`.
 
@@ -14,10 +14,10 @@ lattice (submapping: Whiteley, White, Benzley and Blacker, "Two and three-quarte
     |  |  |  |  |  |       \ /  |  \ /
     o--o--o--o--o--o        o---o---o
 
-Inner nodes stand at the mean of their neighbours in a plane chart, by one sparse solve: what is symmetric in the
-outline is symmetric inside.
+A hole in a lattice takes a rectangle of as many cells around as it has segments. Inner nodes stand at the mean of
+their neighbours in a plane chart, by one sparse solve: what is symmetric in the outline is symmetric inside.
 
-Not handled: caps with holes, and outlines on which quads should grow towards the inside.
+Not handled: holes in outlines without corners, and outlines on which quads should grow towards the inside.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..brep import quarter_turns
-from .chart import signed_area
+from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
 
 _SMOOTH = np.pi / 6
@@ -38,29 +38,43 @@ _RINGS = 0.45
 """Part of the half width that the rings take: core and rings then have quads of one size, as good as it gets."""
 
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+_CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
 
 def fill_lattice(outline: Outline) -> FaceQuads | None:
-    """A lattice on a face whose corners are all right or re-entrant; None where its outline is none of one."""
-    if len(outline.loops) != 1 or outline.grows():
+    """A lattice on a face whose corners are all right or re-entrant, its holes round or of four corners."""
+    if outline.grows():
         return None
+    lattice = _lattice_of(outline)
+    chart = next(outline.charts(outline.nodes), None)
+    if lattice is None or chart is None:
+        return None
+    number, cells = _inside_of(lattice)
+    if len(outline.loops) > 1:
+        whole = _embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), _quads_of(number, cells))
+        pierced = _pierced(outline, chart, number, cells, whole)
+        if pierced is None:
+            return None
+        number, cells = pierced
+    quads = _quads_of(number, cells)
+    return _relaxed(outline, chart, int(number.max()) + 1 - sum(map(len, outline.nodes)), quads)
+
+
+def _lattice_of(outline: Outline) -> IntArray | None:
+    """Lattice places (n, 2) of the outer loop's nodes; None where they close to no simple polygon."""
     loop = outline.loops[0]
     turns = quarter_turns(outline.angles(loop))
     if turns is None or sum(turns) != 4:
         return None
     ways = np.repeat(np.cumsum(turns) % 4, [int(outline.counts[e]) for e, _ in loop])
     places = np.cumsum(_STEPS[ways], axis=0)
-    if places[-1].any():
-        return None  # the ways there and back have not as many segments
-    lattice = np.concatenate([np.zeros((1, 2), dtype=np.int64), places[:-1]])
-    lattice -= lattice.min(axis=0)
-    if len(np.unique(lattice, axis=0)) < len(lattice):
-        return None  # it runs into itself
-    return _relaxed(outline, *_inside_of(lattice))
+    lattice: IntArray = places - places.min(axis=0)
+    closed = not places[-1].any()  # the ways there and back have as many segments
+    return np.roll(lattice, 1, axis=0) if closed and len(np.unique(lattice, axis=0)) == len(lattice) else None
 
 
-def _inside_of(lattice: IntArray) -> tuple[int, IntArray]:
-    """Number of inner nodes, and quads, of a simple lattice polygon (n, 2); its own nodes come first."""
+def _inside_of(lattice: IntArray) -> tuple[IntArray, IntArray]:
+    """Numbers of the nodes of a simple lattice polygon (n, 2), its own first, by place; and the cells (m, 2) inside."""
     width, height = lattice.max(axis=0)
     winding = np.zeros((width + 1, height), dtype=np.int64)
     step = np.roll(lattice, -1, axis=0) - lattice
@@ -70,12 +84,88 @@ def _inside_of(lattice: IntArray) -> tuple[int, IntArray]:
     cells = np.argwhere(np.cumsum(winding, axis=0)[:-1] > 0)
     number = np.full((width + 1, height + 1), -1, dtype=np.int64)
     number[lattice[:, 0], lattice[:, 1]] = np.arange(len(lattice))
-    corners = cells[:, None] + np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    return _numbered(number, cells, len(lattice)), cells
+
+
+def _numbered(number: IntArray, cells: IntArray, first: int) -> IntArray:
+    """The same numbers, and those of the inner nodes of cells, from `first` on; -1 where no cell is."""
     touched = np.zeros(number.shape, dtype=np.bool_)
+    corners = cells[:, None] + _CELL
     touched[corners[..., 0], corners[..., 1]] = True
     inner = np.argwhere(touched & (number < 0))
-    number[inner[:, 0], inner[:, 1]] = len(lattice) + np.arange(len(inner))
-    return len(inner), number[corners[..., 0], corners[..., 1]]
+    number[inner[:, 0], inner[:, 1]] = first + np.arange(len(inner))
+    return number
+
+
+def _quads_of(number: IntArray, cells: IntArray) -> IntArray:
+    corners = cells[:, None] + _CELL
+    return number[corners[..., 0], corners[..., 1]]
+
+
+def _pierced(
+    outline: Outline, chart: Chart, number: IntArray, cells: IntArray, whole: FloatArray
+) -> tuple[IntArray, IntArray] | None:
+    """Numbers and cells once the holes have taken their places; None where one has none.
+
+    Each hole takes a rectangle of the lattice, as many cells around as it has segments, about where its middle lies
+    among the nodes of the lattice without it, at `whole` (n, 2).
+    """
+    n_outer = len(outline.nodes[0])
+    places = np.argwhere(number >= 0)
+    order = number[places[:, 0], places[:, 1]]
+    into_lattice = scipy.interpolate.LinearNDInterpolator(whole[order], places.astype(np.float64))
+    is_cell = np.zeros(number.shape, dtype=np.bool_)
+    is_cell[cells[:, 0], cells[:, 1]] = True
+    taken = np.where((number >= 0) & (number < n_outer), number, -1)
+    first = n_outer
+    for j in range(1, len(outline.loops)):
+        own = into_lattice(chart.boundary[j])
+        corners = _hole_corners(outline, j, own)
+        if not np.isfinite(own).all() or corners is None:
+            return None
+        begin, q, p = corners
+        low = np.rint(own.mean(axis=0) - np.array([p, q]) / 2.0).astype(np.int64)
+        around = low + _around(p, q)
+        x, y = around.T
+        if low.min() < 0 or (x >= number.shape[0]).any() or (y >= number.shape[1]).any():
+            return None
+        within = (slice(low[0], low[0] + p), slice(low[1], low[1] + q))
+        if (taken[x, y] >= 0).any() or not is_cell[within].all() or (number[x, y] < 0).any():
+            return None
+        taken[x, y] = first + (begin + np.arange(len(own))) % len(own)
+        is_cell[within] = False
+        first += len(own)
+    cells = np.argwhere(is_cell)
+    return _numbered(taken, cells, first), cells
+
+
+def _around(p: int, q: int) -> IntArray:
+    """Places around a rectangle of p x q cells, clockwise from its lower left corner."""
+    steps = np.repeat(_STEPS[[1, 0, 3, 2]], [q, p, q, p], axis=0)
+    return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(steps, axis=0)[:-1]])
+
+
+def _hole_corners(outline: Outline, loop: int, places: FloatArray) -> tuple[int, int, int] | None:
+    """The hole's node at the lower left of its rectangle, and the segments up and across from there."""
+    n, angles = len(places), outline.angles(outline.loops[loop])
+    if n % 2:
+        return None
+    if all(abs(angle - np.pi) <= _SMOOTH for angle in angles):
+        off = places - places.mean(axis=0)
+        x, y = (off / np.abs(off).max(axis=0)).T
+        corners = [int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+        sides = [(b - a) % n for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+        up = int(np.clip(round((sides[0] + sides[2]) / 2.0), 1, n // 2 - 1))
+        return corners[0], up, n // 2 - up
+    turns = quarter_turns(angles)
+    if turns is None or sum(turns) != -4 or turns.count(-1) != 4:
+        return None
+    at = np.concatenate([[0], np.cumsum([int(outline.counts[e]) for e, _ in outline.loops[loop]])])[:-1]
+    found = at[np.array(turns) == -1]
+    start = int(np.argmin(places[found].sum(axis=1)))
+    found = np.roll(found, -start)
+    sides = [int((b - a) % n) for a, b in zip(found, np.roll(found, -1), strict=True)]
+    return (int(found[0]), sides[0], sides[1]) if sides[:2] == sides[2:] else None
 
 
 def fill_round_core(outline: Outline) -> FaceQuads | None:
@@ -92,7 +182,7 @@ def fill_round_core(outline: Outline) -> FaceQuads | None:
     first, p = _core_corners(rim)
     segment = float(np.mean(np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)))
     half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
-    return _relaxed(outline, *_around_core(n, first, p, max(1, round(_RINGS * half / segment))))
+    return _relaxed(outline, chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment))))
 
 
 def _turned(rim: FloatArray) -> FloatArray:
@@ -137,17 +227,20 @@ def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]
     return rings * n + n_core, np.concatenate([around, inside])
 
 
-def _relaxed(outline: Outline, n_inner: int, quads: IntArray) -> FaceQuads | None:
-    """Quads whose inner nodes stand at the mean of their neighbours in the most faithful chart."""
-    chart = next(outline.charts(outline.nodes), None)
-    if chart is None:
-        return None
-    rim = chart.boundary[0]
+def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
+    """Quads whose inner nodes stand at the mean of their neighbours in the chart."""
+    inner = _embedded(np.concatenate(chart.boundary), n_inner, quads)[-n_inner:] if n_inner else np.zeros((0, 2))
+    return outline.lift(chart, inner, quads, np.concatenate(outline.nodes))
+
+
+def _embedded(rim: FloatArray, n_inner: int, quads: IntArray) -> FloatArray:
+    """Places (n, 2) of all nodes of a quad mesh, its first at `rim`, the others at the mean of their neighbours."""
+    if not n_inner:
+        return rim
     n = len(rim) + n_inner
     ends = np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
     links = scipy.sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n)).tocsr()
     links = links + links.T
     laplacian = (scipy.sparse.diags_array(links.sum(axis=1)) - links).tocsc()
     free, given = laplacian[len(rim) :, len(rim) :], laplacian[len(rim) :, : len(rim)]
-    inner = np.zeros((0, 2)) if n_inner == 0 else scipy.sparse.linalg.spsolve(free, -(given @ rim)).reshape(-1, 2)
-    return outline.lift(chart, inner, quads, outline.nodes[0])
+    return np.concatenate([rim, scipy.sparse.linalg.spsolve(free, -(given @ rim)).reshape(-1, 2)])
