@@ -73,4 +73,40 @@ def rack(n_blades: int) -> cq.Workplane:
     return wire.extrude(6)
 
 
+def block(seed: int, n_features: int = 30, *, snap: float | None = None) -> cq.Workplane:
+    """A block of 100 x 100 x 30 with pockets and bosses from both sides at random places: boxes, drums and slots.
+
+    Where `snap` is given, places and lengths are multiples of it and slots lie along the block, as on a drawing;
+    without it outlines may come as near to each other as chance has it.
+    """
+    random = np.random.default_rng(seed)
+
+    def rounded(values: np.ndarray) -> list[float]:
+        steps = values if snap is None else np.round(values / snap) * snap
+        return [float(value) for value in steps]
+
+    part = cq.Workplane().box(100, 100, 30)
+    for _ in range(n_features):
+        side = 1.0 if random.random() < 0.5 else -1.0
+        is_pocket = random.random() < 0.6
+        kind = random.integers(3)
+        x, y = rounded(random.uniform(-40.0, 40.0, 2))
+        length, width = rounded(random.uniform(6.0, 16.0, 2))
+        depth = float(random.uniform(2.0, 12.0))
+        turn = float(random.choice([0.0, 90.0]) if snap else random.uniform(0.0, 180.0))
+        low, high = (15.0 - depth, 45.0) if is_pocket else (14.0, 15.0 + depth)
+        tool = cq.Workplane("XY", (x, y, low))
+        if kind == 0:
+            tool = tool.rect(1.5 * length, 1.5 * width)
+        elif kind == 1:
+            tool = tool.circle(0.7 * length)
+        else:
+            tool = tool.slot2D(2.0 * max(length, width), min(length, width) / 1.2, turn)
+        solid = tool.extrude(high - low)
+        if side < 0:
+            solid = solid.mirror("XY")
+        part = part.cut(solid) if is_pocket else part.union(solid)
+    return part
+
+
 FAMILIES = {"gear": gear, "spring": spring, "embossed": embossed, "plate": plate, "rack": rack}

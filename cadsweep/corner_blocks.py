@@ -23,10 +23,73 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from .arrays import IntArray
+from .arrays import FloatArray, IntArray
 from .brep import Solid
 from .sweep import DirectedEdge, LinkingSide
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class View:
+    """The places that lie on the inner side of planes: where lines to a whole outline stay inside of it.
+
+    Attributes
+    ----------
+    normals : (n, 3) float64
+        Inward.
+    offsets : (n,) float64
+        ``normal . x`` of the planes.
+    plane : ((3,) float64, float) or None
+        A plane that the places lie in.
+    """
+
+    normals: FloatArray
+    offsets: FloatArray
+    plane: tuple[FloatArray, float] | None = None
+
+    @classmethod
+    def of(cls, places: FloatArray, normals: FloatArray, plane: tuple[FloatArray, float] | None = None) -> View:
+        """Of planes through places (n, 3); those without a normal are left out."""
+        known = np.isfinite(normals).all(axis=1)
+        return cls(normals=normals[known], offsets=(places * normals).sum(axis=1)[known], plane=plane)
+
+    def depth(self) -> float:
+        """The greatest distance of a place from all planes; 0 where there is none."""
+        found = scipy.optimize.linprog(
+            [0.0, 0.0, 0.0, -1.0],
+            np.column_stack([-self.normals, np.ones(len(self.normals))]),
+            -self.offsets,
+            A_eq=None if self.plane is None else [[*self.plane[0], 0.0]],
+            b_eq=None if self.plane is None else [self.plane[1]],
+            bounds=[(None, None)] * 3 + [(0.0, None)],
+        )
+        return float(found.x[3]) if found.success else 0.0
+
+    def nearest(self, wanted: FloatArray) -> FloatArray:
+        """The place next to a wanted one (3,) of those half as far inside as any."""
+        if not len(self.normals):
+            return wanted
+        inside = 0.5 * self.depth()
+        if (self.normals @ wanted - self.offsets).min() >= inside:
+            return wanted
+        beside = np.eye(3)  # the distance along the axes, one after another
+        rows = [(-self.normals, np.zeros((len(self.normals), 3))), (beside, -beside), (-beside, -beside)]
+        found = scipy.optimize.linprog(
+            [0.0] * 3 + [1.0] * 3,
+            np.concatenate([np.column_stack(row) for row in rows]),
+            np.concatenate([-self.offsets - inside, wanted, -wanted]),
+            A_eq=None if self.plane is None else [[*self.plane[0], 0.0, 0.0, 0.0]],
+            b_eq=None if self.plane is None else [self.plane[1]],
+            bounds=[(None, None)] * 6,
+        )
+        assert found.success, "some place is half as deep as the deepest"
+        return np.asarray(found.x[:3])
+
+
+def balanced(places: FloatArray, counts: IntArray) -> FloatArray:
+    """The point (3,) to which lines of as many segments from places (n, 3) pull with the same force a length."""
+    return np.asarray(np.average(places, axis=0, weights=1.0 / np.asarray(counts)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,6 +112,10 @@ class CornerBlocks:
         from outside.
     grids : mapping of int to LinkingSide
         The faces with four corners.
+    view : View
+        Where all faces are seen from inside.
+    face_views : mapping of int to View
+        On every face, where all of its outline is seen.
     score : float
         Expected quality; below that of any good sweep.
     """
@@ -60,6 +127,8 @@ class CornerBlocks:
     across: tuple[tuple[int, int], ...]
     outlines: Mapping[int, tuple[DirectedEdge, ...]]
     grids: Mapping[int, LinkingSide]
+    view: View
+    face_views: Mapping[int, View]
     score: float
 
     @property

@@ -150,11 +150,11 @@ def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Seq
     return find(part, cell, faces)
 
 
-def cut_cell(part: "Part", cell: int, cutter: "Cutter") -> "Part | None":
-    """Part one cell (:func:`cadsweep.cad.edit.cutting.cut_cell`)."""
+def cut_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]" = ()) -> "Part | None":
+    """Part one cell, and others with it (:func:`cadsweep.cad.edit.cutting.cut_cell`)."""
     from .edit.cutting import cut_cell as cut
 
-    return cut(part, cell, cutter.tools)
+    return cut(part, cell, cutter.tools, others if cutter.everywhere else ())
 
 
 def write_step(part: "Part", path: "Path") -> list[str]:

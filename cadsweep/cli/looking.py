@@ -126,16 +126,19 @@ def check(
 )
 @click.option(
     "--color",
-    type=click.Choice(["quality", "boundary", "cad"]),
+    type=click.Choice(["quality", "boundary", "part", "cad"]),
     default="quality",
     show_default=True,
-    help="By scaled Jacobian, by boundary, or as the CAD model is coloured (.vtu, .vtkhdf).",
+    help="By scaled Jacobian, boundary or part, or as the CAD model is coloured (.vtu, .vtkhdf).",
+)
+@click.option(
+    "--explode", type=click.FloatRange(min=0.0), default=0.0, help="Draw the parts of an assembly apart: 0.5, 1."
 )
 @QUIET
-def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str, quiet: bool) -> None:
+def view(*, mesh_file: str, screenshot: str | None, clip: str | None, color: str, explode: float, quiet: bool) -> None:
     """Show a mesh file in a window, coloured by scaled Jacobian, with its boundaries by name and CAD colour."""
     timeout = float("inf") if screenshot is None else DEFAULT_TIMEOUT
-    options = {"clip": clip, "scalars": "scaled_jacobian" if color == "quality" else color}
+    options = {"clip": clip, "scalars": "scaled_jacobian" if color == "quality" else color, "explode": explode}
     run("view_file", mesh_file, screenshot=screenshot, options=options, output=screenshot, timeout=timeout, quiet=quiet)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
+from ..arrays import FloatArray
 from ..brep import Solid
 
 SHARP = pi / 6
@@ -12,6 +13,21 @@ SHORT = 0.02
 """Length, as a share of a size, below which an edge asks for small hexahedra."""
 BLOCKED, REENTRANT, IMPRINT, CELL, SHARP_EDGE, SHORT_EDGE, CONTRADICTION = 4.0, 1.0, 0.6, 0.35, 0.5, 0.3, 1.5
 """What a cell without sweep, its re-entrant and imprinted edges, any cell, poor edges and contradictions cost."""
+
+
+DIRECTION = 2.5
+"""What every direction beyond the first costs in which holes go through the faces of a cell without sweep."""
+
+
+def _ways_of_holes(solid: Solid) -> int:
+    """Directions of plane faces with holes in them."""
+    found: list[FloatArray] = []
+    for face in solid.faces:
+        if face.kind != "plane" or len(face.loops) < 2:
+            continue
+        if not any(abs(float(face.normal @ other)) > 1.0 - 1e-9 for other in found):
+            found.append(face.normal)
+    return len(found)
 
 
 def cell_cost(solid: Solid, sweeps: bool, *, size: float, flat: float) -> float:
@@ -32,7 +48,7 @@ def cell_cost(solid: Solid, sweeps: bool, *, size: float, flat: float) -> float:
         total += SHARP_EDGE * (edge.dihedral < SHARP) + SHORT_EDGE * (edge.length < SHORT * size)
     if sweeps:
         return total
-    total += BLOCKED
+    total += BLOCKED + DIRECTION * max(0, _ways_of_holes(solid) - 1)
     for edge in solid.edges:
         if edge.dihedral > pi + flat:
             total += REENTRANT

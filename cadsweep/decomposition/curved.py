@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import heapq
 import logging
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from ..brep import Part, Solid
@@ -31,6 +32,8 @@ MOST_PARTS = 40
 """Parts that are looked at before the search is given up: each is imprinted and read anew, in 0.1 to 0.5 s."""
 MOST_CELLS = 80
 """Cells beyond the first ones of a part at which it is not cut further."""
+LEAD = 1.0
+"""How much cheaper a part becomes by a cut that keeps features apart, at least."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
 
@@ -40,6 +43,12 @@ class Cutter(Protocol):
 
     @property
     def reason(self) -> str: ...
+
+    @property
+    def price(self) -> float: ...
+
+    @property
+    def leads(self) -> bool: ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +64,8 @@ class Tools:
     find_cutters : callable
         ``find_cutters(part, cell, faces)``, the most promising first.
     cut : callable
-        ``cut(part, cell, cutter)``: the part with the cell in pieces, or None.
+        ``cut(part, cell, cutter, others)``: the part with the cell in pieces, or None; other cells in the way are
+        parted with it where that is the cutter's way.
     on_progress : callable
         Called with the number of cells in the way.
     """
@@ -63,7 +73,7 @@ class Tools:
     recognise: Callable[[Solid], list[Fill]]
     make_plan: Callable[[Part, list[list[Fill]]], Any]
     find_cutters: Callable[[Part, int, Sequence[int]], Sequence[Cutter]]
-    cut: Callable[[Part, int, Any], Part | None]
+    cut: Callable[[Part, int, Any, Sequence[int]], Part | None]
     on_progress: Callable[[int], None] = lambda n: None
 
 
@@ -85,6 +95,8 @@ class Found:
     message : str
         Why it has no plan.
     cost : float
+    prices : float
+        Of the cutters, a part of the cost.
     """
 
     part: Part
@@ -94,6 +106,7 @@ class Found:
     conflict: tuple[tuple[int, int], ...]
     message: str
     cost: float
+    prices: float = 0.0
 
 
 def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tuple[Found, int]:
@@ -106,38 +119,58 @@ def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tup
     int
         Parts that were looked at.
     """
-    search = _Search(tools, most_parts, len(part.solids))
-    return search.run(part), search.n_parts
+    search = CellSearch(part, tools, most_parts=most_parts)
+    return next(search.solutions(), search.best), search.n_parts
 
 
-class _Search:
-    """Budget and memory of one search."""
+class CellSearch:
+    """One search: its budget, its memory, and what came nearest so far.
 
-    def __init__(self, tools: Tools, most_parts: int, n_first: int) -> None:
+    Parameters
+    ----------
+    part : Part
+    tools : Tools
+    most_parts : int
+        Parts to look at.
+
+    Attributes
+    ----------
+    best : Found
+    n_parts : int
+        Parts that were looked at.
+    refused : Counter
+        How often a cutter of each kind parted no cell, or not well.
+    """
+
+    def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> None:
         self.tools = tools
         self.most_parts = most_parts
-        self.most_cells = MOST_CELLS + n_first
+        self.most_cells = MOST_CELLS + len(part.solids)
         self.n_parts = 0
         self.known: set[tuple[Any, ...]] = set()
+        self.refused: Counter[str] = Counter()
+        self.best = self.judge(part, ())
 
-    def run(self, part: Part) -> Found:
-        """Go on from the cheapest part that was looked at, until one has a plan."""
-        first = best = self.judge(part, ())
-        queue: list[tuple[float, int, Found]] = [(first.cost, 0, first)]
+    def solutions(self) -> Iterator[Found]:
+        """Parts that have a plan, as they are found; the search goes on from the cheapest part that has none."""
+        first = self.best
+        if first.plan is not None:
+            yield first
+        queue: list[tuple[float, int, Found, Iterator[Found]]] = [(first.cost, 0, first, self.children(first))]
         n = 0
         while queue and self.n_parts < self.most_parts:
-            _, _, here = heapq.heappop(queue)
-            if here.plan is not None:
-                return here
-            for child in self.children(here):
+            cost, _, here, children = heapq.heappop(queue)
+            for child in children:
+                self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
                 if child.plan is not None:
-                    return child
-                best = min(best, child, key=lambda found: found.cost)
-                n += 1
-                heapq.heappush(queue, (child.cost, n, child))
-                if child.cost < here.cost - BLOCKED + CELL:
-                    break  # a cell less in the way, whatever the other cutters would do
-        return best
+                    yield child
+                    continue
+                heapq.heappush(queue, (child.cost, n + 1, child, self.children(child)))
+                n += 2
+                if child.cost < here.cost - BLOCKED + CELL or child.prices < here.prices:
+                    # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
+                    heapq.heappush(queue, (cost + CELL, n, here, children))
+                    break
 
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""
@@ -147,14 +180,19 @@ class _Search:
             for cutter in self.tools.find_cutters(found.part, cell, faces):
                 if self.n_parts >= self.most_parts:
                     return
-                then = self.tools.cut(found.part, cell, cutter)
+                then = self.tools.cut(found.part, cell, cutter, found.blocked)
                 if then is None:
+                    self.refused[cutter.reason] += 1
                     continue
                 key = _fingerprint(then)
                 if key in self.known:
                     continue
                 self.known.add(key)
-                yield self.judge(then, (*found.reasons, cutter.reason))
+                child = self.judge(then, (*found.reasons, cutter.reason), found.prices + cutter.price)
+                if cutter.leads and child.cost > found.cost - LEAD:
+                    paid = child.cost - found.cost + LEAD
+                    child = replace(child, cost=child.cost - paid, prices=child.prices - paid)
+                yield child
 
     def targets(self, found: Found) -> list[tuple[int, list[int]]]:
         """The cells that may be cut, and the faces that are in the way there."""
@@ -165,7 +203,7 @@ class _Search:
             by_cell.setdefault(cell, []).append(face)
         return list(by_cell.items())[:4]
 
-    def judge(self, part: Part, reasons: tuple[str, ...]) -> Found:
+    def judge(self, part: Part, reasons: tuple[str, ...], prices: float = 0.0) -> Found:
         """What stands in the way of a part, and what that costs."""
         self.n_parts += 1
         candidates = [self.tools.recognise(solid) for solid in part.solids]
@@ -174,7 +212,7 @@ class _Search:
             for solid, own in zip(part.solids, candidates, strict=True)
         ]
         blocked = sorted((j for j, own in enumerate(candidates) if not own), key=lambda j: -costs[j])
-        cost, plan, message = sum(costs), None, ""
+        cost, plan, message = sum(costs) + prices, None, ""
         conflict: tuple[tuple[int, int], ...] = ()
         if blocked:
             message = f"{len(blocked)} cells have no sweep"
@@ -194,6 +232,7 @@ class _Search:
             conflict=conflict,
             message=message,
             cost=cost,
+            prices=prices,
         )
 
 

@@ -249,6 +249,33 @@ class _Equations:
             else:
                 self.opposite.append(([int(keys[e]) for e in one], [int(keys[e]) for e in other]))
 
+    def _cross(
+        self,
+        of: Mapping[int, int],
+        wanted: Mapping[int, float],
+        want: list[float],
+        weight: list[float],
+        rows: list[dict[int, float]],
+    ) -> None:
+        """Add the sheets of cells with a block at every corner to the unknowns, and the sums that they make."""
+        sheets: dict[tuple[int, int], int] = {}
+        halves: dict[tuple[int, int], list[float]] = {}
+        for keys, *both in self.crossed:
+            for sheet in both:
+                halves.setdefault(sheet, []).append(0.5 * sum(wanted[key] for key in keys))
+        for keys, *both in self.crossed:
+            # Segments of a chain are as many as the two sheets that it crosses are thick.
+            crossing = {j: float(n) for j, n in Counter(of[key] for key in keys).items()}
+            for sheet in both:
+                if sheet not in sheets:
+                    sheets[sheet] = len(want)
+                    # Blocks are well shaped where they meet half way along every chain.
+                    mean = float(np.mean(halves[sheet]))
+                    want.append(mean)
+                    weight.append(len(halves[sheet]) / mean)
+                crossing[sheets[sheet]] = crossing.get(sheets[sheet], 0.0) - 1.0
+            rows.append(crossing)
+
     def solve(
         self, wanted: Mapping[int, float], firm: Collection[int], demands: Sequence[KeyDemand]
     ) -> dict[int, int] | None:
@@ -273,17 +300,7 @@ class _Equations:
                     row[of[key]] += sign
             if any(row.values()):
                 rows.append({j: float(v) for j, v in row.items() if v})
-        sheets: dict[tuple[int, int], int] = {}
-        for keys, *both in self.crossed:
-            # Segments of a chain are as many as the two sheets that it crosses are thick.
-            crossing = {j: float(n) for j, n in Counter(of[key] for key in keys).items()}
-            for sheet in both:
-                if sheet not in sheets:
-                    sheets[sheet] = len(want)
-                    want.append(1.0)
-                    weight.append(0.0)
-                crossing[sheets[sheet]] = crossing.get(sheets[sheet], 0.0) - 1.0
-            rows.append(crossing)
+        self._cross(of, wanted, want, weight, rows)
         demanded: dict[int, int] = {}
         for demand in demands:
             parts = Counter(of[key] for key in demand.keys)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..corner_blocks import CornerBlocks
+from ..corner_blocks import CornerBlocks, balanced
 from ..surface import Skeleton, grid_quads, patches_of
 
 
@@ -47,8 +47,9 @@ class _Inside:
         self.blocks = blocks
         self.patches = patches
         centers = {face: next(iter(own.values()))[-1, -1] for face, own in patches.items()}
-        middle = skeleton.points[list(centers.values())].mean(axis=0)
-        self.center = int(skeleton.add(middle[None])[0])
+        faces = list(centers)
+        wanted = balanced(skeleton.points[[centers[face] for face in faces]], sheets[faces])
+        self.center = int(skeleton.add(blocks.view.nearest(wanted)[None])[0])
         self.spokes = {face: self.spoke(int(node), int(sheets[face])) for face, node in centers.items()}
         self.walls = {chain: self.wall(chain) for chain in range(len(blocks.chains))}
 

@@ -8,13 +8,16 @@ from .. import stacks
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, SurfaceMesh
 from ..stack import Stack
-from ..sweep import Intervals, Sweep
+from ..sweep import Intervals
 from .dividing import MOST_HALVINGS
 from .run import Run
 from .stack_hints import StackHints
 
 MOST_REFINED = 2
 """How often the segments around poor quads are halved."""
+
+MOST_BLUNTED = 4
+"""How often the segments beside a sharp corner are halved to open it."""
 
 MOST_GROWTH = 3.0
 """Quads, as a multiple of those before, beyond which better ones are too dear."""
@@ -38,7 +41,7 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
     SurfaceMeshError
         A cell cannot be meshed with shorter segments either.
     """
-    counts, surfaces, notes = _until_meshed(stack.plan, hints.sizes, hints.counts, attempt, run)
+    counts, surfaces, notes = _until_meshed(stack, hints.sizes, hints.counts, attempt, run)
     best, sizes = surfaces.source, dict(hints.sizes)
     poor, worst = stacks.find_poor_edges(stack, best)
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
@@ -48,7 +51,7 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
             break
         sizes |= shorter
         try:
-            counts, surfaces, more = _until_meshed(stack.plan, sizes, hints.counts, attempt, run)
+            counts, surfaces, more = _until_meshed(stack, sizes, hints.counts, attempt, run)
         except SurfaceMeshError:
             break  # what there is has been meshed already
         poor, found = stacks.find_poor_edges(stack, surfaces.source)
@@ -63,21 +66,21 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
 
 
 def _until_meshed(
-    sweep: Sweep, sizes: dict[int, float], demanded: Iterable[tuple[int, ...]], attempt: Attempt, run: Run
+    stack: Stack, sizes: dict[int, float], demanded: Iterable[tuple[int, ...]], attempt: Attempt, run: Run
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
     wished = dict(sizes)
     fixed = {e for edges in demanded for e in edges} | set(sizes)
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
-        counts, mesh = attempt(wished)
+        counts, mesh = _blunted(stack, wished, fixed, attempt)
         try:
             with run.stage("surface"):
                 surfaces = mesh()
         except SurfaceMeshError as error:
             first = first or error
             shorter = {
-                e: sweep.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
+                e: stack.plan.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
             }
             if not shorter:
                 raise first from None
@@ -87,3 +90,17 @@ def _until_meshed(
         return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
     assert first is not None
     raise first
+
+
+def _blunted(
+    stack: Stack, wished: dict[int, float], fixed: set[int], attempt: Attempt
+) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+    """Counts with which no two outlines cross that part at a sharp corner; `wished` gets the sizes for them."""
+    counts, mesh = attempt(wished)
+    for _ in range(MOST_BLUNTED):
+        shorter = {e: size for e, size in stacks.divide_at_cusps(stack, counts.counts).items() if e not in fixed}
+        if not shorter:
+            break
+        wished |= shorter
+        counts, mesh = attempt(wished)
+    return counts, mesh

@@ -201,7 +201,7 @@ class _Search:
         if one == other == "grid":
             return self.corners(*mine) == self.corners(*theirs)
         if one == other == "star":
-            return self.corners(*mine) == self.corners(*theirs) and len(self.corners(*mine)) % 2 == 1
+            return self.corners(*mine) == self.corners(*theirs) and len(self.corners(*mine)) % 4 != 0
         return _AGREE[one, other] if (one, other) in _AGREE else _AGREE[other, one]
 
     def corners(self, cell: int, way: int, face: int) -> frozenset[int]:

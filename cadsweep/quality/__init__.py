@@ -14,6 +14,7 @@ from .metrics import (
 )
 from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
+from .several import part_surfaces
 from .structure import structure_problems
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "find_crossings",
     "make_report",
     "measure_hexes",
+    "part_surfaces",
     "positive_inside",
     "quad_areas",
     "quad_scaled_jacobians",

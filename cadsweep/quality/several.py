@@ -48,20 +48,37 @@ def part_surfaces(mesh: HexMesh) -> list[PartSurface]:
     if (uses > 1).any():
         return []
     n = max(mesh.n_nodes, 1)
-    names = {name: np.asarray(q)[:, :4] for name, q in {**mesh.boundaries, **mesh.interfaces}.items() if len(q)}
-    tables = {name: np.sort(conformity.row_keys(quads)) for name, quads in names.items()}
-    found = []
-    for name, ids in mesh.parts.items():
+    quads = []
+    for ids in mesh.parts.values():
         own = np.ascontiguousarray(mesh.hexes[ids, :8])
-        quads = conformity.face_nodes(own, conformity.match_faces(own, n).once)
-        keys = conformity.row_keys(quads)
-        named = {}
-        for label, table in tables.items():
-            at = np.minimum(np.searchsorted(table, keys), len(table) - 1)
-            mine = table[at] == keys
-            if mine.any():
-                named[label] = quads[mine]
-        found.append(PartSurface(name=name, quads=quads, named=named, volume=enclosed_volume(mesh.points, quads)))
+        quads.append(conformity.face_nodes(own, conformity.match_faces(own, n).once))
+    named = _named_quads(quads, {**mesh.boundaries, **mesh.interfaces})
+    return [
+        PartSurface(name=name, quads=own, named=own_named, volume=enclosed_volume(mesh.points, own))
+        for name, own, own_named in zip(mesh.parts, quads, named, strict=True)
+    ]
+
+
+def _named_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> list[dict[str, IntArray]]:
+    """Quads of each of several surfaces that have a name, by name, turned as in the surface.
+
+    Names are looked for among the quads of all surfaces, once: of hundreds of parts nearly none has a name.
+    """
+    every = np.concatenate([*surfaces, np.zeros((0, 4), dtype=np.int64)])
+    part_of = np.repeat(np.arange(len(surfaces)), [len(own) for own in surfaces])
+    keys = conformity.row_keys(every)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    found: list[dict[str, IntArray]] = [{} for _ in surfaces]
+    for name, quads in names.items():
+        if not len(quads):
+            continue
+        wanted = np.unique(conformity.row_keys(np.asarray(quads)[:, :4]))
+        first, last = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
+        most = int((last - first).max(initial=0))  # 2 where the quads are between two parts
+        rows = np.sort(np.concatenate([order[first[last - first > k] + k] for k in range(most)] or [order[:0]]))
+        for part in np.unique(part_of[rows]).tolist():
+            found[part][name] = every[rows[part_of[rows] == part]]
     return found
 
 

@@ -9,11 +9,14 @@ edges where the cell is re-entrant or nearly flat: the hexahedra there would be.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import pi, sin
 
-from ..brep import Solid
-from ..corner_blocks import CornerBlocks
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Face, Solid
+from ..corner_blocks import CornerBlocks, View
 from ..sweep import DirectedEdge, LinkingSide, turned_chain
 
 FLATTEST = 11.0 * pi / 12.0
@@ -22,6 +25,10 @@ SHARPEST = pi / 12.0
 """Angle from which on they do."""
 STRAIGHT = 2.0 * pi / 3.0
 """Angle of a face from which on two edges that meet alone are one chain."""
+SAMPLES = 7
+"""Points of an edge that are looked at."""
+SEEN = 0.01
+"""Distance, as a share of its size, by which the middle of a solid or face must lie inside of all of its outline."""
 SCORE = 0.25
 """Of the best: below half of what a sweep of middling quality has."""
 
@@ -52,6 +59,9 @@ def find_corner_blocks(solid: Solid) -> CornerBlocks | None:
         return None
     if all(len(outline) == 4 for outline in outlines.values()):
         return None  # a box has sweeps
+    views = _views(solid)
+    if views is None:
+        return None
     return CornerBlocks(
         solid=solid,
         corners=corners,
@@ -63,6 +73,8 @@ def find_corner_blocks(solid: Solid) -> CornerBlocks | None:
         ),
         outlines=outlines,
         grids={face: _grid(face, outline, chains) for face, outline in outlines.items() if len(outline) == 4},
+        view=views[0],
+        face_views=views[1],
         score=SCORE * least,
     )
 
@@ -82,6 +94,52 @@ def _least_sine(solid: Solid, degrees: Mapping[int, int]) -> float | None:
                 return None
             least = min(least, sin(angle)) if is_corner else least
     return least
+
+
+def _views(solid: Solid) -> tuple[View, dict[int, View]] | None:
+    """Where a solid sees all of its faces from inside, and each face all of its outline; None where one does not."""
+    flat = all(face.kind == "plane" for face in solid.faces) and all(edge.kind == "line" for edge in solid.edges)
+    if flat:  # and angles below pi: convex
+        everywhere = View(normals=np.empty((0, 3)), offsets=np.empty(0))
+        return everywhere, dict.fromkeys((face.id for face in solid.faces), everywhere)
+    at = np.linspace(0.0, 1.0, SAMPLES)
+    normals: list[FloatArray] = []
+    places: list[FloatArray] = []
+    views: dict[int, View] = {}
+    for face in solid.faces:
+        loop = face.loops[0].directed
+        rows = [solid.edges[e].curve.evaluate(at)[:: 1 if ahead else -1] for e, ahead in loop]
+        uv = np.concatenate([face.surface.edge_uv(e, at)[:: 1 if ahead else -1] for e, ahead in loop])
+        view = _face_view(face, rows)
+        if view is None:
+            return None
+        views[face.id] = view
+        middle = face.surface.project(np.concatenate(rows).mean(axis=0)[None])
+        places += [*rows, face.surface.evaluate(middle)]
+        normals += [-face.surface.normals(uv), -face.surface.normals(middle)]
+    own = View.of(np.concatenate(places), np.concatenate(normals))
+    return (own, views) if own.depth() > SEEN * solid.size else None
+
+
+def _face_view(face: Face, rows: Sequence[FloatArray]) -> View | None:
+    """Where a face sees all of its outline, given in rows of points; None where it does not.
+
+    Of a curved face only the middle is looked at: what else sees all of it is not said.
+    """
+    points = np.concatenate(rows)
+    uv = face.surface.project(points.mean(axis=0)[None])
+    center, normal = face.surface.evaluate(uv)[0], face.surface.normals(uv)[0]
+    least = SEEN * float(np.sqrt(face.area))
+    steps = np.concatenate([np.diff(row, axis=0) for row in rows])
+    aside = np.cross(normal, steps)
+    lengths = np.linalg.norm(aside, axis=1)
+    seen = lengths > 1e-9 * lengths.max()
+    starts, aside = np.concatenate([row[:-1] for row in rows])[seen], aside[seen] / lengths[seen, None]
+    if face.kind == "plane":
+        view = View.of(starts, aside, plane=(normal, float(normal @ center)))
+        return view if view.depth() > least else None
+    inside = float(((center - starts) * aside).sum(axis=1).min())
+    return View(normals=np.empty((0, 3)), offsets=np.empty(0)) if inside > least else None
 
 
 def _outlines(

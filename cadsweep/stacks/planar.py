@@ -6,17 +6,28 @@ that of its quad, but for the lean of its caps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..mesh import QuadMesh
 from ..stack import Stack
+from ..sweep import DirectedEdge
 from .sides import LEAST_ACROSS, MOST_ACROSS
 
 _ENDS_ALONG = 1e-3
 """1 - cosine to the direction up to which an edge ends along it."""
 WANTED = 0.35
 """Worst corner sine below which a cell is worth shorter segments: somewhat more than is promised of hexahedra."""
+_GAIN = np.radians(0.5)
+"""Angle by which a corner must open for twice the segments to be worth it."""
+_SHARP = np.radians(20.0)
+"""Interior angle of a cell below which the chords beside it matter: those of an arc may be as much off its tangent."""
+_BLUNT = np.radians(8.0)
+"""Angle between the chords at a corner that is sharper still, where outlines are tangent: a corner sine of 0.14."""
+_KEPT = 0.7
+"""Part of a sharp corner's angle that the chords beside it should leave."""
 _SHARE = 0.9
 """Part of what a cell's own corners allow that is good enough."""
 
@@ -70,3 +81,52 @@ def sizes_across(stack: Stack, size: float) -> dict[int, float]:
                 length = stack.arrangement.prism.edges[own].length
                 sizes[own] = length / min(max(round(length / size), LEAST_ACROSS), MOST_ACROSS)
     return sizes
+
+
+def divide_at_cusps(stack: Stack, counts: IntArray) -> dict[int, float]:
+    """Shorter segments for edges whose chords close the sharp corners of cells, or cross there.
+
+    Outlines that are tangent, or nearly so, part only by their curvature: a chord is off its tangent by half of what
+    the edge turns over it. Finer segments on the flatter edge open the corner; on both, they leave it as it is.
+
+    Parameters
+    ----------
+    stack : Stack
+    counts : (n_edges,) int64
+        Segments of the edges of the arrangement.
+
+    Returns
+    -------
+    dict of int to float
+        Wanted lengths; empty where nothing is gained.
+    """
+    solid = stack.arrangement.prism
+    sizes: dict[int, float] = {}
+    for f in stack.arrangement.bottoms:
+        for loop in solid.faces[f].loops:
+            directed = loop.directed
+            for j, angle in enumerate(loop.angles):
+                if angle >= _SHARP:
+                    continue
+                sides = (directed[j - 1], directed[j])
+                n = [int(counts[e]) for e, _ in sides]
+                wanted = max(_KEPT * angle, _BLUNT)
+                now = _chord_angle(stack, sides, n)
+                options = [(_chord_angle(stack, sides, [n[0] * (2 - k), n[1] * (1 + k)]), k) for k in (0, 1)]
+                opened, k = max(options)
+                if now < wanted and opened > now + _GAIN:
+                    e = sides[k][0]
+                    sizes[e] = solid.edges[e].length / (2 * n[k])
+    return sizes
+
+
+def _chord_angle(stack: Stack, sides: tuple[DirectedEdge, DirectedEdge], counts: Sequence[int]) -> float:
+    """Interior angle between the last chord of one edge and the first of the next; negative where they cross."""
+    edges = stack.arrangement.prism.edges
+    (one, one_forward), (other, other_forward) = sides
+    first, last = 1.0 / counts[0], 1.0 / counts[1]
+    into = edges[one].curve.evaluate(np.array([1.0 - first, 1.0] if one_forward else [first, 0.0]))
+    out = edges[other].curve.evaluate(np.array([0.0, last] if other_forward else [1.0, 1.0 - last]))
+    back, ahead = into[0] - into[1], out[1] - out[0]
+    # The loop runs counter-clockwise seen from outside, from below.
+    return float(np.arctan2(np.cross(ahead, back) @ -stack.direction, ahead @ back))

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face, Surface
-from ..corner_blocks import CornerBlocks
+from ..corner_blocks import CornerBlocks, balanced
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, turned_chain
 from .skeleton import Skeleton
@@ -43,12 +43,13 @@ def lay_star(skeleton: Skeleton, cell: int, blocks: CornerBlocks, face: int, she
     points = skeleton.points
     middles = np.array([n[h] for n, h in zip(nodes, halves, strict=True)])
     middle_uv = np.array([row[h] for row, h in zip(uv, halves, strict=True)])
-    center, center_uv = _center(surface, points[middles], middle_uv)
-    center_node = int(skeleton.add(center[None])[0])
     # The line to the middle of a side crosses the sheets of the sides beside it, as far as the middle.
+    depths = np.array([halves[(j + 1) % len(sides)] for j in range(len(sides))])
+    place = blocks.face_views[face].nearest(balanced(points[middles], depths))
+    center, center_uv = _center(surface, place, middle_uv)
+    center_node = int(skeleton.add(center[None])[0])
     lines, lines_uv = [], []
-    for j in range(len(sides)):
-        n = halves[(j + 1) % len(sides)]
+    for j, n in enumerate(depths.tolist()):
         line_uv, line = _line(surface, (middle_uv[j], center_uv), (points[middles[j]], center), n)
         lines.append(np.concatenate([middles[j : j + 1], skeleton.add(line), [center_node]]))
         lines_uv.append(line_uv)
@@ -106,9 +107,9 @@ def _chain_uv(skeleton: Skeleton, cell: int, face: Face, chain: Sequence[Directe
     return join_chains([skeleton.edge_uv(cell, face, e)[:: 1 if ahead else -1] for e, ahead in chain])
 
 
-def _center(surface: Surface, middles: FloatArray, middle_uv: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The point of the surface nearest to the mean of the middles of its sides, and its parameters beside theirs."""
-    uv = _beside(surface, surface.project(middles.mean(axis=0)[None]), middle_uv.mean(axis=0))
+def _center(surface: Surface, place: FloatArray, middle_uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The point of the surface at a place, and its parameters beside those of the middles of the sides."""
+    uv = _beside(surface, surface.project(place[None]), middle_uv.mean(axis=0))
     return surface.evaluate(uv)[0], uv[0]
 
 

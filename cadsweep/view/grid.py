@@ -190,6 +190,13 @@ def mesh_colors(mesh: HexMesh) -> list[str]:
     return [cad[name][:7] if name in cad else next(others) for name in mesh.boundaries]
 
 
+def part_colors(mesh: HexMesh) -> list[str]:
+    """Return a colour for every part: that of its solid, or where it has none one unlike those before."""
+    cad = mesh.info.get("colors", {}).get("parts", {})
+    spare = boundary_colors(len(mesh.parts))
+    return [cad[name][:7] if name in cad else color for name, color in zip(mesh.parts, spare, strict=True)]
+
+
 def cad_colors(mesh: HexMesh, plain: str) -> list[str]:
     """Return the colours that the CAD model shows: of its faces, else of the part, else `plain`.
 

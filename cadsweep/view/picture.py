@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .display import can_open_window, check_drawing, in_notebook, quiet_vtk, write_whole
-from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_colors, outline, skin
+from .exploded import explode as explode_parts
+from .grid import Clip, cad_colors, import_pyvista, kept_by_clip, legible, mesh_colors, outline, part_colors, skin
 
 _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
@@ -55,8 +57,8 @@ def add_mesh(
     scale : bool or dict
         Draw the colour scale, or not; a dict overrides how pyvista draws it.
     """
-    if scalars not in (None, "scaled_jacobian", "boundary", "cad"):
-        raise InputError(f"scalars must be 'scaled_jacobian', 'boundary', 'cad' or None, not {scalars!r}")
+    if scalars not in (None, "scaled_jacobian", "boundary", "part", "cad"):
+        raise InputError(f"scalars must be 'scaled_jacobian', 'boundary', 'part', 'cad' or None, not {scalars!r}")
     kept = None if clip is None else kept_by_clip(mesh, clip)
     hexes = mesh.hexes if kept is None else mesh.hexes[kept]
     if not len(hexes):
@@ -79,16 +81,30 @@ def add_mesh(
             scalar_bar_args=_SCALE | below | (scale if isinstance(scale, dict) else {}),
             **style,
         )
-    elif scalars is not None and names:
-        # The index -1 of what the clip laid open comes last.
-        for i, color in enumerate(cad_colors(mesh, _PLAIN) if scalars == "cad" else [*colors, _PLAIN]):
-            patch = np.flatnonzero(owners == (i if i < len(names) else -1))
+    elif scalars is not None:
+        groups, colored = _colored_groups(mesh, surface, owners, scalars)
+        for i, color in enumerate(colored):
+            patch = np.flatnonzero(groups == i)
             if len(patch):
                 plotter.add_mesh(surface.extract_cells(patch), color=color, **style)
     else:
         plotter.add_mesh(surface, color=_PLAIN, **style)
-    if show_boundaries and names:
+    if scalars == "part" and mesh.parts:
+        _add_legend(plotter, list(mesh.parts), [legible(color) for color in part_colors(mesh)])
+    elif show_boundaries and names:
         _add_boundaries(plotter, mesh, [legible(color) for color in colors], kept)
+
+
+def _colored_groups(mesh: HexMesh, surface: Any, owners: IntArray, scalars: str) -> tuple[IntArray, list[str]]:
+    """Which colour each quad of the skin has, and the colours: of parts, or of boundaries."""
+    if scalars == "part":
+        part_of = np.full(mesh.n_hexes, len(mesh.parts), dtype=np.int64)
+        for i, ids in enumerate(mesh.parts.values()):
+            part_of[ids] = i
+        return part_of[surface.cell_data["hex"]], [*part_colors(mesh), _PLAIN]
+    colors = cad_colors(mesh, _PLAIN) if scalars == "cad" else [*mesh_colors(mesh), _PLAIN]
+    # What the clip laid open has no boundary, and the last colour.
+    return np.where(owners < 0, len(mesh.boundaries), owners), colors
 
 
 def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str], kept: np.ndarray | None) -> None:
@@ -102,9 +118,13 @@ def _add_boundaries(plotter: Any, mesh: HexMesh, colors: list[str], kept: np.nda
         if len(rim):
             lines = pv.PolyData(mesh.points, lines=np.column_stack([np.full(len(rim), 2), rim]).ravel())
             plotter.add_mesh(lines, color=color, line_width=4)
-    entries = [[name, color] for name, color in zip(mesh.boundaries, colors, strict=True)][:_LONGEST_LEGEND]
-    if len(mesh.boundaries) > _LONGEST_LEGEND:
-        entries.append([f"and {len(mesh.boundaries) - _LONGEST_LEGEND} more", "white"])
+    _add_legend(plotter, list(mesh.boundaries), colors)
+
+
+def _add_legend(plotter: Any, names: list[str], colors: list[str]) -> None:
+    entries = [[name, color] for name, color in zip(names, colors, strict=True)][:_LONGEST_LEGEND]
+    if len(names) > _LONGEST_LEGEND:
+        entries.append([f"and {len(names) - _LONGEST_LEGEND} more", "white"])
     height = min(0.9, 0.028 * len(entries) + 0.02)
     plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
 
@@ -117,6 +137,7 @@ def plot(
     clip: Clip | None = None,
     show_boundaries: bool = True,
     limits: tuple[float, float] = (0.0, 1.0),
+    explode: float = 0.0,
     window_size: tuple[int, int] = (1200, 900),
     camera: Any = None,
 ) -> Any:
@@ -126,15 +147,17 @@ def plot(
     ----------
     screenshot : path, optional
         Write a PNG instead of opening a window; needs no display. A notebook needs none either.
-    scalars : "scaled_jacobian", "boundary", "cad" or None
-        What the faces are coloured by. Boundaries have the colours of their CAD faces, where they have any, and
-        others elsewhere; with "cad" all is as the CAD model shows it.
+    scalars : "scaled_jacobian", "boundary", "part", "cad" or None
+        What the faces are coloured by. Parts and boundaries have the colours of their CAD solids and faces, where
+        they have any, and others elsewhere; with "cad" all is as the CAD model shows it.
     clip : str or (normal, origin), optional
         Take away what lies on the side of the normal: ``"x"``, ``"-z"`` through the middle, or any plane.
     show_boundaries : bool
         Draw the rims of the named boundaries, with a legend.
     limits : (float, float)
         Ends of the colour scale; what lies below is red.
+    explode : float
+        Draw the parts of an assembly apart (:func:`cadsweep.view.exploded.explode`); 0 draws them in their places.
     window_size : (int, int)
         Pixels.
     camera : optional
@@ -172,7 +195,8 @@ def plot(
         plotter = pv.Plotter(off_screen=inline or screenshot is not None, window_size=window_size)
         try:
             plotter.set_background("white")
-            add_mesh(plotter, mesh, scalars=scalars, clip=clip, show_boundaries=show_boundaries, limits=limits)
+            shown = explode_parts(mesh, explode) if explode else mesh
+            add_mesh(plotter, shown, scalars=scalars, clip=clip, show_boundaries=show_boundaries, limits=limits)
             plotter.add_axes(color="black")
             if camera is not None:
                 plotter.camera_position = camera

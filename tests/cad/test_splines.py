@@ -5,6 +5,7 @@ import pytest
 from scipy.interpolate import BSpline as Reference
 from scipy.interpolate import NdBSpline
 
+from cadsweep.cad.geometry.curves import EdgeCurve, Periodic, Reparametrised
 from cadsweep.cad.geometry.nurbs import BSpline, BSplineSurface
 
 RNG = np.random.default_rng(7)
@@ -70,3 +71,39 @@ def test_surface_as_scipy_has_it(weighted):
     np.testing.assert_allclose(found[1], (hu[:, :3] - hu[:, 3:] * point) / h[:, 3:], atol=1e-11)
     np.testing.assert_allclose(found[2], (hv[:, :3] - hv[:, 3:] * point) / h[:, 3:], atol=1e-11)
     np.testing.assert_array_equal(surface.evaluate(uv), found[0])
+
+
+def quarter(**periodic):
+    """A quarter of a circle as a rational curve: its arc length is known."""
+    spline = BSpline(
+        degree=2,
+        knots=np.array([0.0, 0, 0, 1, 1, 1]),
+        poles=np.array([[1.0, 0, 0], [1, 1, 0], [0, 1, 0]]),
+        weights=np.array([1.0, np.sqrt(0.5), 1.0]),
+    )
+    return Periodic(spline=spline, period=1.0) if periodic else spline
+
+
+@pytest.mark.parametrize("geometry", [quarter(), quarter(period=1.0)])
+def test_arc_lengths_are_those_of_a_circle_and_no_answer_depends_on_the_others(geometry):
+    curve = EdgeCurve(geometry=geometry, first=0.0, last=1.0)
+    fractions = np.linspace(0.0, 1.0, 33)
+    assert curve.length == pytest.approx(np.pi / 2, rel=1e-14)
+    together = curve.parameters(fractions)
+    np.testing.assert_allclose(curve.fractions(together), fractions, atol=1e-14)
+    angles = np.pi / 2 * fractions
+    np.testing.assert_allclose(curve.evaluate(fractions)[:, 0], np.cos(angles), atol=1e-14)
+    alone = np.array([curve.parameters(fractions[j : j + 1])[0] for j in range(len(fractions))])
+    assert np.array_equal(together, alone)
+
+
+def test_compiled_arc_lengths_are_those_of_the_general_way():
+    knots, poles = clamped(3, 12), np.random.default_rng(3).random((12, 3))
+    spline = BSpline(degree=3, knots=knots, poles=poles)
+    # A parametrisation by itself hides what the curve is.
+    hidden = Reparametrised(curve=spline, offset=0.0, rate=1.0)
+    breaks = np.unique(knots)
+    mine, general = (EdgeCurve(geometry=g, first=0.0, last=1.0, breaks=breaks) for g in (spline, hidden))
+    assert mine.length == pytest.approx(general.length, rel=1e-14)
+    at = np.linspace(0.0, 1.0, 101)
+    np.testing.assert_allclose(mine.parameters(at), general.parameters(at), atol=1e-12)

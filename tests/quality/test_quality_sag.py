@@ -5,6 +5,7 @@ import pytest
 
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import CadReference, check_mesh
+from cadsweep.quality.sag import measure_slack
 
 ANGLE = np.pi / 3
 
@@ -56,3 +57,20 @@ def test_what_facets_cannot_explain_is_still_found():
     assert any("volume" in p for p in check_mesh(sector(1), cad=reference(volume=20.0)).problems)
     assert any("'start'" in p for p in check_mesh(sector(1), cad=reference(areas={"start": 1.01})).problems)
     assert not check_mesh(sector(1), cad=reference(distance=None)).valid
+
+
+def test_a_rim_is_measured_from_both_sides_and_overlapping_names_are_no_sides():
+    """Two quads that share an edge whose middle lies 0.1 off one face and 0.2 off the other."""
+    points = np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0], [2, 0, 3], [0, 0, 3]])
+    quads = {"floor": np.array([[0, 1, 2, 3]]), "wall": np.array([[1, 0, 5, 4]])}
+    off = {"floor": 0.1, "wall": 0.2}
+
+    def away(places, name, close):
+        return np.where((places == [1.0, 0.0, 0.0]).all(axis=1), off[name], 0.0)
+
+    apart, same = (measure_slack(points, quads, away, o) for o in (set(), {("floor", "wall"), ("wall", "floor")}))
+    bulge = 2 / 3 * 2.0 * 2 * (0.1 + 0.2)  # two thirds of the chord's length times the bound of the bulge
+    for name in quads:
+        assert apart[name][1] - same[name][1] == pytest.approx(bulge)
+        assert same[name][1] == pytest.approx(6.0 * 8 / 3 * (off[name] / 2.0) ** 2)
+        assert apart[name][0] == 0.0

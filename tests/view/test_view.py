@@ -1,6 +1,7 @@
 """Pictures: the grid is the mesh, a clip keeps whole hexahedra, and a PNG needs no display."""
 
 import sys
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ from view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
 from cadsweep.view import boundary_colors, kept_by_clip, mesh_colors, outline, plot, skin
+from cadsweep.view.exploded import explode
 from cadsweep.view.grid import legible
 
 pytest.importorskip("pyvista")
@@ -165,6 +167,50 @@ class TestPicture:
         monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
         with pytest.raises(CadSweepError, match="screenshot"):
             plot(twisted_block())
+
+
+class TestAnExplodedView:
+    def two_parts(self):
+        """Two layers of hexahedra, a part each, with the interface between them."""
+        block = twisted_block(n_layers=2, turn=0.0)
+        half = block.n_hexes // 2
+        between = block.hexes[:half, 4:8]
+        parts = {"low": np.arange(half), "high": np.arange(half, 2 * half)}
+        return replace(block, parts=parts, interfaces={"low__high": between}, structure=None)
+
+    def test_parts_move_away_from_the_middle_and_keep_their_shape(self):
+        mesh = self.two_parts()
+        apart = explode(mesh, 0.5)
+        # Middles at 1 and 3 of 4: a half of 1 down, and up.
+        for name, move in (("low", -0.5), ("high", 0.5)):
+            before, after = mesh.points[mesh.hexes[mesh.parts[name]]], apart.points[apart.hexes[apart.parts[name]]]
+            assert np.allclose(after - before, [0, 0, move])
+        assert not np.intersect1d(*(np.unique(apart.hexes[ids]) for ids in apart.parts.values())).size
+
+    def test_contacts_are_laid_open_on_both_sides(self):
+        mesh = self.two_parts()
+        apart = explode(mesh, 1.0)
+        assert len(apart.boundaries["low__high"]) == 2 * len(mesh.interfaces["low__high"])
+        assert sum(map(len, apart.boundaries.values())) == sum(map(len, mesh.boundaries.values())) + 32
+
+    def test_a_part_within_another_is_drawn_beside_it(self):
+        block = twisted_block(n=6, n_layers=2, turn=0.0)
+        x, y, _ = block.points[block.hexes].mean(axis=1).T
+        inner = np.flatnonzero((abs(x) < 0.4) & (abs(y) < 0.4))
+        outer = np.setdiff1d(np.arange(block.n_hexes), inner)
+        apart = explode(replace(block, parts={"pin": inner, "plate": outer}, structure=None), 1.0)
+        boxes = [apart.points[apart.hexes[ids]].reshape(-1, 3) for ids in apart.parts.values()]
+        assert any(boxes[0].max(axis=0)[k] < boxes[1].min(axis=0)[k] for k in range(3))
+
+    def test_a_factor_that_is_none_is_refused_and_one_part_stays(self):
+        with pytest.raises(InputError, match="explode"):
+            explode(self.two_parts(), -1.0)
+        block = twisted_block()
+        assert explode(block, 1.0) is block
+
+    def test_it_is_drawn_with_the_names_of_the_parts(self, tmp_path):
+        path = self.two_parts().plot(screenshot=tmp_path / "apart.png", scalars="part", explode=1.0)
+        assert path.stat().st_size > 5_000
 
 
 def test_where_nothing_can_draw_the_package_to_install_is_named(monkeypatch, tmp_path):

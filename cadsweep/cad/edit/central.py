@@ -24,6 +24,9 @@ from ..shapes import SolidShape
 SAME = 1e-6
 """Distance, as a share of the cell's size, up to which two places are one."""
 
+AXIS_PRICE = 2.0
+"""Price of planes through the axis of a hole: a cell in the way may become four of them."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cutter:
@@ -36,11 +39,20 @@ class Cutter:
     tools : tuple of TopoDS_Face
     weight : float
         Length of the edges in the way that it goes through.
+    price : float
+        What it costs beside others that do as much.
+    leads : bool
+        It keeps features apart: its pieces are gone on with, even though more cells are in the way at first.
+    everywhere : bool
+        It parts all other cells that are in the way with this one.
     """
 
     reason: str
     tools: tuple[Any, ...]
     weight: float
+    price: float = 0.0
+    leads: bool = False
+    everywhere: bool = False
 
 
 def plane_tool(solid: Solid, normal: FloatArray, place: FloatArray) -> Any:
@@ -83,6 +95,8 @@ def _cutters(solid: Solid, *, pointed: bool) -> Iterator[Cutter]:
                 reason=f"planes through the {'centre' if len(chosen) == 3 else 'axis'} of {face.label()}",
                 tools=tuple(plane_tool(solid, normal, place) for normal in normals),
                 weight=float(np.sqrt(face.area)),
+                price=0.0 if pointed else AXIS_PRICE,
+                everywhere=True,
             )
 
 

@@ -6,7 +6,8 @@ Method. At an edge where the solid is re-entrant, or that was imprinted on a fac
 through the cell (planes, cylinders, cones), and the rims of plane faces are carried into the material square to them.
 What belongs together is tried together first: all floors across one direction, all walls along it.
 
-Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last.
+Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last; planes at
+crossings (:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
 
 Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
 """
@@ -28,7 +29,9 @@ from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, SolidShape, subshapes
+from .blind import under_circles
 from .central import Cutter, plane_tool, through_axes, through_centers
+from .crossings import at_crossings
 
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
@@ -95,12 +98,22 @@ class _Cutters:
                     self.extend(self.solid.faces[f], edge)
         columns = list(self.columns())
         single = sorted(
-            [Cutter(reason=one.label, tools=one.tools, weight=sum(one.edges.values())) for one in self.found.values()]
+            [
+                Cutter(
+                    reason=one.label,
+                    tools=one.tools,
+                    weight=sum(one.edges.values()),
+                    everywhere=one.kind == "plane",
+                )
+                for one in self.found.values()
+            ]
             + columns,
             key=lambda cutter: -cutter.weight,
         )
         others = [*self.batches(columns), *single][:MOST_CUTTERS]
-        return [*through_centers(self.solid), *self.between(), *others, *through_axes(self.solid)]
+        cones = list(under_circles(self.solid, FLAT))
+        first = [*through_centers(self.solid), *self.between(), *at_crossings(self.solid)]
+        return [*first, *others, *cones, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
@@ -219,7 +232,12 @@ class _Cutters:
                 normals.append(face.normal)
         found: list[tuple[float, float, FloatArray]] = []
         for normal in normals[:MOST_NORMALS]:
-            spans = sorted((float((p @ normal).min()), float((p @ normal).max()), j) for j, (_, p) in enumerate(holes))
+            # A plane square to a hole goes through it without harm.
+            spans = sorted(
+                (float((p @ normal).min()), float((p @ normal).max()), j)
+                for j, (along, p) in enumerate(holes)
+                if abs(along @ normal) < 1 - 1e-9
+            )
             for j, (_, end, i) in enumerate(spans):
                 later = [other for other in spans[j + 1 :] if other[0] > end]
                 if not later or any(low < end < high for low, high, _ in spans if high > end):
@@ -229,7 +247,7 @@ class _Cutters:
                     found.append((start - end, 0.5 * (start + end), normal))
         for gap, offset, normal in sorted(found, key=lambda one: -one[0])[:MOST_BETWEEN]:
             tool = plane_tool(self.solid, normal, offset * normal)
-            yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap)
+            yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap, leads=True)
 
     def feature(self, base: int, rim: Sequence[int]) -> FloatArray:
         """Points of a hole or a boss, all the way to its floor or to where it comes out again."""

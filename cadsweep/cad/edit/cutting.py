@@ -37,7 +37,7 @@ SHORTEST = 1e-3
 """Length of a new edge, as a share of the part's size, below which a cut is refused."""
 
 
-def cut_cell(part: Part, cell: int, tools: Sequence[Any]) -> Part | None:
+def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] = ()) -> Part | None:
     """Part one cell; None where the tools do not divide it, or not well.
 
     Parameters
@@ -45,6 +45,8 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any]) -> Part | None:
     part : Part
     cell : int
     tools : sequence of TopoDS_Face
+    others : sequence of int
+        Cells that are parted with it where the tools divide them well.
 
     Returns
     -------
@@ -55,9 +57,14 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any]) -> Part | None:
     pieces = _split(solid, tools)
     if pieces is None:
         return None
+    parted = {cell: pieces}
+    for other in others:
+        own_pieces = _split(part.solids[other], tools) if other != cell else None
+        if own_pieces is not None:
+            parted[other] = own_pieces
     shapes, labels, owners = [], [], []
     for j, own in enumerate(part.solids):
-        for shape, label in pieces if j == cell else [(_shape(own).shape, labels_of(own))]:
+        for shape, label in parted.get(j) or [(_shape(own).shape, labels_of(own))]:
             shapes.append(shape)
             labels.append(label)
             owners.append(part.owners[j])

@@ -25,6 +25,9 @@ from .nurbs import BSpline
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+_RULE: FloatArray = np.stack([_NODES, _WEIGHTS])
+_RECENT = 4
+"""Questions for parameters that a curve keeps the answers of."""
 _MAX_HALVINGS = 12
 """Halvings of an interval: a speed that 4,096 pieces do not resolve is not smooth."""
 _HOOK = 1e-3
@@ -186,7 +189,17 @@ class EdgeCurve:
     def _speed(self, parameters: FloatArray) -> FloatArray:
         return np.linalg.norm(self.geometry.derivatives(parameters, 1)[1], axis=1)
 
+    @cached_property
+    def _spline(self) -> tuple[BSpline, float] | None:
+        """The spline whose arc length compiled loops know, and its period (0: none)."""
+        if isinstance(self.geometry, Periodic):
+            return self.geometry.spline, self.geometry.period
+        return (self.geometry, 0.0) if isinstance(self.geometry, BSpline) else None
+
     def _integrate(self, lower: FloatArray, upper: FloatArray) -> FloatArray:
+        if self._spline is not None:
+            spline, period = self._spline
+            return spline.arc_lengths(lower, upper, _RULE, period=period)
         width = upper - lower
         at = lower[:, None] + width[:, None] * _NODES
         speed = self._speed(at.ravel()).reshape(at.shape)
@@ -205,9 +218,30 @@ class EdgeCurve:
         if self.constant_speed:
             # Written so that 0 and 1 give the ends exactly.
             return self.first * (1.0 - fractions) + self.last * fractions
+        # Both faces of an edge, and the edge itself, are asked for the same nodes one after the other.
+        key = fractions.tobytes()
+        found = self._recent.get(key)
+        if found is None:
+            while len(self._recent) >= _RECENT:
+                del self._recent[next(iter(self._recent))]
+            found = self._recent[key] = self._parameters(fractions)
+            found.setflags(write=False)
+        return found
+
+    @cached_property
+    def _recent(self) -> dict[bytes, FloatArray]:
+        """Parameters by fractions, of the last few questions."""
+        return {}
+
+    def _parameters(self, fractions: FloatArray) -> FloatArray:
+        """:meth:`parameters` of a curve that is not of constant speed."""
         ends, lengths = self._table
         total = lengths[-1]
         wanted = fractions * total
+        if self._spline is not None:
+            spline, period = self._spline
+            t = spline.arc_parameters((ends, lengths), wanted, _RULE, period=period)
+            return np.where(fractions >= 1, self.last, np.where(fractions <= 0, self.first, t))
         k = np.clip(np.searchsorted(lengths, wanted, side="right") - 1, 0, len(ends) - 2)
         step = lengths[k + 1] - lengths[k]
         step = np.where(step > 0, step, 1.0)

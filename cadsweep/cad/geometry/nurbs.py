@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
-from .spline_kernels import curve_derivatives, surface_derivatives
+from .spline_kernels import arc_lengths, arc_parameters, curve_derivatives, surface_derivatives
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +54,23 @@ class BSpline:
         out = np.empty((order + 1, len(parameters), self.poles.shape[1]))
         curve_derivatives(knots, self.degree, poles, period, _packed(parameters), out)
         return list(out)
+
+    def arc_lengths(self, lower: FloatArray, upper: FloatArray, rule: FloatArray, *, period: float = 0.0) -> FloatArray:
+        """Arc lengths (m,) from `lower` to `upper`, by a quadrature `rule` (2, k): nodes and weights on 0 to 1."""
+        knots, poles = self._arrays
+        lower, upper = np.broadcast_arrays(lower, upper)
+        out = np.empty(len(lower))
+        arc_lengths(knots, self.degree, poles, period, self.poles.shape[1], rule, _packed(lower), _packed(upper), out)
+        return out
+
+    def arc_parameters(
+        self, table: tuple[FloatArray, FloatArray], wanted: FloatArray, rule: FloatArray, *, period: float = 0.0
+    ) -> FloatArray:
+        """Parameters (m,) at arc lengths (m,), by a table of interval ends and the lengths up to them."""
+        knots, poles = self._arrays
+        out = np.empty(len(wanted))
+        arc_parameters(knots, self.degree, poles, period, self.poles.shape[1], rule, *table, _packed(wanted), out)
+        return out
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -110,6 +110,69 @@ def curve_derivatives(knots, degree, poles, period, parameters, out):  # type: i
 
 
 @part
+def speed_at(knots, degree, poles, period, d, t, room):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Length of the derivative of a curve in `d` dimensions; `room` (4, any degree + 1 and poles' width)."""
+    n, width = poles.shape
+    t, span = into_knots(knots, degree, n, period, t)
+    f0, f1, point, slope = room[0], room[1], room[2], room[3]
+    functions(knots, degree, span, t, f0, f1)
+    for c in range(width):
+        point[c] = 0.0
+        slope[c] = 0.0
+        for j in range(degree + 1):
+            pole = poles[span - degree + j, c]
+            point[c] += f0[j] * pole
+            slope[c] += f1[j] * pole
+    total = 0.0
+    for c in range(d):
+        part = slope[c] if width == d else (slope[c] - slope[d] * point[c] / point[d]) / point[d]
+        total += part * part
+    return np.sqrt(total)
+
+
+@part
+def arc_between(knots, degree, poles, period, d, rule, low, high, room):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Arc length between two parameters by a quadrature `rule` (2, k) of nodes and weights on 0 to 1."""
+    total = 0.0
+    for k in range(rule.shape[1]):
+        total += rule[1, k] * speed_at(knots, degree, poles, period, d, low + (high - low) * rule[0, k], room)
+    return (high - low) * total
+
+
+@kernel
+def arc_lengths(knots, degree, poles, period, d, rule, lower, upper, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Arc lengths ``out`` (m,) of a curve from `lower` (m,) to `upper` (m,)."""
+    room = np.empty((4, max(degree + 1, poles.shape[1])))
+    for m in range(len(lower)):
+        out[m] = arc_between(knots, degree, poles, period, d, rule, lower[m], upper[m], room)
+
+
+@kernel
+def arc_parameters(knots, degree, poles, period, d, rule, ends, lengths, wanted, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Parameters ``out`` (m,) at arc lengths (m,), by a table of interval ends and the lengths up to them.
+
+    Newton's method, each by itself, so that no answer depends on what else is asked for.
+    """
+    room = np.empty((4, max(degree + 1, poles.shape[1])))
+    total, last = lengths[-1], len(ends) - 2
+    mean = total / (ends[-1] - ends[0])
+    for m in range(len(wanted)):
+        k = min(max(np.searchsorted(lengths, wanted[m], side="right") - 1, 0), last)
+        step = lengths[k + 1] - lengths[k]
+        t = ends[k] + (ends[k + 1] - ends[k]) * (wanted[m] - lengths[k]) / (step if step > 0.0 else 1.0)
+        for _ in range(20):
+            miss = lengths[k] + arc_between(knots, degree, poles, period, d, rule, ends[k], t, room) - wanted[m]
+            if abs(miss) <= 4e-16 * total:
+                break
+            speed = speed_at(knots, degree, poles, period, d, t, room)
+            new = min(max(t - miss / (speed if speed > 0.0 else mean), ends[k]), ends[k + 1])
+            if new == t:
+                break
+            t = new
+        out[m] = t
+
+
+@part
 def surface_at(u_knots, v_knots, p, q, poles, periods, u, v, room, h):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Homogeneous point and derivatives by u and v of a surface, into `h` (3, 4); `room` (4, any degree + 1)."""
     t, i = into_knots(u_knots, p, poles.shape[0], periods[0], u)

@@ -1,0 +1,32 @@
+"""Blocks with random pockets and bosses from both sides: a few of those that benchmarks/blocks.py runs by the dozen."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+import cadsweep as cs
+
+_PATH = Path(__file__).parents[2] / "benchmarks" / "generators.py"
+_SPEC = importlib.util.spec_from_file_location("generators", _PATH)
+generators = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(generators)
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        0,
+        1,
+        3,
+        4,
+        5,  # the ends of two slots of unlike width are tangent to each other
+    ],
+)
+def test_a_block_of_random_pockets_and_bosses_is_meshed(seed):
+    part = generators.block(seed, 8, snap=5.0)
+    mesh = cs.sweep_mesh(part, size=6.0, decompose=False)
+    report = mesh.quality()
+    assert report.valid, report.problems
+    assert mesh.info["sweeps"][0]["columns"] >= 8
+    assert report.volume == pytest.approx(part.val().Volume(), rel=0.02)  # drums of 8 segments lose a tenth, each
