@@ -31,6 +31,8 @@ STRAIGHT = 5.0 * pi / 6.0
 """Angle from which a vertex of a cap's face is taken for straight."""
 UNEQUAL = 1.6
 """Ratio of wanted counts up to which opposite sides of a four-sided cap get equal ones."""
+SAME_COUNT = 1e-6
+"""Relative difference of wanted counts that rounding explains: the edges are of one length."""
 EVEN = 1.15
 """Ratio of wanted counts up to which the ways there and back of an L, a T or a cross get equal ones: they are equal
 but for what rounds the counts, unless its sides lean."""
@@ -209,6 +211,10 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
         if any(max(totals[k], totals[k + 2]) > EVEN * min(totals[k], totals[k + 2]) for k in (0, 1)):
             return []
         pairs += [(ways[0], ways[2]), (ways[1], ways[3])]
+        # Edges of one length, too: what is symmetric is to stay so where the counts are rounded.
+        for one, back in ((ways[0], ways[2]), (ways[1], ways[3])):
+            ordered = sorted([*one, *back], key=lambda e: wanted[e])
+            pairs += [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
     return pairs
 
 
