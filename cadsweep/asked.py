@@ -10,12 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .arrays import FloatArray
 from .errors import InputError
+
+if TYPE_CHECKING:  # the command line checks options without numpy
+    from .arrays import FloatArray
 
 SYMMETRIC = ("both", "middle")
 """Values of `towards` that need no face: fine at both ends, fine in the middle."""
@@ -165,6 +165,8 @@ def layer_heights(first: FloatArray, growth: FloatArray, n: int, room: FloatArra
 
     The first height is kept as long as n such layers fit: the growth gives way. Else all layers are thinned alike.
     """
+    import numpy as np
+
     wanted = first * growth_sum(growth, n)
     total = np.minimum(wanted, room)
     low, high = np.ones_like(total), np.asarray(growth, dtype=float)
@@ -180,5 +182,49 @@ def layer_heights(first: FloatArray, growth: FloatArray, n: int, room: FloatArra
 
 def growth_sum(growth: FloatArray, n: int) -> FloatArray:
     """Thickness of n layers in heights of the first one."""
+    import numpy as np
+
     total: FloatArray = (np.asarray(growth)[..., None] ** np.arange(n)).sum(axis=-1)
     return total
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalSize:
+    """A size at a place; away from it sizes grow to that of the part.
+
+    Attributes
+    ----------
+    at : (float, float, float) or str
+        A point in model units; or the edges of a name, id or selector, the edges of its faces (``"faces:inlet"``), or
+        vertices (``"vertices:>X"``).
+    radius : float
+        Distance up to which the size holds, model units.
+    size : float
+        Wanted edge length, model units.
+    """
+
+    at: Any
+    radius: float = 0.0
+    size: float
+
+    def __post_init__(self) -> None:
+        check_positive("the size at a place", self.size)
+        if not _is_number(self.radius) or self.radius < 0:
+            raise InputError(f"the radius around a place must be a number of at least 0, not {self.radius!r}")
+        if isinstance(self.at, Sequence) and not isinstance(self.at, str):
+            if len(self.at) != 3 or not all(_is_number(c) for c in self.at):
+                raise InputError(f"a place is a point of three coordinates or a name, not {self.at!r}")
+        elif isinstance(self.at, bool) or not isinstance(self.at, str | int) or self.at == "":
+            raise InputError(f"a place is a point of three coordinates or a name, not {self.at!r}")
+
+
+def local_size(what: str, value: Any) -> LocalSize:
+    """Read a size at a place; `what` is how messages name it.
+
+    Raises
+    ------
+    InputError
+        It is neither a :class:`LocalSize` nor a mapping with its keys; says which key is wrong.
+    """
+    found: LocalSize = _read(LocalSize, what, value)
+    return found
