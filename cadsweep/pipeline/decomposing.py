@@ -33,7 +33,17 @@ log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance", "wall_layers", "periodic")
+_ONE_SWEEP = (
+    "source",
+    "target",
+    "bias",
+    "fractions",
+    "rail_layers",
+    "tolerance",
+    "wall_layers",
+    "periodic",
+    "local_sizes",
+)
 
 
 def is_planar(part: Part) -> bool:
