@@ -10,12 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from numbers import Integral, Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .arrays import FloatArray
 from .errors import InputError
+
+if TYPE_CHECKING:  # the command line checks options without numpy
+    from .arrays import FloatArray
 
 SYMMETRIC = ("both", "middle")
 """Values of `towards` that need no face: fine at both ends, fine in the middle."""
@@ -149,6 +149,8 @@ def layer_heights(first: FloatArray, growth: FloatArray, n: int, room: FloatArra
 
     The first height is kept as long as n such layers fit: the growth gives way. Else all layers are thinned alike.
     """
+    import numpy as np
+
     wanted = first * growth_sum(growth, n)
     total = np.minimum(wanted, room)
     low, high = np.ones_like(total), np.asarray(growth, dtype=float)
@@ -164,5 +166,7 @@ def layer_heights(first: FloatArray, growth: FloatArray, n: int, room: FloatArra
 
 def growth_sum(growth: FloatArray, n: int) -> FloatArray:
     """Thickness of n layers in heights of the first one."""
+    import numpy as np
+
     total: FloatArray = (np.asarray(growth)[..., None] ** np.arange(n)).sum(axis=-1)
     return total

@@ -150,6 +150,9 @@ class HexMesh:
         Hex ids of each named volume.
     interfaces : dict of str to (q, 4), (q, 8) or (q, 9) int64
         Quads between two parts, outward from the one that the name begins with.
+    periodic : dict of str to (p, 2) int64
+        Pairs of nodes of two boundaries whose meshes answer each other, as ``"left__right"``: each node of the first
+        and its image on the second.
     structure : SweptStructure or None
         Quads times layers, where the mesh is one sweep of order 1.
     info : MeshRecord
@@ -181,6 +184,7 @@ class HexMesh:
     boundaries: dict[str, IntArray]
     parts: dict[str, IntArray] = field(default_factory=dict)
     interfaces: dict[str, IntArray] = field(default_factory=dict)
+    periodic: dict[str, IntArray] = field(default_factory=dict)
     structure: SweptStructure | None = None
     info: Mapping[str, Any] = field(default_factory=MeshRecord)
     parents: IntArray | None = None

@@ -98,6 +98,9 @@ class SweepOptions:
     wall_layers : mapping of str to WallLayers or mapping
         Layers of hexahedra along faces by name, id or CadQuery selector: ``{"wall": WallLayers(first=0.05, growth=1.2,
         n=8)}``, see :class:`cadsweep.asked.WallLayers`.
+    periodic : mapping of str to str
+        Faces whose meshes answer each other node by node, under the translation or rotation from the first to the
+        second: ``{"left": "right"}``, by name, id or CadQuery selector. Pairs are in ``mesh.periodic``.
     params : mapping or None
         Parameters of a CadQuery script.
     part : str, int or None
@@ -155,6 +158,7 @@ class SweepOptions:
     rail_layers: Mapping[str, int] | None = None
     biases: Mapping[str, Any] | None = None
     wall_layers: Mapping[str, Any] | None = None
+    periodic: Mapping[str, str] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
@@ -205,6 +209,7 @@ class SweepOptions:
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
         _each("biases", self.biases, "the bias", edge_bias)
+        _each("periodic", self.periodic, "the periodic partner", _name_or_number)
         _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)

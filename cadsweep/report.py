@@ -29,7 +29,7 @@ from .errors import CadSweepError
 from .mesh import HexMesh
 from .quality import QualityReport
 from .quality.convergence import ConvergenceIndex, convergence_rows
-from .view import kept_by_clip, mesh_colors, skin, write_whole
+from .view import explode, kept_by_clip, mesh_colors, part_colors, skin, write_whole
 
 MOST_QUADS = 150_000
 """Quads of the outside above which cuts and edges are left out."""
@@ -129,7 +129,7 @@ def write_report(
         f'<div class="columns"><div><h2>Mesh</h2>{_table(_figures(report) + _distance(mesh) + _material(mesh))}</div>',
         f"<div><h2>Scaled Jacobian</h2>{_histogram(report)}</div></div>",
         f'<div class="columns"><div><h2>Sweep</h2>{_sweeps(mesh)}</div>',
-        f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div>",
+        f"<div><h2>Boundaries</h2>{_boundaries(mesh)}</div><div>{_parts(mesh)}</div>",
         f"<div><h2>Time</h2>{_table([*timings, ('total', f'{sum(seconds.values()):.2f} s')])}</div></div>",
         f"<h2>Worst hexahedra</h2>{_worst(report)}",
         _family(*family) if family else "",
@@ -247,6 +247,42 @@ def _boundaries(mesh: HexMesh) -> str:
     return _table(rows)
 
 
+def _parts(mesh: HexMesh) -> str:
+    """Solids of an assembly with their colours and materials, and what they touch in; nothing of a single one."""
+    if len(mesh.parts) < 2:
+        return ""
+    materials = mesh.info.get("materials") or {}
+    rows = []
+    for (name, ids), color in zip(mesh.parts.items(), part_colors(mesh), strict=True):
+        swatch = f'<span class="swatch" style="background: {color}"></span> '
+        made_of = f", {escape(materials[name])}" if name in materials else ""
+        rows.append((swatch + escape(name), f"{len(ids):,} hexahedra{made_of}"))
+    found = f"<h2>Parts</h2>{_table(rows)}"
+    if mesh.interfaces:
+        rows = [(escape(name), f"{len(quads):,} quads") for name, quads in mesh.interfaces.items()]
+        found += f"<h2>Interfaces</h2>{_table(rows)}"
+    return found
+
+
+def _part_views(mesh: HexMesh, traces: list[dict[str, Any]], views: dict[str, list[int]]) -> None:
+    """The parts in their colours, in their places and drawn apart."""
+    for view, shown in (("parts", mesh), ("parts apart", explode(mesh, 1.0))):
+        surface, _ = skin(shown)
+        quads, points = surface.regular_faces, np.asarray(surface.points)
+        of = np.full(shown.n_hexes, -1, dtype=np.int64)
+        for j, ids in enumerate(shown.parts.values()):
+            of[ids] = j
+        of_quad = of[surface.cell_data["hex"]]
+        views[view] = []
+        for j, (name, color) in enumerate(zip(shown.parts, part_colors(shown), strict=True)):
+            if (of_quad == j).any():  # a part all around which are others has no outside
+                views[view].append(len(traces))
+                traces.append(_faces(points, quads[of_quad == j], color=color, name=name))
+        if len(quads) <= MOST_QUADS:
+            views[view].append(len(traces))
+            traces.append(_lines(points, _unique_edges(quads), color="#303030", width=1))
+
+
 def _worst(report: QualityReport) -> str:
     head = '<tr><th class="n">hexahedron</th><th class="n">layer</th><th>centre</th>'
     head += '<th class="n">scaled Jacobian</th><th class="n">volume</th></tr>'
@@ -307,6 +343,8 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         views["boundaries"] = [*views["quality"][1:], *range(len(traces), len(traces) + len(mesh.boundaries))]
         for i, (name, color) in enumerate(zip(mesh.boundaries, mesh_colors(mesh), strict=True)):
             traces.append(_faces(points, quads[owners == i], color=color, name=name))
+    if len(mesh.parts) > 1:
+        _part_views(mesh, traces, views)
     for axis in "xyz" if small else "":
         kept = kept_by_clip(mesh, axis)
         if not kept.any():

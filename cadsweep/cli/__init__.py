@@ -10,6 +10,15 @@ no file); 2 wrong usage; 130 interrupted, 143 terminated.
 
 from __future__ import annotations
 
-from .group import main
+from typing import Any
 
 __all__ = ["main"]
+
+
+def __getattr__(name: str) -> Any:
+    # The worker imports `cli.work` from here, and parses no command line.
+    if name == "main":
+        from .group import main
+
+        return main
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -167,6 +167,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Layers along a face: height of the first, growth, number: 'wall=0.05:1.2:8'; repeatable.",
         ),
         click.option(
+            "--periodic",
+            type=Assignment(),
+            multiple=True,
+            metavar="FACE=FACE",
+            help="Faces whose meshes answer each other node by node: left=right; repeatable.",
+        ),
+        click.option(
             "--param",
             "params",
             type=Assignment(),
@@ -226,6 +233,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
     given["biases"] = dict(given["biases"]) or None
+    given["periodic"] = dict(given["periodic"]) or None
     given["wall_layers"] = dict(given["wall_layers"]) or None
     if given.pop("yes"):
         if given["max_hexes"] is not None:

@@ -5,6 +5,7 @@ Place in the flow: between ``cad`` and ``plan``; ``pipeline`` gives it what reco
 ========== ===================================================================================
 module     what it does
 ========== ===================================================================================
+`curved`   the same through solids of any kind, by OpenCASCADE
 `search`   :class:`Search`: which cut through which cell, best first
 `planar`   a complex of cells with plane faces, in a pool of shared vertices and facets
 `dividing` a cell cut by a plane, its neighbours' faces with it
@@ -16,6 +17,6 @@ module     what it does
 
 from .planar import is_planar
 from .search import Search, State
-from .words import explain, say
+from .words import explain, explain_cells, say
 
-__all__ = ["Search", "State", "explain", "is_planar", "say"]
+__all__ = ["Search", "State", "explain", "explain_cells", "is_planar", "say"]

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import heapq
 import logging
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -118,40 +119,58 @@ def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tup
     int
         Parts that were looked at.
     """
-    search = _Search(tools, most_parts, len(part.solids))
-    return search.run(part), search.n_parts
+    search = CellSearch(part, tools, most_parts=most_parts)
+    return next(search.solutions(), search.best), search.n_parts
 
 
-class _Search:
-    """Budget and memory of one search."""
+class CellSearch:
+    """One search: its budget, its memory, and what came nearest so far.
 
-    def __init__(self, tools: Tools, most_parts: int, n_first: int) -> None:
+    Parameters
+    ----------
+    part : Part
+    tools : Tools
+    most_parts : int
+        Parts to look at.
+
+    Attributes
+    ----------
+    best : Found
+    n_parts : int
+        Parts that were looked at.
+    refused : Counter
+        How often a cutter of each kind parted no cell, or not well.
+    """
+
+    def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> None:
         self.tools = tools
         self.most_parts = most_parts
-        self.most_cells = MOST_CELLS + n_first
+        self.most_cells = MOST_CELLS + len(part.solids)
         self.n_parts = 0
         self.known: set[tuple[Any, ...]] = set()
+        self.refused: Counter[str] = Counter()
+        self.best = self.judge(part, ())
 
-    def run(self, part: Part) -> Found:
-        """Go on from the cheapest part that was looked at, until one has a plan."""
-        first = best = self.judge(part, ())
+    def solutions(self) -> Iterator[Found]:
+        """Parts that have a plan, as they are found; the search goes on from the cheapest part that has none."""
+        first = self.best
+        if first.plan is not None:
+            yield first
         queue: list[tuple[float, int, Found, Iterator[Found]]] = [(first.cost, 0, first, self.children(first))]
         n = 0
         while queue and self.n_parts < self.most_parts:
             cost, _, here, children = heapq.heappop(queue)
-            if here.plan is not None:
-                return here
             for child in children:
+                self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
                 if child.plan is not None:
-                    return child
-                best = min(best, child, key=lambda found: found.cost)
+                    yield child
+                    continue
                 heapq.heappush(queue, (child.cost, n + 1, child, self.children(child)))
                 n += 2
                 if child.cost < here.cost - BLOCKED + CELL or child.prices < here.prices:
                     # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
                     heapq.heappush(queue, (cost + CELL, n, here, children))
                     break
-        return best
 
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""
@@ -163,6 +182,7 @@ class _Search:
                     return
                 then = self.tools.cut(found.part, cell, cutter, found.blocked)
                 if then is None:
+                    self.refused[cutter.reason] += 1
                     continue
                 key = _fingerprint(then)
                 if key in self.known:

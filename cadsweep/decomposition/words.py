@@ -5,10 +5,13 @@ Place in the flow: ``pipeline`` puts these lines into notes, reports and refusal
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import pi
 
 from ..brep import Edge, Solid
 from ..errors import NotSweepableError
+from .curved import CellSearch
 from .search import FLAT, Search, State
 
 MOST_NAMED = 3
@@ -25,26 +28,66 @@ def say(search: Search, state: State) -> str:
 
 
 def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:
-    """Why no cuts were found: the cell and the edges that are left, and what was tried."""
+    """Why no cuts by planes were found: the cell and the edges that are left, and what was tried."""
     best = search.best
-    name = f"'{search.model.name}'" if search.model.name else "the solid"
-    tried = f"{search.n_states} sets of cuts were tried"
-    if best.blocked:
-        cell = search.look(best.cells[best.blocked[0]]).solid
-        way = _in_the_way(cell)
+    left = _Left(
+        name=search.model.name,
+        cells=[search.look(cell).solid for cell in best.cells],
+        blocked=best.blocked,
+        conflict=best.conflict,
+        cuts=[cut.reason for cut in best.cuts],
+        n_tried=search.n_states,
+    )
+    return NotSweepableError(left.say(), reasons=refused.reasons)
+
+
+def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepableError:
+    """The same of cuts by surfaces of any kind, with those that parted no cell well."""
+    best = search.best
+    solids = best.part.solids
+    left = _Left(
+        name=solids[0].name,
+        cells=solids,
+        blocked=best.blocked,
+        conflict=best.conflict,
+        cuts=best.reasons,
+        n_tried=search.n_parts,
+    )
+    failed = [reason for reason, _ in search.refused.most_common(MOST_NAMED)]
+    more = f"; these part no cell, or leave slivers: {'; '.join(failed)}" if failed else ""
+    return NotSweepableError(left.say() + more, reasons=refused.reasons)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Left:
+    """What the best cuts leave in the way."""
+
+    name: str | None
+    cells: Sequence[Solid]
+    blocked: Sequence[int]
+    conflict: Sequence[tuple[int, int]]
+    cuts: Sequence[str]
+    n_tried: int
+
+    def say(self) -> str:
+        """One line: the cell or the faces, the edges, the cuts."""
+        name = f"'{self.name}'" if self.name else "the solid"
+        cuts = list(dict.fromkeys(self.cuts))[:MOST_NAMED]
+        made = f" after cuts along {'; '.join(cuts)}" if cuts else ""
+        tried = f"{self.n_tried} sets of cuts were tried, the best leave {len(self.cells)} cells{made}"
+        if not self.blocked:
+            faces = dict.fromkeys(self.cells[cell].faces[face].label() for cell, face in self.conflict)
+            where = " and ".join(list(faces)[:2]) or "every face between them"
+            return (
+                f"{name} cannot be swept, and no cuts were found that agree: all cells can be filled, but not so that "
+                f"their meshes meet on {where}; {tried}; cut it there: cuts=, or --cut"
+            )
+        cell = self.cells[self.blocked[0]]
         where = f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces has no sweep"
-        message = (
-            f"{name} cannot be swept, and no cuts were found: {where}{way}; {tried}, the best leave "
-            f"{len(best.cells)} cells"
+        return (
+            f"{name} cannot be swept, and no cuts were found: {where}{_in_the_way(cell)}; {tried}; cut it there: "
+            "cuts=, or --cut"
         )
-    else:
-        cells = [(search.look(best.cells[c]).solid.faces[f], c) for c, f in best.conflict]
-        faces = " and ".join(face.label() for face, _ in cells[:2])
-        message = (
-            f"{name} cannot be swept, and no cuts were found that agree: {len(best.cells)} cells sweep, but not so "
-            f"that their meshes meet on {faces or 'every face between them'}; {tried}"
-        )
-    return NotSweepableError(message, reasons=refused.reasons)
 
 
 def _in_the_way(cell: Solid) -> str:
@@ -55,4 +98,4 @@ def _in_the_way(cell: Solid) -> str:
     return f": in the way are {len(edges)} re-entrant edges, at ({places})"
 
 
-__all__ = ["explain", "say"]
+__all__ = ["explain", "explain_cells", "say"]

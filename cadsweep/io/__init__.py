@@ -21,6 +21,7 @@ from struct import error as struct_error
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
+from ..contacts import solids_of
 from ..errors import CadSweepError, InputError
 from .atomic import check_place, replaced_file, replaced_folder
 
@@ -243,9 +244,9 @@ def _with_interfaces(mesh: HexMesh) -> HexMesh:
     interfaces: dict[str, IntArray] = {}
     twins = []
     for name, quads in mesh.boundaries.items():
-        first, _, second = name.partition("__")
-        if first in mesh.parts and second in mesh.parts and len(quads):
-            if f"{second}__{first}" in interfaces:  # the same quads seen from the other part
+        solids = solids_of(name, mesh.parts)
+        if solids is not None and len(quads):
+            if "__".join(solids[::-1]) in interfaces:  # the same quads seen from the other part
                 twins.append(name)
             else:
                 interfaces[name] = quads

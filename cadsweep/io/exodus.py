@@ -3,7 +3,8 @@
 Place in the flow: a format module of :mod:`cadsweep.io`. Written as a netCDF file of the classic model with 64-bit
 offsets (scipy); read too where it is netCDF-4 (h5py).
 
-Every boundary is a side set, and a node set of the same name. Blocks are disjoint: where parts overlap, the names of
+Every boundary is a side set, and a node set of the same name; the node sets of periodic boundaries list their nodes
+pair by pair. Blocks are disjoint: where parts overlap, the names of
 :meth:`~cadsweep.io.labels.Blocks.exclusive_names` stand. Names have 32 characters at the most. Node and element ids are
 32-bit integers.
 
@@ -91,6 +92,8 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
 
 def _write_sets(file: netcdf_file, mesh: LabelledMesh, names: tuple[str, ...], place: np.ndarray) -> None:
     of, sides = mesh.sides
+    # The nodes of periodic boundaries answer each other one by one.
+    ordered = {name: pairs[:, k] for names, pairs in mesh.periodic.items() for k, name in enumerate(names)}
     for kind, dimension in (("ss", "num_side_sets"), ("ns", "num_node_sets")):
         file.createDimension(dimension, len(names))
         _put_ids(file, kind, dimension, names)
@@ -99,7 +102,7 @@ def _write_sets(file: netcdf_file, mesh: LabelledMesh, names: tuple[str, ...], p
         file.createDimension(f"num_side_ss{j}", len(ids))
         _put(file, f"elem_ss{j}", "i4", (f"num_side_ss{j}",), place[of[ids]] + 1)
         _put(file, f"side_ss{j}", "i4", (f"num_side_ss{j}",), SIDE_NUMBERS[sides[ids]])
-        nodes = np.unique(mesh.quads[ids]) + 1
+        nodes = ordered.get(name, np.unique(mesh.quads[ids])) + 1
         file.createDimension(f"num_nod_ns{j}", len(nodes))
         _put(file, f"node_ns{j}", "i4", (f"num_nod_ns{j}",), nodes)
 

@@ -9,6 +9,8 @@ same rule). Faces without a name are the patch ``defaultFaces``; named quads ins
 face zones. A patch that is named ``wall``, or ends in ``_wall``, is of the type ``wall``; others are of the type
 ``patch``, or of what `patch_types` says.
 
+Boundaries that are periodic and one patch each are ``cyclic``, their faces in the same order.
+
 Order 1 only. A hex comes back turned, because OpenFOAM keeps faces and not corners. Reading knows text files.
 
 References
@@ -21,7 +23,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +35,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
+from .periodic_faces import answering_quads
 from .sides import corner_keys, cyclic
 from .text import write_rows
 
@@ -124,6 +127,7 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
         if kind not in PATCH_TYPES:
             raise InputError(f"'{kind}' is no type of a patch; there are {', '.join(PATCH_TYPES)}")
     faces, owner, neighbour, patches = ordered_faces(mesh)
+    cyclic_of = _pair_patches(mesh, faces, owner, patches)
     note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
     with open(folder / "points", "wb") as stream:
         stream.write(_head("vectorField", "points") + b"%d\n(\n" % len(mesh.points))
@@ -141,8 +145,12 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
     rows = []
     for name, groups, first, count in patches:
         inside = f"        inGroups        {len(groups)}({' '.join(groups)});\n" if groups else ""
+        kind = patch_type((name, *groups), patch_types)
+        if name in cyclic_of:
+            kind = "cyclic"
+            inside += f"        neighbourPatch  {cyclic_of[name]};\n        matchTolerance  0.0001;\n"
         rows.append(
-            f"    {name}\n    {{\n        type            {patch_type((name, *groups), patch_types)};\n{inside}"
+            f"    {name}\n    {{\n        type            {kind};\n{inside}"
             f"        nFaces          {count};\n        startFace       {first};\n    }}\n"
         )
     text = f"{len(rows)}\n(\n{''.join(rows)})\n"
@@ -159,6 +167,23 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
 
     if mesh.info.get(ZONES):
         _write_face_zones(folder, mesh.info[ZONES], faces[: len(neighbour)])
+
+
+def _pair_patches(
+    mesh: LabelledMesh, faces: IntArray, owner: IntArray, patches: Sequence[tuple[str, tuple[str, ...], int, int]]
+) -> dict[str, str]:
+    """Put the faces of periodic patches in the order of their partners', in place; the partner of each patch."""
+    ranges = {name: (first, first + count) for name, _, first, count in patches}
+    found: dict[str, str] = {}
+    for (one, other), pairs in mesh.periodic.items():
+        if one not in ranges or other not in ranges:
+            logger.warning("'%s' and '%s' are periodic, and not one patch each: they are plain patches", one, other)
+            continue
+        (a, b), (c, d) = ranges[one], ranges[other]
+        order, turned = answering_quads(faces[a:b], faces[c:d], pairs)
+        faces[c:d], owner[c:d] = turned, owner[c:d][order]
+        found |= {one: other, other: one}
+    return found
 
 
 def _write_face_zones(folder: Path, zones: Mapping[str, IntArray], inner: IntArray) -> None:

@@ -34,6 +34,7 @@ from ..arrays import IntArray
 from ..contacts import solids_of
 from ..errors import InputError
 from ..mesh import HexMesh
+from .cgns_zones import turned_quads
 from .compare import Groups, all_boundaries, all_parts
 from .labels import LabelledMesh
 from .sides import find_sides, quads_of_sides
@@ -134,13 +135,8 @@ def _other_sides(mesh: LabelledMesh) -> dict[str, IntArray]:
     for name in mesh.faces.names:
         solids = solids_of(name, mesh.volumes.names)
         if solids is not None and (turned := "__".join(solids[::-1])) not in mesh.faces.names:
-            found[turned] = _turned(mesh.quads[mesh.faces.named(name)])
+            found[turned] = turned_quads(mesh.quads[mesh.faces.named(name)])
     return found
-
-
-def _turned(quads: IntArray) -> IntArray:
-    """Quads (q, 4 or 8) that turn the other way."""
-    return quads[:, [0, 3, 2, 1, 7, 6, 5, 4][: quads.shape[1]]]
 
 
 def kept_groups(

@@ -8,6 +8,7 @@ attributes). The disjoint blocks serve both: a block is the set of all cells tha
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -110,6 +111,8 @@ class LabelledMesh:
     volumes : Blocks
         Parts, over `hexes`; every hex has a name.
     info : dict
+    periodic : dict of (str, str) to (p, 2) int64
+        Nodes of the first boundary, and of the second those that answer them.
     """
 
     points: FloatArray
@@ -118,6 +121,7 @@ class LabelledMesh:
     faces: Blocks
     volumes: Blocks
     info: dict[str, Any] = field(default_factory=dict)
+    periodic: dict[tuple[str, str], IntArray] = field(default_factory=dict)
 
     @cached_property
     def sides(self) -> tuple[IntArray, IntArray]:
@@ -199,7 +203,25 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
     quads, faces = _face_blocks(boundaries, n_corners[0])
     faces = replace(faces, max_name=max_name)
     volumes = replace(_volume_blocks(parts, len(hexes)), max_name=max_name)
-    return LabelledMesh(points=points, hexes=hexes, quads=quads, faces=faces, volumes=volumes, info=info)
+    renamed = dict(zip(named, _renamed(named, max_name, reserved), strict=True))
+    periodic = {(renamed[one], renamed[other]): pairs for (one, other), pairs in _partners(mesh).items()}
+    return LabelledMesh(
+        points=points, hexes=hexes, quads=quads, faces=faces, volumes=volumes, info=info, periodic=periodic
+    )
+
+
+def _partners(mesh: HexMesh) -> dict[tuple[str, str], IntArray]:
+    """Pairs of nodes by the names of the two boundaries, where each of them is one."""
+    found = {}
+    for key, pairs in mesh.periodic.items():
+        for place in (match.start() for match in re.finditer("(?=__)", key)):
+            names = (key[:place], key[place + 2 :])
+            if names[0] in mesh.boundaries and names[1] in mesh.boundaries:
+                found[names] = pairs
+                break
+        else:
+            logger.warning("periodic '%s': its faces are several boundaries; no file says that they are periodic", key)
+    return found
 
 
 def check_nodes(ids: np.ndarray, n_points: int) -> None:

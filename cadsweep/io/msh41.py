@@ -7,6 +7,8 @@ Every boundary is a physical group of dimension 2, every part one of dimension 3
 an elementary entity that carries several physical tags, so nothing is lost. Hex h has the element tag h + 1, node i
 the tag i + 1, boundary quads follow the hexes.
 
+Surfaces whose nodes answer each other are linked in ``$Periodic``.
+
 References
 ----------
 Gmsh reference manual, "MSH file format" (version 4.1) and "Node ordering".
@@ -21,6 +23,7 @@ import numpy as np
 from ..arrays import IntArray
 from .labels import LabelledMesh
 from .msh_common import HEX_ORDER, HEX_TYPES, QUAD_TYPES, physical_names
+from .periodic_faces import rigid_motion
 from .vtk_cells import write_bytes
 
 _CHUNK = 1 << 15
@@ -63,6 +66,35 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool = True) -> None:
         put.end()
         put.cells(ids, hexes, first_tag=1)
     stream.write(b"$EndElements\n")
+    _write_periodic(stream, put, mesh)
+
+
+def _write_periodic(stream: BinaryIO, put: _BinaryOutput | _TextOutput, mesh: LabelledMesh) -> None:
+    """Links between surfaces whose nodes answer each other; only of boundaries that are one surface each."""
+    blocks = {name: [b for b, own in enumerate(mesh.faces.members) if name in own] for name in mesh.faces.names}
+    links = [
+        (blocks[one][0], blocks[other][0], pairs)
+        for (one, other), pairs in mesh.periodic.items()
+        if len(blocks[one]) == len(blocks[other]) == 1
+    ]
+    if not links:
+        return
+    stream.write(b"$Periodic\n")
+    put.sizes(len(links))
+    put.end()
+    for master, slave, pairs in links:
+        put.integers(2, slave + 1, master + 1)
+        put.end()
+        matrix, shift = rigid_motion(mesh.points[pairs[:, 0]], mesh.points[pairs[:, 1]])
+        put.sizes(16)
+        put.reals(*np.vstack([np.column_stack([matrix, shift]), [0.0, 0.0, 0.0, 1.0]]).ravel())
+        put.end()
+        put.sizes(len(pairs))
+        put.end()
+        for first, image in (pairs + 1).tolist():
+            put.sizes(image, first)
+            put.end()
+    stream.write(b"$EndPeriodic\n")
 
 
 def _write_entities(put: _BinaryOutput | _TextOutput, mesh: LabelledMesh) -> None:

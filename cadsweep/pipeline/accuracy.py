@@ -25,6 +25,7 @@ from ..quality.deviation import Deviation, measure_deviation
 from ..sweep import Intervals, Sweep
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
+from .periodic import cap_motion
 from .run import Run
 
 MOST_LOST = 0.005
@@ -199,6 +200,9 @@ def _make(
         if sweep.closed:
             surfaces.rings[-1] = surfaces.rings[0]
         target = place_target(sweep, surfaces)
+        motion = cap_motion(sweep, hints.matches)
+        if motion is not None:
+            target = replace(target, points=motion(surfaces.source.points))
     with run.stage("surface"):
         deviation = measure_deviation(sweep, surfaces, target.points, target.faces)
     return Boundary(counts=counts, surfaces=surfaces, target=target, deviation=deviation, notes=tuple(notes))

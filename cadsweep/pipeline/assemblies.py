@@ -14,7 +14,7 @@ from dataclasses import replace
 from .. import cad
 from ..brep import Part
 from ..contacts import say_leave_out
-from ..errors import CadError, CadSweepError, InputError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .groups import make_group, put_together
@@ -26,7 +26,7 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
@@ -80,33 +80,6 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
     found = copy(error)
     found.args = (f"{error}; {said}",)
     return found
-
-
-def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
-    """Mesh one solid that no sweep fits, cut into cells.
-
-    Raises
-    ------
-    NotSweepableError
-        No cuts were found that help: `refused`, with what was tried.
-    CadSweepError
-        `refused`, where the user asks for what one sweep alone can have.
-    """
-    assert refused is not None
-    if any(getattr(options, name) is not None for name in _ONE_SWEEP):
-        raise refused
-    with run.stage("recognition"):
-        try:
-            found = plan_cells(part, run)
-        except NotSweepableError as error:
-            if not isinstance(refused, NotSweepableError):
-                raise refused from error  # it has a sweep, whose mesh is what there is to be said of
-            reasons = (*refused.reasons, *error.reasons)
-            raise NotSweepableError(
-                f"{refused}; no cuts were found that part it into sweeps", reasons=reasons
-            ) from error
-        wishes = resolve_wishes(found.part, options)
-    return mesh_complex(found, options, run, wishes)
 
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:

@@ -7,7 +7,7 @@ mesh does well is taken, and of several that do worse the best.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 
 from .. import cad, decomposition
 from ..brep import Part
+from ..decomposition.curved import CellSearch
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -25,14 +26,14 @@ from .candidates import GOOD_ENOUGH
 from .origin import made_of
 from .parts import load, only_solid
 from .run import Run, silent
-from .several import Complex, mesh_complex, plan_cells, recognise
+from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise
 from .shared_hints import resolve_wishes
 
 log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance", "wall_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "tolerance", "wall_layers", "periodic")
 
 
 def is_planar(part: Part) -> bool:
@@ -60,34 +61,66 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     if not may_decompose(part, options):
         raise refused
     search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan)
+    best, failure = _best_of((_planned(part, search, state) for state in search.solutions()), options, run)
+    if best is not None:
+        return best
+    if failure is not None or not isinstance(refused, NotSweepableError):
+        raise failure or refused
+    raise decomposition.explain(search, refused)
+
+
+def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them.
+
+    Raises
+    ------
+    NotSweepableError
+        No cuts were found; names the cell and the edges in the way, and what was tried.
+    SurfaceMeshError, ProjectionError, InvertedHexError
+        Cells were found, and none of their meshes is valid.
+    """
+    refused = refused or NotSweepableError("its columns make poor hexahedra")
+    if not may_decompose(part, options):
+        raise refused
+    with run.stage("decomposition"):
+        search = CellSearch(part, cutting_tools(run))
+    best, failure = _best_of((as_complex(found) for found in search.solutions()), options, run)
+    if best is not None:
+        return best
+    if failure is not None or not isinstance(refused, NotSweepableError):
+        raise failure or refused
+    raise decomposition.explain_cells(search, refused)
+
+
+def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
+    assert isinstance(state.plan, Plan)
+    return Complex(part=cells_of(part, search, state), plan=state.plan)
+
+
+def _best_of(
+    solutions: Iterator[Complex], options: SweepOptions, run: Run
+) -> tuple[HexMesh | None, CadSweepError | None]:
+    """The first mesh that does well, or the best of a few, and why the first that was given up was."""
     best: HexMesh | None = None
     failure: CadSweepError | None = None
-    solutions = search.solutions()
     for _ in range(MOST_MESHED):
         with run.stage("decomposition"):
-            state = next(solutions, None)
-        if state is None:
+            found = next(solutions, None)
+        if found is None:
             break
-        cells = cells_of(part, search, state)
-        assert isinstance(state.plan, Plan)
-        found = Complex(part=cells, plan=state.plan)
         try:
-            mesh = mesh_complex(found, options, run, resolve_wishes(cells, options))
+            mesh = mesh_complex(found, options, run, resolve_wishes(found.part, options))
         except InputError:
             raise
         except CadSweepError as error:
-            log.info("%d cells given up: %s", len(cells.solids), error)
+            log.info("%d cells given up: %s", len(found.part.solids), error)
             failure = failure or error
             continue
         if best is None or _worst(mesh) > _worst(best):
             best = mesh
         if _worst(best) >= GOOD_ENOUGH:
             break
-    if best is not None:
-        return best
-    if failure is not None or not isinstance(refused, NotSweepableError):
-        raise failure or refused
-    raise decomposition.explain(search, refused)
+    return best, failure
 
 
 def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:

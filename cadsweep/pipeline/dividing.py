@@ -17,6 +17,7 @@ from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
 from .biases import single_segments
 from .hints import Hints
+from .periodic import cap_motion, side_motions, tied_counts
 from .run import Run
 from .walls import WallPlan, plan_walls
 
@@ -64,6 +65,9 @@ def mesh_boundary(
             )
         spoken = {e for edges in hints.counts for e in edges}
         hints = replace(hints, counts=hints.counts | {es: n for es, n in walls.counts.items() if spoken.isdisjoint(es)})
+    if hints.matches:
+        rough = _count(part, sweep, options, run, hints, streamed=streamed)
+        hints = replace(hints, counts=hints.counts | tied_counts(sweep, hints.matches, rough, hints.counts))
     wished = dict(hints.sizes)
     demanded = {e for edges in hints.counts for e in edges}
     first: SurfaceMeshError | None = None
@@ -81,6 +85,8 @@ def mesh_boundary(
                     divisions=hints.divisions,
                     alone=walls.divisions(sweep),
                     walls=walls.walls if walls.edges else None,
+                    matched=side_motions(sweep, hints.matches),
+                    matched_caps=cap_motion(sweep, hints.matches),
                 )
         except SurfaceMeshError as error:
             first = first or error

@@ -17,6 +17,7 @@ from ..options import SweepOptions
 from ..projection import project_layers
 from ..sweep import Intervals, Sweep
 from .accuracy import accurate_boundary, check_coarse
+from .periodic import cap_motion, find_matches
 from .run import Run
 from .wall_heights import between_caps, on_caps, row_tolerance
 
@@ -31,6 +32,9 @@ def factor_sweep(
     with run.stage("projection"):
         if surfaces.source.walls:
             surfaces, target = on_caps(sweep, surfaces, target)
+            motion = cap_motion(sweep, find_matches(part, sweep, options))
+            if motion is not None:
+                target = replace(target, points=motion(surfaces.source.points))
         place = partial(
             project_layers,
             surfaces.source.points,

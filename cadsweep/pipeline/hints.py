@@ -14,6 +14,7 @@ from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
 from .biases import biases_of, resolve_biases, whole_edges
+from .periodic import Match, find_matches, with_images
 
 _SPAN = re.compile(r"span\s+(\d+)")
 
@@ -34,6 +35,8 @@ class Hints:
         Wanted lengths (m,) at points (m, 3) of the source cap, working units.
     divisions : dict of int to callable
         How edges divide themselves that are not divided evenly.
+    matches : tuple of Match
+        Faces whose meshes answer each other.
     """
 
     sizes: dict[int, float]
@@ -41,6 +44,7 @@ class Hints:
     wished: frozenset[int] = frozenset()
     inside: Callable[[FloatArray], FloatArray] | None = None
     divisions: dict[int, Division] = field(default_factory=dict)
+    matches: tuple[Match, ...] = ()
 
 
 def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
@@ -52,11 +56,13 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
     """
     sizes = _sizes(part, options)
+    matches = find_matches(part, sweep, options)
     return Hints(
         sizes=sizes,
         counts=_counts(part, sweep, options),
         wished=frozenset(sizes),
-        divisions=_graded(part, sweep, options),
+        divisions=with_images(matches, _graded(part, sweep, options)),
+        matches=matches,
     )
 
 
@@ -72,12 +78,13 @@ def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> li
         walls = {f for word in options.wall_layers for f in cad.select_faces(part, word)}
         # Walls that are sides here and caps there get heights that are less exact.
         sweeps = sorted(sweeps, key=lambda sweep: 0 < len(walls.intersection(sweep.source + sweep.target)) < len(walls))
-    if not options.rail_layers:
+    if not (options.rail_layers or options.periodic):
         return sweeps
     fitting, errors = [], []
     for sweep in sweeps:
         try:
-            for word in options.rail_layers:
+            find_matches(part, sweep, options)
+            for word in options.rail_layers or {}:
                 _chains(part, sweep, word)
             fitting.append(sweep)
         except InputError as error:

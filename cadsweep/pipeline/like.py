@@ -29,7 +29,19 @@ from .template import AnyTemplate, GroupsTemplate, make_template
 from .template_files import load_template
 
 OWN = (
-    *("size", "tolerance", "layers", "bias", "fractions", "sizes", "counts", "rail_layers", "biases", "wall_layers"),
+    *(
+        "size",
+        "tolerance",
+        "layers",
+        "bias",
+        "fractions",
+        "sizes",
+        "counts",
+        "rail_layers",
+        "biases",
+        "wall_layers",
+        "periodic",
+    ),
     *("cuts", "decompose", "only", "skip", "interfaces"),
 )
 """Options that a mesh brings along, so that none may be asked for besides."""

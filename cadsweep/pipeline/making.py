@@ -15,6 +15,7 @@ from ..sweep import Sweep
 from .candidates import Made, checked, refuse
 from .factoring import factor_sweep
 from .origin import Origin
+from .periodic import with_pairs
 from .run import Run
 
 
@@ -46,4 +47,4 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
-    return Made(factored=factored, report=report, mesh=mesh)
+    return Made(factored=factored, report=report, mesh=with_pairs(mesh))

@@ -35,6 +35,7 @@ from ..quality import check_mesh
 from .cells_refinement import refine_cells
 from .groups import put_together
 from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
+from .periodic import with_pairs
 from .refusing import refusal
 from .run import Run, silent
 
@@ -114,7 +115,7 @@ def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
         kept = halved.nodes[kept]
     if mesh.order == 2:
         fine = _second_order(fine, mesh.hexes.shape[1])
-    return replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept})
+    return with_pairs(replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept}))
 
 
 def _refine_groups(origin: GroupsOrigin, levels: int, run: Run) -> HexMesh:

@@ -23,10 +23,10 @@ from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .assemblies import mesh_assembly, mesh_cut
+from .assemblies import mesh_assembly
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
-from .decomposing import is_planar, mesh_decomposed, mesh_user_cut
+from .decomposing import is_planar, mesh_cut, mesh_decomposed, mesh_user_cut
 from .making import make_mesh
 from .origin import made_of
 from .parts import load

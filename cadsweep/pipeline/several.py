@@ -71,20 +71,30 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     found = cut_until_planned(part, run)
     if found.plan is None:
         raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
+    return as_complex(found)
+
+
+def as_complex(found: Found) -> Complex:
+    """A part that has a plan, its notes saying what was cut."""
+    assert isinstance(found.plan, Plan), "it has one"
     notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
     return Complex(part=replace(found.part, notes=notes), plan=found.plan)
 
 
-def cut_until_planned(part: Part, run: Run) -> Found:
-    """Search for cuts; what came nearest where none help."""
-    tools = Tools(
+def cutting_tools(run: Run) -> Tools:
+    """What the search for cuts through solids of any kind is given."""
+    return Tools(
         recognise=recognise,
         make_plan=make_plan,
         find_cutters=cad.find_cutters,
         cut=cad.cut_cell,
         on_progress=lambda n: run.on_progress("decomposition", None),
     )
-    found, n_parts = find_cells(part, tools)
+
+
+def cut_until_planned(part: Part, run: Run) -> Found:
+    """Search for cuts; what came nearest where none help."""
+    found, n_parts = find_cells(part, cutting_tools(run))
     log.info("%d parts looked at, %d cuts", n_parts, len(found.reasons))
     return found
 
@@ -340,4 +350,14 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     )
 
 
-__all__ = ["Complex", "checked_cells", "finish", "fixed_nodes", "mesh_complex", "plan_cells", "side_by_side"]
+__all__ = [
+    "Complex",
+    "as_complex",
+    "checked_cells",
+    "cutting_tools",
+    "finish",
+    "fixed_nodes",
+    "mesh_complex",
+    "plan_cells",
+    "side_by_side",
+]

@@ -25,6 +25,7 @@ from .grading import (
     graded_together,
     turned_round,
 )
+from .matched import Motion, match_caps, match_sides
 from .matching import match_quads
 from .memory import Memory
 from .opposite import opposite_angles
@@ -43,6 +44,7 @@ __all__ = [
     "Division",
     "FaceMesh",
     "Memory",
+    "Motion",
     "Skeleton",
     "Walls",
     "fractions_from",
@@ -70,6 +72,8 @@ def mesh_surfaces(
     divisions: Mapping[int, Division] | None = None,
     alone: Mapping[int, Division] | None = None,
     walls: Walls | None = None,
+    matched: Sequence[tuple[frozenset[int], frozenset[int], Motion]] = (),
+    matched_caps: Motion | None = None,
     fit: Fit = fit_linear_parts,
     memory: Memory | None = None,
 ) -> SurfaceMesh:
@@ -93,6 +97,10 @@ def mesh_surfaces(
         The same of edges that no other edge around the loops follows.
     walls : Walls, optional
         Edges of the source cap along which rows of quads are laid.
+    matched : sequence of (frozenset of int, frozenset of int, Motion)
+        Sides whose nodes are to be the images of those of others: these, the ones that follow, and the motion.
+    matched_caps : Motion, optional
+        What carries the source to the target, where the last ring is to be the image of the first.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by
         which ring nodes follow the source loop.
@@ -122,6 +130,10 @@ def mesh_surfaces(
     builder.build()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
+    if matched_caps is not None:
+        match_caps(builder.rings, matched_caps)
+    for one, other, motion in matched:
+        match_sides(layout, builder.rings, node_vertices, (one, other), motion)
     opposite = opposite_angles(sweep, node_vertices[[0, -1]])
     ring = builder.rings[0].copy()
     cap = CapBuilder(sweep, intervals, ring, loops, opposite, sizes=sizes, graded=graded, memory=memory, walls=walls)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,6 +117,49 @@ def test_vtk_reads_cgns(tmp_path):
     assert {name: patches[name].n_cells for name in list(patches.keys())} == {
         n: len(q) for n, q in mesh.boundaries.items()
     }
+
+
+def test_vtk_reads_a_zone_a_part_of_cgns(tmp_path):
+    pv = pytest.importorskip("pyvista")
+    mesh = bent_box(8)
+    half = mesh.n_hexes // 2
+    low, high = np.arange(half), np.arange(half, mesh.n_hexes)
+    faces = mesh.hexes[low, 4:8]
+    between = faces[np.isin(faces, mesh.hexes[high]).all(axis=1)]
+    mesh = replace(mesh, parts={"low": low, "high": high}, interfaces={"low__high": between}, structure=None)
+    io.write(mesh, tmp_path / "part.cgns")
+    zones = pv.CGNSReader(str(tmp_path / "part.cgns")).read()[0]
+    assert set(zones.keys()) == {"low", "high"}
+    for name, ids in mesh.parts.items():
+        grid = zones[name]["Internal"] if "Internal" in zones[name].keys() else zones[name]  # noqa: SIM118
+        assert as_sets(grid.points, grid.cells_dict[12]) == as_sets(mesh.points, mesh.hexes[ids])
+
+
+def test_a_cgns_connectivity_names_the_same_quads_in_both_zones(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    mesh = bent_box(8)
+    half = mesh.n_hexes // 2
+    faces = mesh.hexes[:half, 4:8]
+    between = faces[np.isin(faces, mesh.hexes[half:]).all(axis=1)]
+    parts = {"low": np.arange(half), "high": np.arange(half, mesh.n_hexes)}
+    mesh = replace(mesh, parts=parts, interfaces={"low__high": between}, structure=None)
+    io.write(mesh, tmp_path / "part.cgns")
+    quads = []
+    with h5py.File(tmp_path / "part.cgns") as file:
+        for name, other in (("low", "high"), ("high", "low")):
+            zone = file["Base"][name]
+            points = np.column_stack([zone["GridCoordinates"][f"Coordinate{axis}"][" data"] for axis in "XYZ"])
+            link = zone["ZoneGridConnectivity"]["low__high"]
+            assert bytes(link[" data"][()].tobytes()).decode() == other
+            numbers = link["PointList"][" data"][()].ravel()
+            assert len(numbers) == len(between)
+            first = zone["low__high"]["ElementRange"][" data"][()].ravel()[0]
+            rows = zone["low__high"]["ElementConnectivity"][" data"][()].reshape(-1, 4)
+            quads.append(points[rows[numbers - first] - 1])
+    # The donor's quads are the same, seen from the other side.
+    assert np.array_equal(np.sort(quads[0], axis=1), np.sort(quads[1], axis=1))
+    normals = [np.cross(own[:, 2] - own[:, 0], own[:, 3] - own[:, 1]) for own in quads]
+    assert (np.einsum("qd,qd->q", *normals) < 0).all()
 
 
 @pytest.mark.parametrize("nodes", [8, 20, 27])

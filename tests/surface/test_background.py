@@ -95,3 +95,21 @@ def test_places_are_found_in_the_triangle_around_them():
     places = flat[grid_triangles(n)].mean(axis=1)
     nodes, weights = make_locator(flat, grid_triangles(n))(places)
     assert np.einsum("mk,mkd->md", weights, flat[nodes]) == pytest.approx(places, abs=1e-12)
+
+
+def test_inside_is_what_the_parity_of_all_crossings_says():
+    """Held against every place and every segment, with places at the heights of nodes."""
+    rng = np.random.default_rng(5)
+    loops = [rectangle(10.0, 10.0, n=7), (rectangle(2.0, 3.0, n=4) + [1.0, 2.0])[::-1], rectangle(1.5, 1.5, n=3) + 6.0]
+    places = np.concatenate([12.0 * rng.random((500, 2)) - 1.0, np.array([[0.3, 2.0], [5.0, 2.75], [6.5, 7.0]])])
+    starts = np.concatenate(loops)
+    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    wanted = []
+    for x, y in places:
+        crossed = (starts[:, 1] > y) != (ends[:, 1] > y)
+        s, e = starts[crossed], ends[crossed]
+        wanted.append(
+            np.count_nonzero(x < s[:, 0] + (y - s[:, 1]) / (e[:, 1] - s[:, 1]) * (e[:, 0] - s[:, 0])) % 2 == 1
+        )
+    assert np.array_equal(is_inside(loops, places), wanted)
+    assert not is_inside(loops, np.empty((0, 2))).size

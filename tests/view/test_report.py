@@ -118,3 +118,24 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(monkeypatch, tmp_path)
         write_report(twisted_block(), place)
     assert place.read_text() == "old"
     assert list(tmp_path.iterdir()) == [place]
+
+
+def test_the_page_of_an_assembly_shows_its_parts_in_their_places_and_apart(tmp_path):
+    block = twisted_block(n_layers=2)
+    half = block.n_hexes // 2
+    mesh = replace(
+        block,
+        parts={"low": np.arange(half), "high": np.arange(half, 2 * half)},
+        interfaces={"low__high": block.hexes[:half, 4:8]},
+        info={"materials": {"high": "rubber"}},
+        structure=None,
+    )
+    text = write_report(mesh, tmp_path / "page.html").read_text(encoding="utf-8")
+    scene = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])
+    for view in ("parts", "parts apart"):
+        names = [scene["traces"][i].get("name") for i in scene["views"][view]]
+        assert {"low", "high"} <= set(names)
+    assert "Interfaces" in text
+    assert "low__high" in text
+    assert "rubber" in text
+    assert "parts apart" not in write_report(block, tmp_path / "one.html").read_text(encoding="utf-8")

@@ -1,0 +1,124 @@
+"""Matched faces: every node of the one has its image on the other, and files say so."""
+
+import re
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.errors import InputError
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+
+def box():
+    work = cq.Workplane().box(20, 10, 8).faces(">Z").workplane().center(3, 1).hole(4)
+    for name, selector in {"left": "<X", "right": ">X", "low": "<Y", "high": ">Y", "floor": "<Z", "roof": ">Z"}.items():
+        work.faces(selector).tag(name)
+    return work
+
+
+def sector(angle):
+    """A piece of a ring with a hole, its ends `a` and `b`."""
+    at = [
+        (r * cos(t), r * sin(t)) for r, t in ((4, 0), (12, 0), (12, angle / 2), (12, angle), (4, angle), (4, angle / 2))
+    ]
+    work = cq.Workplane().moveTo(*at[0]).lineTo(*at[1]).threePointArc(at[2], at[3]).lineTo(*at[4])
+    work = work.threePointArc(at[5], at[0]).close().extrude(3)
+    work = work.cut(cq.Workplane().center(8 * cos(angle / 2), 8 * sin(angle / 2)).circle(1).extrude(3))
+    for face in work.faces("%PLANE").vals():
+        normal = face.normalAt()
+        if abs(normal.z) < 1e-6:
+            work.newObject([face]).tag("a" if abs(normal.x) < 1e-6 else "b")
+    return work
+
+
+def rotation(angle):
+    return np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])
+
+
+def check_pairs(mesh, key, matrix, shift):
+    first, second = key.split("__")
+    pairs = mesh.periodic[key]
+    for column, name in enumerate((first, second)):
+        assert sorted(pairs[:, column]) == np.unique(mesh.boundaries[name]).tolist()
+    assert mesh.points[pairs[:, 0]] @ np.transpose(matrix) + shift == pytest.approx(mesh.points[pairs[:, 1]], abs=1e-9)
+
+
+def test_sides_and_caps_answer_each_other_under_a_translation():
+    mesh = cs.sweep_mesh(box(), size=1.7, source="floor", periodic={"left": "right", "low": "high", "roof": "floor"})
+    check_pairs(mesh, "left__right", np.eye(3), (20, 0, 0))
+    check_pairs(mesh, "low__high", np.eye(3), (0, 10, 0))
+    check_pairs(mesh, "roof__floor", np.eye(3), (0, 0, -8))
+
+
+def test_a_bias_on_the_one_is_a_bias_on_the_other():
+    bias = {"edges:|Y and <X and <Z": {"towards": "<Y", "ratio": 5}}
+    mesh = cs.sweep_mesh(box(), size=1.7, source="floor", biases=bias, periodic={"left": "right"})
+    check_pairs(mesh, "left__right", np.eye(3), (20, 0, 0))
+    right = mesh.points[np.unique(mesh.boundaries["right"])]
+    steps = np.diff(np.unique(right[:, 1].round(9)))
+    assert steps[-1] / steps[0] == pytest.approx(5)
+
+
+@pytest.mark.parametrize("source", ["<Z", "a"])
+def test_a_sector_is_matched_by_rotation_as_sides_and_as_caps(source):
+    work = sector(pi / 3) if source == "<Z" else sector(pi / 3).intersect(cq.Workplane().circle(6.5).extrude(3))
+    if source == "a":
+        for face in work.faces("%PLANE").vals():
+            normal = face.normalAt()
+            if abs(normal.z) < 1e-6:
+                work.newObject([face]).tag("a" if abs(normal.x) < 1e-6 else "b")
+    mesh = cs.sweep_mesh(work, size=1.0, source=source, periodic={"a": "b"})
+    check_pairs(mesh, "a__b", rotation(pi / 3), 0)
+    fine = cs.refine(mesh)
+    check_pairs(fine, "a__b", rotation(pi / 3), 0)
+
+
+def test_files_say_which_faces_are_periodic(tmp_path):
+    mesh = cs.sweep_mesh(box(), size=2.5, source="floor", periodic={"left": "right"})
+    folder = tmp_path / "polyMesh"
+    mesh.write(folder)
+    text = (folder / "boundary").read_text()
+    for name, partner in (("left", "right"), ("right", "left")):
+        assert re.search(rf"{name}\s*{{\s*type\s+cyclic;[^}}]*neighbourPatch\s+{partner};", text)
+    ranges = {}
+    for name in ("left", "right"):
+        found = re.search(rf" {name}\s*{{[^}}]*nFaces\s+(\d+);\s*startFace\s+(\d+)", text)
+        ranges[name] = [int(number) for number in found.groups()]
+    rows = re.findall(r"^4\((\d+) (\d+) (\d+) (\d+)\)", (folder / "faces").read_text(), re.MULTILINE)
+    faces = np.array(rows, dtype=int)
+    left, right = (faces[start : start + count] for count, start in (ranges["left"], ranges["right"]))
+    image = dict(mesh.periodic["left__right"].tolist())
+    # Face by face, from the same node on, the other way round.
+    assert [[image[n] for n in quad] for quad in left.tolist()] == right[:, [0, 3, 2, 1]].tolist()
+    mesh.write(tmp_path / "part.msh", binary=False)
+    text = (tmp_path / "part.msh").read_text()
+    links = text[text.index("$Periodic") : text.index("$EndPeriodic")].splitlines()
+    pairs = [tuple(map(int, line.split())) for line in links if len(line.split()) == 2]
+    assert [(b - 1, a - 1) for a, b in pairs] == [tuple(pair) for pair in mesh.periodic["left__right"].tolist()]
+
+
+def test_the_node_sets_of_exodus_list_pairs_in_one_order(tmp_path):
+    from scipy.io import netcdf_file
+
+    mesh = cs.sweep_mesh(box(), size=2.5, source="floor", periodic={"left": "right"})
+    mesh.write(tmp_path / "part.e")
+    with netcdf_file(tmp_path / "part.e", mmap=False) as file:
+        names = [b"".join(row).strip(b"\0").decode() for row in file.variables["ns_names"].data]
+        sets = {name: file.variables[f"node_ns{j}"].data - 1 for j, name in enumerate(names, 1)}
+    assert np.column_stack([sets["left"], sets["right"]]).tolist() == mesh.periodic["left__right"].tolist()
+
+
+def test_faces_that_cannot_be_matched_are_refused():
+    with pytest.raises(InputError, match="neither both sides of the sweep"):
+        cs.sweep_mesh(box(), source="floor", periodic={"left": "roof"})
+    with pytest.raises(InputError, match="no translation or rotation carries 'left' to 'high'"):
+        cs.sweep_mesh(box(), source="floor", periodic={"left": "high"})
+    with pytest.raises(InputError, match="No face matches 'lefft'"):
+        cs.sweep_mesh(box(), periodic={"lefft": "right"})
+    counts = {"edges:|Y and <X and <Z": 4, "edges:|Y and >X and <Z": 6}
+    with pytest.raises(InputError, match="unlike counts"):
+        cs.sweep_mesh(box(), source="floor", counts=counts, periodic={"left": "right"})
