@@ -13,9 +13,9 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import floor, log10
+from math import floor, log10, pi
 from typing import Any, Protocol
 
 import numpy as np
@@ -184,6 +184,24 @@ class Edge:
     def label(self) -> str:
         """How messages name the edge: id, name, kind and place of its middle."""
         return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
+
+
+RIGHT_TURN = pi / 4
+"""How far an angle may be from a quarter or three quarters of a turn to count as one; from a half, half as far."""
+
+
+def quarter_turns(angles: Sequence[float]) -> list[int] | None:
+    """Turns of a loop at its vertices, in quarters to the left; None where an angle is near no multiple of one.
+
+    Parameters
+    ----------
+    angles : sequence of float
+        Interior angles.
+    """
+    turns = [round((pi - angle) / (pi / 2)) for angle in angles]
+    off = [abs(pi - angle - turn * pi / 2) for angle, turn in zip(angles, turns, strict=True)]
+    clear = all(o <= (RIGHT_TURN if turn else RIGHT_TURN / 2) for o, turn in zip(off, turns, strict=True))
+    return turns if clear and all(abs(turn) <= 1 for turn in turns) else None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

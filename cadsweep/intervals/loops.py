@@ -16,7 +16,7 @@ from math import pi
 
 import numpy as np
 
-from ..brep import Loop, Solid
+from ..brep import Loop, Solid, quarter_turns
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
@@ -31,6 +31,11 @@ STRAIGHT = 5.0 * pi / 6.0
 """Angle from which a vertex of a cap's face is taken for straight."""
 UNEQUAL = 1.6
 """Ratio of wanted counts up to which opposite sides of a four-sided cap get equal ones."""
+SAME_COUNT = 1e-6
+"""Relative difference of wanted counts that rounding explains: the edges are of one length."""
+EVEN = 1.15
+"""Ratio of wanted counts up to which the ways there and back of an L, a T or a cross get equal ones: they are equal
+but for what rounds the counts, unless its sides lean."""
 UNEQUAL_WALL = 2.5
 """Ratio of wanted counts up to which the loops of a wall without corners get equal ones."""
 
@@ -145,6 +150,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
     if align:
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in _across_wall(sweep, f, edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
@@ -179,6 +185,37 @@ def opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tupl
     if any(max(a, b) > UNEQUAL * min(a, b) for a, b in (totals[0::2], totals[1::2])):
         return []
     return [(sides[0], sides[2]), (sides[1], sides[3])]
+
+
+def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """Edges of a cap that run one way and those that run back, where all its corners are right or re-entrant ones.
+
+    Equal sums there let an L, a T or a plate with holes be filled with a regular grid. None where the wanted counts
+    are far from it, and none for four corners without holes, which are :func:`opposite_sides`' concern.
+    """
+    pairs: list[tuple[list[int], list[int]]] = []
+    for loop in loops:
+        turns = quarter_turns(loop.angles)
+        if turns is None or (len(loops) == 1 and turns.count(1) <= 4):
+            return []
+        if loop is not loops[0] and not any(turns):
+            continue  # a round hole
+        if sum(turns) != (4 if loop is loops[0] else -4):
+            return []
+        ways: list[list[int]] = [[], [], [], []]
+        way = 0
+        for edge, turn in zip(loop.edges, turns, strict=True):
+            way += turn
+            ways[way % 4].append(edge)
+        totals = [sum(wanted[e] for e in edges) for edges in ways]
+        if any(max(totals[k], totals[k + 2]) > EVEN * min(totals[k], totals[k + 2]) for k in (0, 1)):
+            return []
+        pairs += [(ways[0], ways[2]), (ways[1], ways[3])]
+        # Edges of one length, too: what is symmetric is to stay so where the counts are rounded.
+        for one, back in ((ways[0], ways[2]), (ways[1], ways[3])):
+            ordered = sorted([*one, *back], key=lambda e: wanted[e])
+            pairs += [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
+    return pairs
 
 
 def _across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:

@@ -27,7 +27,7 @@ from .balance import FIRM
 from .corner_counts import corner_counts, corner_size
 from .demands import find_conflict
 from .levels import directed_ends
-from .loops import alike, loop_edges, opposite_sides
+from .loops import alike, loop_edges, opposite_sides, submapped_sides
 from .programme import Programme
 from .sizes import (
     MOST_HEXES,
@@ -242,6 +242,7 @@ class _Equations:
         if align:
             own = {e.id: wanted[int(keys[e.id])] for e in solid.edges}
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
+            pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))

@@ -4,7 +4,8 @@ Place in the flow: ``quads`` asks for each face of the source cap.
 
 Method: a table of ways, the cheapest and most regular first. Each gives quads, or none where it does not apply;
 the first that is good enough ends the search, else the best of all is taken. A four-sided face with equal
-opposite counts is filled transfinitely; along smooth rims a row of quads is laid first; around one hole our own
+opposite counts is filled transfinitely; right corners give a lattice and a smooth outline rings around a core
+(``structured``); along smooth rims a row of quads is laid first; around one hole our own
 strips and rings are tried (``annulus``); any face is mapped to a plane (``charts``), meshed there by gmsh
 (``gmsh_quads``) with settings from the cheapest on, and brought back. A new way is one function and one row.
 """
@@ -25,6 +26,7 @@ from .chart import Chart
 from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
+from .structured import fill_lattice, fill_round_core
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
 
@@ -151,6 +153,10 @@ FILLINGS = (
     Filling(fill_grid, lambda outline: np.inf if any(outline.smooth) else GOOD_ENOUGH),
     # Below 0.4 the rows have been squeezed, and quads without them often do better.
     Filling(lay_rows_along_rims, lambda _: 0.4),
+    # Where every corner is right or re-entrant, and where there is none, these are what a person would draw.
+    # What gmsh makes is seldom better than 0.7, and a regular mesh is worth a little.
+    Filling(fill_lattice, lambda _: 0.65),
+    Filling(fill_round_core, lambda _: 0.7),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     Filling(mesh_freely, lambda _: GOOD_ENOUGH),

@@ -109,6 +109,10 @@ class Outline:
         outline = typical_length([self.known[ids] for ids in nodes])
         return outline if outline >= self.size / _FINER_OUTLINE else self.size
 
+    def grows(self) -> bool:
+        """Whether quads inside should be larger or smaller than those at the outline: a grid's cannot."""
+        return self.sizes is not None or self.largest(self.nodes) > typical_length([self.known[i] for i in self.nodes])
+
     def background(self, chart: Chart, nodes: Sequence[IntArray]) -> Background | None:
         """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
         largest = self.largest(nodes)

@@ -1,0 +1,246 @@
+r"""Block-structured quads of caps: a lattice where all corners are right, rings around a core where there is none.
+
+Place in the flow: two of the ways of :mod:`.filling`.
+
+Method: the outline alone tells which quads there are. Between right and re-entrant corners its nodes are places of a
+lattice (submapping: Whiteley, White, Benzley and Blacker, "Two and three-quarter dimensional meshing facilitators",
+1996); an outline without corners gets rings of quads around a core of p x q of them, with 2 (p + q) nodes around::
+
+    o--o--o--o              o---o---o
+    |  |  |  |             / \  |  / \
+    o--o--o--o--o--o      o---o-o-o---o
+    |  |  |  |  |  |      |   o-o-o   |
+    o--o--o--o--o--o      o---o-o-o---o
+    |  |  |  |  |  |       \ /  |  \ /
+    o--o--o--o--o--o        o---o---o
+
+A hole in a lattice takes a rectangle of as many cells around as it has segments. Inner nodes stand at the mean of
+their neighbours in a plane chart, by one sparse solve: what is symmetric in the outline is symmetric inside.
+
+Not handled: holes in outlines without corners, and outlines on which quads should grow towards the inside.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from ..arrays import FloatArray, IntArray
+from ..brep import quarter_turns
+from .chart import Chart, signed_area
+from .outline import FaceQuads, Outline
+
+_SMOOTH = np.pi / 6
+"""Greatest turn at a vertex of an outline that has no corners."""
+_LEAST_AROUND = 6
+"""Nodes around a core of 1 x 2 quads; fewer leave no choice."""
+_RINGS = 0.45
+"""Part of the half width that the rings take: core and rings then have quads of one size, as good as it gets."""
+
+_STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+_CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+
+
+def fill_lattice(outline: Outline) -> FaceQuads | None:
+    """A lattice on a face whose corners are all right or re-entrant, its holes round or of four corners."""
+    if outline.grows():
+        return None
+    lattice = _lattice_of(outline)
+    chart = next(outline.charts(outline.nodes), None)
+    if lattice is None or chart is None:
+        return None
+    number, cells = _inside_of(lattice)
+    if len(outline.loops) > 1:
+        whole = _embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), _quads_of(number, cells))
+        pierced = _pierced(outline, chart, number, cells, whole)
+        if pierced is None:
+            return None
+        number, cells = pierced
+    quads = _quads_of(number, cells)
+    return _relaxed(outline, chart, int(number.max()) + 1 - sum(map(len, outline.nodes)), quads)
+
+
+def _lattice_of(outline: Outline) -> IntArray | None:
+    """Lattice places (n, 2) of the outer loop's nodes; None where they close to no simple polygon."""
+    loop = outline.loops[0]
+    turns = quarter_turns(outline.angles(loop))
+    if turns is None or sum(turns) != 4:
+        return None
+    ways = np.repeat(np.cumsum(turns) % 4, [int(outline.counts[e]) for e, _ in loop])
+    places = np.cumsum(_STEPS[ways], axis=0)
+    lattice: IntArray = places - places.min(axis=0)
+    closed = not places[-1].any()  # the ways there and back have as many segments
+    return np.roll(lattice, 1, axis=0) if closed and len(np.unique(lattice, axis=0)) == len(lattice) else None
+
+
+def _inside_of(lattice: IntArray) -> tuple[IntArray, IntArray]:
+    """Numbers of the nodes of a simple lattice polygon (n, 2), its own first, by place; and the cells (m, 2) inside."""
+    width, height = lattice.max(axis=0)
+    winding = np.zeros((width + 1, height), dtype=np.int64)
+    step = np.roll(lattice, -1, axis=0) - lattice
+    up, down = (step[:, 1] == 1), (step[:, 1] == -1)
+    np.subtract.at(winding, (lattice[up, 0], lattice[up, 1]), 1)
+    np.add.at(winding, (lattice[down, 0], lattice[down, 1] - 1), 1)
+    cells = np.argwhere(np.cumsum(winding, axis=0)[:-1] > 0)
+    number = np.full((width + 1, height + 1), -1, dtype=np.int64)
+    number[lattice[:, 0], lattice[:, 1]] = np.arange(len(lattice))
+    return _numbered(number, cells, len(lattice)), cells
+
+
+def _numbered(number: IntArray, cells: IntArray, first: int) -> IntArray:
+    """The same numbers, and those of the inner nodes of cells, from `first` on; -1 where no cell is."""
+    touched = np.zeros(number.shape, dtype=np.bool_)
+    corners = cells[:, None] + _CELL
+    touched[corners[..., 0], corners[..., 1]] = True
+    inner = np.argwhere(touched & (number < 0))
+    number[inner[:, 0], inner[:, 1]] = first + np.arange(len(inner))
+    return number
+
+
+def _quads_of(number: IntArray, cells: IntArray) -> IntArray:
+    corners = cells[:, None] + _CELL
+    return number[corners[..., 0], corners[..., 1]]
+
+
+def _pierced(
+    outline: Outline, chart: Chart, number: IntArray, cells: IntArray, whole: FloatArray
+) -> tuple[IntArray, IntArray] | None:
+    """Numbers and cells once the holes have taken their places; None where one has none.
+
+    Each hole takes a rectangle of the lattice, as many cells around as it has segments, about where its middle lies
+    among the nodes of the lattice without it, at `whole` (n, 2).
+    """
+    n_outer = len(outline.nodes[0])
+    places = np.argwhere(number >= 0)
+    order = number[places[:, 0], places[:, 1]]
+    into_lattice = scipy.interpolate.LinearNDInterpolator(whole[order], places.astype(np.float64))
+    is_cell = np.zeros(number.shape, dtype=np.bool_)
+    is_cell[cells[:, 0], cells[:, 1]] = True
+    taken = np.where((number >= 0) & (number < n_outer), number, -1)
+    first = n_outer
+    for j in range(1, len(outline.loops)):
+        own = into_lattice(chart.boundary[j])
+        corners = _hole_corners(outline, j, own)
+        if not np.isfinite(own).all() or corners is None:
+            return None
+        begin, q, p = corners
+        low = np.rint(own.mean(axis=0) - np.array([p, q]) / 2.0).astype(np.int64)
+        around = low + _around(p, q)
+        x, y = around.T
+        if low.min() < 0 or (x >= number.shape[0]).any() or (y >= number.shape[1]).any():
+            return None
+        within = (slice(low[0], low[0] + p), slice(low[1], low[1] + q))
+        if (taken[x, y] >= 0).any() or not is_cell[within].all() or (number[x, y] < 0).any():
+            return None
+        taken[x, y] = first + (begin + np.arange(len(own))) % len(own)
+        is_cell[within] = False
+        first += len(own)
+    cells = np.argwhere(is_cell)
+    return _numbered(taken, cells, first), cells
+
+
+def _around(p: int, q: int) -> IntArray:
+    """Places around a rectangle of p x q cells, clockwise from its lower left corner."""
+    steps = np.repeat(_STEPS[[1, 0, 3, 2]], [q, p, q, p], axis=0)
+    return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(steps, axis=0)[:-1]])
+
+
+def _hole_corners(outline: Outline, loop: int, places: FloatArray) -> tuple[int, int, int] | None:
+    """The hole's node at the lower left of its rectangle, and the segments up and across from there."""
+    n, angles = len(places), outline.angles(outline.loops[loop])
+    if n % 2:
+        return None
+    if all(abs(angle - np.pi) <= _SMOOTH for angle in angles):
+        off = places - places.mean(axis=0)
+        x, y = (off / np.abs(off).max(axis=0)).T
+        corners = [int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+        sides = [(b - a) % n for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+        up = int(np.clip(round((sides[0] + sides[2]) / 2.0), 1, n // 2 - 1))
+        return corners[0], up, n // 2 - up
+    turns = quarter_turns(angles)
+    if turns is None or sum(turns) != -4 or turns.count(-1) != 4:
+        return None
+    at = np.concatenate([[0], np.cumsum([int(outline.counts[e]) for e, _ in outline.loops[loop]])])[:-1]
+    found = at[np.array(turns) == -1]
+    start = int(np.argmin(places[found].sum(axis=1)))
+    found = np.roll(found, -start)
+    sides = [int((b - a) % n) for a, b in zip(found, np.roll(found, -1), strict=True)]
+    return (int(found[0]), sides[0], sides[1]) if sides[:2] == sides[2:] else None
+
+
+def fill_round_core(outline: Outline) -> FaceQuads | None:
+    """Rings around a rectangular core, on a face whose outline has no corners; None where it has some, or holes."""
+    if len(outline.loops) != 1 or outline.grows():
+        return None
+    n = len(outline.nodes[0])
+    if any(abs(angle - np.pi) > _SMOOTH for angle in outline.angles(outline.loops[0])) or n % 2 or n < _LEAST_AROUND:
+        return None
+    chart = next(outline.charts(outline.nodes), None)
+    if chart is None:
+        return None
+    rim = chart.boundary[0]
+    first, p = _core_corners(rim)
+    segment = float(np.mean(np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)))
+    half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
+    return _relaxed(outline, chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment))))
+
+
+def _turned(rim: FloatArray) -> FloatArray:
+    """The outline (n, 2) about its centre, along its principal axes; along its first node where these are none."""
+    centred = rim - rim.mean(axis=0)
+    values, axes = np.linalg.eigh(centred.T @ centred)
+    if values[0] > 0.95 * values[1]:
+        x = centred[0] / np.linalg.norm(centred[0])
+        turned = np.array([x, [-x[1], x[0]]])
+        half = np.sqrt(0.5)
+        axes = (np.array([[half, half], [-half, half]]) @ turned).T  # the first node is a corner of the core
+    return centred @ axes
+
+
+def _core_corners(rim: FloatArray) -> tuple[int, int]:
+    """Node over the core's first corner, and segments up to the second: where the outline reaches farthest aslant."""
+    n, places = len(rim), _turned(rim)
+    x, y = places.T
+    if signed_area(places) < 0:
+        y = -y  # the axes are a reflection
+    corners = sorted(int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    sides = np.diff([*corners, corners[0] + n])
+    p = int(np.clip(round(float(sides[0] + sides[2]) / 2.0), 1, n // 2 - 1))
+    return corners[0], p
+
+
+def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]:
+    """Number of inner nodes, and quads, of rings around a core of p x (n / 2 - p) quads; the rim's n nodes first."""
+    q = n // 2 - p
+    ring = np.arange((rings + 1) * n, dtype=np.int64).reshape(rings + 1, n)
+    after = np.roll(ring, -1, axis=1)
+    around = np.stack([ring[:-1], after[:-1], after[1:], ring[1:]], axis=-1).reshape(-1, 4)
+    core = np.empty((p + 1, q + 1), dtype=np.int64)
+    edge = np.roll(ring[-1], -first)
+    core[:, 0] = edge[: p + 1]
+    core[-1, :] = edge[p : p + q + 1]
+    core[:, -1] = edge[p + q : 2 * p + q + 1][::-1]
+    core[0, 1:] = edge[2 * p + q :][::-1]
+    n_core = (p - 1) * (q - 1)
+    core[1:-1, 1:-1] = (rings + 1) * n + np.arange(n_core).reshape(p - 1, q - 1)
+    inside = np.stack([core[:-1, :-1], core[1:, :-1], core[1:, 1:], core[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return rings * n + n_core, np.concatenate([around, inside])
+
+
+def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
+    """Quads whose inner nodes stand at the mean of their neighbours in the chart."""
+    inner = _embedded(np.concatenate(chart.boundary), n_inner, quads)[-n_inner:] if n_inner else np.zeros((0, 2))
+    return outline.lift(chart, inner, quads, np.concatenate(outline.nodes))
+
+
+def _embedded(rim: FloatArray, n_inner: int, quads: IntArray) -> FloatArray:
+    """Places (n, 2) of all nodes of a quad mesh, its first at `rim`, the others at the mean of their neighbours."""
+    if not n_inner:
+        return rim
+    n = len(rim) + n_inner
+    ends = np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
+    links = scipy.sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n)).tocsr()
+    links = links + links.T
+    laplacian = (scipy.sparse.diags_array(links.sum(axis=1)) - links).tocsc()
+    free, given = laplacian[len(rim) :, len(rim) :], laplacian[len(rim) :, : len(rim)]
+    return np.concatenate([rim, scipy.sparse.linalg.spsolve(free, -(given @ rim)).reshape(-1, 2)])

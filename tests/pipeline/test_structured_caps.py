@@ -1,0 +1,98 @@
+"""Simple caps get the quads that a person would draw: regular, and as symmetric as the cap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import cadsweep as cs
+
+pytestmark = pytest.mark.cad
+
+
+def polygon(*corners):
+    import cadquery as cq
+
+    return cq.Workplane().polyline(corners).close().extrude(1)
+
+
+def plate(*cuts, width=6, height=4):
+    import cadquery as cq
+
+    part = cq.Workplane().rect(width, height).extrude(1)
+    for cut in cuts:
+        part = part.cut(cut(cq.Workplane()).extrude(1))
+    return part
+
+
+RECTILINEAR = {
+    "L": lambda: polygon((0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)),
+    "T": lambda: polygon((0, 0), (1, 0), (1, 2), (2, 2), (2, 3), (-1, 3), (-1, 2), (0, 2)),
+    "U": lambda: polygon((0, 0), (3.1, 0), (3.1, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)),
+    "leaning L": lambda: polygon((0, 0), (3, 0.2), (2.9, 1.1), (1.1, 1), (1, 3), (0, 2.9)),
+    "one hole": lambda: plate(lambda w: w.circle(0.6)),
+    "four holes": lambda: plate(lambda w: w.rect(4, 2, forConstruction=True).vertices().circle(0.4)),
+    "window": lambda: plate(lambda w: w.rect(2, 1.5)),
+    "holes anywhere": lambda: plate(lambda w: w.pushPoints([(-2, 0.5), (1, -0.7), (2, 1.1)]).circle(0.5)),
+}
+ROUND = {
+    "disc": lambda w: w.circle(1).extrude(1),
+    "ellipse": lambda w: w.ellipse(2, 1).extrude(1),
+    "slot": lambda w: w.slot2D(4, 1).extrude(1),
+}
+
+
+def source_quads(mesh):
+    """Quads of the section, its nodes' points on the source, and which of them lie inside."""
+    quads = mesh.structure.quads
+    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    edges, uses = np.unique(ends, axis=0, return_counts=True)
+    inner = np.ones(quads.max() + 1, dtype=bool)
+    inner[edges[uses == 1]] = False
+    return quads, mesh.points[: len(inner)], inner
+
+
+def n_irregular(mesh):
+    quads, _, inner = source_quads(mesh)
+    return int((np.bincount(quads.ravel())[inner] != 4).sum())
+
+
+@pytest.mark.parametrize("size", [0.15, 0.11])
+@pytest.mark.parametrize("name", RECTILINEAR)
+def test_a_cap_of_right_corners_has_no_irregular_node_inside(name, size):
+    mesh = cs.sweep_mesh(RECTILINEAR[name](), size=size, layers=1)
+    assert mesh.quality().valid
+    # Beside holes free quads may be better than a lattice that has to bend: they are taken where it is below 0.65.
+    assert n_irregular(mesh) == 0 or (len(mesh.structure.loops) > 1 and mesh.quality().min_scaled_jacobian > 0.65)
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_a_cap_without_corners_has_four(name):
+    import cadquery as cq
+
+    mesh = cs.sweep_mesh(ROUND[name](cq.Workplane()), size=0.12, layers=1)
+    assert mesh.quality().min_scaled_jacobian > 0.75
+    assert n_irregular(mesh) == 4
+
+
+@pytest.mark.parametrize("name", ["disc", "ellipse", "slot", "T"])
+def test_what_is_symmetric_is_meshed_so(name):
+    import cadquery as cq
+
+    part = ROUND[name](cq.Workplane()) if name in ROUND else RECTILINEAR[name]().translate((-0.5, 0, 0))
+    mesh = cs.sweep_mesh(part, size=0.12, layers=1)
+    _, points, _ = source_quads(mesh)
+    for mirror in ([-1, 1, 1],) if name == "T" else ([-1, 1, 1], [1, -1, 1]):
+        distance = np.linalg.norm((points * mirror)[:, None] - points, axis=2).min(axis=1)
+        assert distance.max() < 1e-9
+
+
+def test_a_hole_that_finds_no_place_in_the_lattice_is_meshed_all_the_same():
+    mesh = cs.sweep_mesh(plate(lambda w: w.pushPoints([(2.6, 1.6)]).circle(0.3)), size=0.5, layers=1)
+    assert mesh.quality().valid
+    assert n_irregular(mesh) > 0
+
+
+def test_quads_still_grow_where_the_outline_is_fine():
+    fine = cs.sweep_mesh(plate(), size=0.6, layers=1, sizes={"edges:|X and >Y": 0.1})
+    assert len(fine.structure.quads) < 60 * 40 / 2
