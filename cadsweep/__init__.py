@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .asked import EdgeBias, WallLayers
+    from .asked import EdgeBias, LocalSize, WallLayers
     from .brep import Part
     from .errors import (
         CadError,
@@ -40,6 +40,7 @@ _HOMES = {
     "SurfaceMeshError": "errors",
     "UnknownNameError": "errors",
     "EdgeBias": "asked",
+    "LocalSize": "asked",
     "WallLayers": "asked",
     "WorkerError": "errors",
     "HexMesh": "mesh",
@@ -64,6 +65,7 @@ __all__ = [
     "HexMesh",
     "InputError",
     "InvertedHexError",
+    "LocalSize",
     "NotSweepableError",
     "Part",
     "ProjectionError",

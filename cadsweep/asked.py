@@ -170,3 +170,45 @@ def growth_sum(growth: FloatArray, n: int) -> FloatArray:
 
     total: FloatArray = (np.asarray(growth)[..., None] ** np.arange(n)).sum(axis=-1)
     return total
+
+
+@dataclass(frozen=True, kw_only=True)
+class LocalSize:
+    """A size at a place; away from it sizes grow to that of the part.
+
+    Attributes
+    ----------
+    at : (float, float, float) or str
+        A point in model units; or the edges of a name, id or selector, the edges of its faces (``"faces:inlet"``), or
+        vertices (``"vertices:>X"``).
+    radius : float
+        Distance up to which the size holds, model units.
+    size : float
+        Wanted edge length, model units.
+    """
+
+    at: Any
+    radius: float = 0.0
+    size: float
+
+    def __post_init__(self) -> None:
+        check_positive("the size at a place", self.size)
+        if not _is_number(self.radius) or self.radius < 0:
+            raise InputError(f"the radius around a place must be a number of at least 0, not {self.radius!r}")
+        if isinstance(self.at, Sequence) and not isinstance(self.at, str):
+            if len(self.at) != 3 or not all(_is_number(c) for c in self.at):
+                raise InputError(f"a place is a point of three coordinates or a name, not {self.at!r}")
+        elif isinstance(self.at, bool) or not isinstance(self.at, str | int) or self.at == "":
+            raise InputError(f"a place is a point of three coordinates or a name, not {self.at!r}")
+
+
+def local_size(what: str, value: Any) -> LocalSize:
+    """Read a size at a place; `what` is how messages name it.
+
+    Raises
+    ------
+    InputError
+        It is neither a :class:`LocalSize` nor a mapping with its keys; says which key is wrong.
+    """
+    found: LocalSize = _read(LocalSize, what, value)
+    return found

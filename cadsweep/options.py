@@ -14,7 +14,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from .asked import check_positive as _positive
-from .asked import edge_bias, wall_layers
+from .asked import edge_bias, local_size, wall_layers
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
@@ -91,6 +91,9 @@ class SweepOptions:
         Layers between the ends of an edge along the sweep, by name, id or CadQuery selector, or of a span between
         stations (``"span 2"``, counted from the source); edges of one name that follow each other get them in
         all. The other spans share what is left of `layers`.
+    local_sizes : callable, or sequence of LocalSize or mapping
+        Sizes that change from place to place, below `size`: ``[{"at": (x, y, z), "radius": r, "size": s}]``, where
+        `at` may be a name or selector, or a function of points (m, 3) that gives lengths (m,), model units.
     biases : mapping of str to EdgeBias or mapping
         Grading of the segments of edges by name, id (``"edge 12"``) or CadQuery selector (``"edges:|X"``):
         ``{"towards": "clamp", "ratio": 5}``, see :class:`cadsweep.asked.EdgeBias`. Edges that answer them across
@@ -156,6 +159,7 @@ class SweepOptions:
     sizes: Mapping[str, float] | None = None
     counts: Mapping[str, int] | None = None
     rail_layers: Mapping[str, int] | None = None
+    local_sizes: Callable[[Any], Any] | Sequence[Any] | None = None
     biases: Mapping[str, Any] | None = None
     wall_layers: Mapping[str, Any] | None = None
     periodic: Mapping[str, str] | None = None
@@ -208,11 +212,21 @@ class SweepOptions:
         _each("sizes", self.sizes, "the size", _positive)
         _each("counts", self.counts, "the count", _count)
         _each("rail_layers", self.rail_layers, "the number of layers", _count)
+        self._check_local_sizes(self.local_sizes)
         _each("biases", self.biases, "the bias", edge_bias)
         _each("periodic", self.periodic, "the periodic partner", _name_or_number)
         _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)
+
+    @staticmethod
+    def _check_local_sizes(asked: Any) -> None:
+        if asked is None or callable(asked):
+            return
+        if isinstance(asked, str | Mapping) or not isinstance(asked, Sequence):
+            raise InputError(f"local_sizes must be a function or a list of places, not {asked!r}")
+        for number, value in enumerate(asked, 1):
+            local_size(f"local size {number}", value)
 
     def _check_fractions(self, fractions: Sequence[float]) -> None:
         values = list(fractions)

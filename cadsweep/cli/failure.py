@@ -25,7 +25,7 @@ _SPECIAL = {
 _RENAMED = {"sizes": "face-size", "counts": "edge-count", "params": "param"}
 _ASSIGNED = re.compile(
     r"\b(size|layers|bias|fractions|functional|strategy|source|target|part|order|nodes|refine|touch|tolerance|max_hexes"
-    r"|max_memory|timeout|screenshot|clip|limits|sizes|counts|rail_layers|biases|wall_layers|periodic|params)\s?=\s?('[^']*'|\"[^\"]*\"|[^\s,;()]+)"
+    r"|max_memory|timeout|screenshot|clip|limits|sizes|counts|rail_layers|biases|wall_layers|periodic|local_sizes|params)\s?=\s?('[^']*'|\"[^\"]*\"|[^\s,;()]+)"
 )
 
 

@@ -22,6 +22,7 @@ from .types import (
     Layers,
     Names,
     Numbers,
+    Place,
     Positive,
     Shard,
     Size,
@@ -151,6 +152,14 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Layers along an edge that runs along the sweep, or in a span: 'span 2=8'; may be repeated.",
         ),
         click.option(
+            "--local-size",
+            "local_sizes",
+            type=Place(),
+            multiple=True,
+            metavar="SIZE@PLACE:RADIUS",
+            help="Edge length around a point x,y,z, a face, an edge or 'vertices:>X': '0.5@10,0,5:3'; repeatable.",
+        ),
+        click.option(
             "--edge-bias",
             "biases",
             type=Assignment(Grading()),
@@ -233,6 +242,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["sizes"] = dict(by_solid + given["sizes"] + given.pop("edge_sizes")) or None
     given["counts"], given["rail_layers"] = dict(given["counts"]) or None, dict(given["rail_layers"]) or None
     given["biases"] = dict(given["biases"]) or None
+    given["local_sizes"] = list(given["local_sizes"]) or None
     given["periodic"] = dict(given["periodic"]) or None
     given["wall_layers"] = dict(given["wall_layers"]) or None
     if given.pop("yes"):

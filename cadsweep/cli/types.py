@@ -112,9 +112,27 @@ class Grading(click.ParamType):
         if not sign or not towards:
             self.fail(f"{value!r} is not of the form RATIO@TOWARDS or first:LENGTH@TOWARDS", param, ctx)
         number = Positive().convert(text.removeprefix("first:"), param, ctx)
-        words = towards.split(",")
-        point = len(words) == 3 and all(_is_number(word) for word in words)
-        return {"towards": tuple(float(word) for word in words) if point else towards, kind: number}
+        return {"towards": _point_or_name(towards), kind: number}
+
+
+class Place(click.ParamType):
+    """``SIZE@PLACE:RADIUS``: a table as of the option `local_sizes`."""
+
+    name = "size@place:radius"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, Any]:
+        if not isinstance(value, str):
+            return dict(value)
+        text, sign, rest = (word.strip() for word in value.partition("@"))
+        place, colon, radius = rest.rpartition(":")
+        if not (sign and colon and place) or not _is_number(radius):
+            self.fail(f"{value!r} is not of the form SIZE@PLACE:RADIUS, such as 0.5@10,0,5:3", param, ctx)
+        return {"at": _point_or_name(place), "radius": float(radius), "size": Positive().convert(text, param, ctx)}
+
+
+def _point_or_name(text: str) -> Any:
+    words = text.split(",")
+    return tuple(float(word) for word in words) if len(words) == 3 and all(map(_is_number, words)) else text
 
 
 class Layers(click.ParamType):

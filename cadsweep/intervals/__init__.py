@@ -11,6 +11,7 @@ Not handled: counts that change from layer to layer (a hex mesh swept from one q
 
 from .assign import assign_intervals
 from .rails import rail_chains, span_chain
+from .sizes import default_size
 from .whole import CellSweep, KeyDemand, Wishes, assign_shared_intervals, cell_sizes
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "assign_intervals",
     "assign_shared_intervals",
     "cell_sizes",
+    "default_size",
     "rail_chains",
     "span_chain",
 ]

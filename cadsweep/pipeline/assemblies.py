@@ -26,7 +26,7 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic", "local_sizes")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]

@@ -14,6 +14,7 @@ from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
 from .biases import biases_of, resolve_biases, whole_edges
+from .local_sizes import divide_by_sizes, size_field
 from .periodic import Match, find_matches, with_images
 
 _SPAN = re.compile(r"span\s+(\d+)")
@@ -57,11 +58,21 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
     """
     sizes = _sizes(part, options)
     matches = find_matches(part, sweep, options)
+    named = frozenset(sizes)
+    divisions = with_images(matches, _graded(part, sweep, options))
+    wanted = intervals.default_size(sweep) if options.size is None else options.size / part.scale
+    field_ = size_field(part, options, wanted)
+    if field_ is not None:
+        if options.fractions is not None or options.layers is not None:
+            raise InputError("local_sizes divide edges along the sweep, too: without layers and fractions")
+        by_place, divided = divide_by_sizes(sweep, field_)
+        sizes, divisions = by_place | sizes, divided | divisions
     return Hints(
         sizes=sizes,
         counts=_counts(part, sweep, options),
-        wished=frozenset(sizes),
-        divisions=with_images(matches, _graded(part, sweep, options)),
+        wished=named,
+        inside=field_,
+        divisions=divisions,
         matches=matches,
     )
 

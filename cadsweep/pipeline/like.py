@@ -41,6 +41,7 @@ OWN = (
         "biases",
         "wall_layers",
         "periodic",
+        "local_sizes",
     ),
     *("cuts", "decompose", "only", "skip", "interfaces"),
 )

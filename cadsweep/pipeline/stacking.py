@@ -185,7 +185,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic"):
+    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic", "local_sizes"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
