@@ -201,6 +201,12 @@ class LocalSize:
         Distance up to which the size holds, model units.
     size : float
         Wanted edge length, model units.
+
+    Examples
+    --------
+    >>> import cadsweep as cs
+    >>> cs.LocalSize(at=(0, 0, 10), radius=2.0, size=0.5).size
+    0.5
     """
 
     at: Any

@@ -29,6 +29,8 @@ class MeshRecord(Mapping[str, Any]):
         Its material, where it is one.
     materials : mapping of str to str, or None
         Materials of the solids of an assembly, by name.
+    paths : mapping of str to str, or None
+        For each solid of an assembly the names of the assemblies that it is in and its own, joined by ``/``.
     cad_volume : float or None
         Volume of the CAD model, model units.
     cad_volume_doubt : float or None
@@ -68,6 +70,7 @@ class MeshRecord(Mapping[str, Any]):
     part: str | None = None
     material: str | None = None
     materials: Mapping[str, str] | None = None
+    paths: Mapping[str, str] | None = None
     cad_volume: float | None = None
     cad_volume_doubt: float | None = None
     distance: float | None = None

@@ -99,6 +99,7 @@ def check_coarse_solids(part: Part, joined: JoinedMesh, names: NamedFaces, optio
     if options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine:
         return
     worst, said = COARSE, ""
+    several = len(part.models) > 1
     suspects = {owner: lost for owner, lost in _lost(part, joined).items() if max(map(abs, lost)) > COARSE}
     references = make_references(part, names) if suspects else {}
     for owner, (volume, area) in suspects.items():
@@ -106,8 +107,9 @@ def check_coarse_solids(part: Part, joined: JoinedMesh, names: NamedFaces, optio
         doubt = references[name].volume_doubt / (part.models[owner].volume * part.scale**3)
         off = max(abs(volume) - doubt, abs(area))
         if off > worst:
-            who = f"of '{name}' " if len(part.models) > 1 else ""
-            worst, said = off, f"the volume {who}is {volume:+.1%} off the CAD's and the area {area:+.1%}"
+            who, alone = (f"of '{name}' ", f" (--size {name}=S gives it a size of its own)") if several else ("", "")
+            worst = off
+            said = f"the volume {who}is {volume:+.1%} off the CAD's and the area {area:+.1%}{alone}"
     if said:
         raise coarse(said)
 

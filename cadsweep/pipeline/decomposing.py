@@ -165,8 +165,8 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     Returns
     -------
     Part
-        Its ``solids`` are the cells, ``cuts`` says what was cut and why. A part that sweeps as it is comes back as it
-        is.
+        Its ``solids`` are the cells, ``cuts`` says what was cut and why. A part that sweeps as it is, or is filled with
+        a block at every corner, comes back as it is.
 
     Raises
     ------
@@ -203,6 +203,8 @@ def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
     """The first cells found, as OpenCASCADE's solids."""
     search = decomposition.Search(model=only_solid(part), recognise=recognise, make_plan=make_plan)
     for state in islice(search.solutions(), MOST_MESHED):
+        if not state.cuts:
+            return part
         polygons = [
             (np.array(facet.normal), [np.array([search.pool.points[v] for v in loop]) for loop in facet.loops])
             for facet in search.cut_facets(state)

@@ -36,15 +36,25 @@ def put_together(part: Part, groups: Sequence[Group], options: SweepOptions, run
     """
     meshes = [_called(group) for group in groups]
     origin = GroupsOrigin(part=part, groups=tuple(groups), options=options)
+    known = _known_solids(part)
     if len(meshes) == 1:
-        return meshes[0] if len(groups[0].solids) > 1 else replace(meshes[0], origin=origin)
+        mesh = replace(meshes[0], info={**meshes[0].info, **known})
+        return mesh if len(groups[0].solids) > 1 else replace(mesh, origin=origin)
     mesh = side_by_side(meshes)
     with run.stage("quality"):
         report = check_mesh(mesh, cad={})
     if not report.valid and not options.allow_inverted:
         raise refusal(report)
-    info = {**mesh.info, "part": part.name, "seconds": run.seconds, "quality": report}
+    info = {**mesh.info, **known, "part": part.name, "seconds": run.seconds, "quality": report}
     return replace(mesh, origin=origin, info=info)
+
+
+def _known_solids(part: Part) -> dict[str, dict[str, str]]:
+    """What the record says of the solids of an assembly."""
+    return {
+        "materials": {model.name: model.material for model in part.models if model.material},
+        "paths": {model.name: model.path for model in part.models if model.path},
+    }
 
 
 def _called(group: Group) -> HexMesh:

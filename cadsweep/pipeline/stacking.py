@@ -61,6 +61,7 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             candidates.append(stacks.read_sides(normals, direction))
         except NotSweepableError as error:
             refused.append((direction, str(error)))
+    refused.sort(key=lambda pair: -stacks.count_fitting(normals, pair[0]))
     candidates.sort(key=lambda sides: (-round(sides.steepest, 6), len(sides.caps)))
     found: list[Stack] = []
     reasons: list[str] = []

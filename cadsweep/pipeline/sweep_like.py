@@ -30,6 +30,7 @@ from ..order2.curving import project_to_edges, project_to_faces
 from ..order2.elevate import elevate
 from ..projection import project_layers
 from ..projection.carried import carry_face
+from ..projection.target import sweep_normals, worst_corner
 from ..quality import check_mesh
 from ..surface.spacing import fit_linear_parts
 from ..sweep import Sweep
@@ -145,13 +146,29 @@ def _boundary(template: Template, match: Match, sweep: Sweep) -> FloatArray:
     for edge, (own, fractions) in template.on_edges.items():
         there, same = match.edges[edge]
         points[own] = solid.edges[there].curve.evaluate(fractions if same else 1.0 - fractions)
-    for face, meshed in template.faces.items():
+    roles, along = template.roles, dict[int, tuple[FloatArray | None, float]]()
+    answers = dict(roles["target_faces"])
+    if len(roles["source"]) == len(roles["target"]) == 1:
+        answers = {roles["source"][0]: roles["target"][0]}
+    for face, meshed in sorted(template.faces.items(), key=lambda item: item[0] not in answers):
         loops = meshed.loops()
         known = meshed.nodes[np.concatenate(loops)]
         if np.isnan(points[known]).any():
             label = template.graph.face_labels[face]
             raise CadError(f"the parts do not correspond: {label} has an outline that is on no edge")
-        points[meshed.nodes] = carry_face(meshed, points[known], loops, solid.faces[match.faces[face]].surface)
+        boundary, surface = points[known], solid.faces[match.faces[face]].surface
+        step, good = along.get(face, (None, 1.0))
+        carried = carry_face(meshed, boundary, loops, surface, shift=step, good=good)
+        points[meshed.nodes] = carried
+        if face in answers:
+            # Where the source is relaxed, the target goes along: apart, the two would twist the layers between them.
+            step = carried - carry_face(meshed, boundary, loops, surface, relax=False)
+            target = template.faces[answers[face]]
+            if step.any() and len(target.nodes) == len(step):
+                there = target.nodes[np.concatenate(loops)]
+                linear = fit_linear_parts(boundary, points[there][None])[0]
+                normals = sweep_normals(carried, meshed.quads, surface)
+                along[answers[face]] = step @ linear.T, worst_corner(carried, meshed.quads, normals)
     layers = points.reshape(n_layers + 1, n, 3)
     if sweep.closed:
         layers[-1] = layers[0]

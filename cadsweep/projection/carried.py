@@ -87,7 +87,16 @@ def _spread_branch(
     return uv
 
 
-def carry_face(face: MeshedFace, boundary: FloatArray, loops: Sequence[IntArray], surface: Surface) -> FloatArray:
+def carry_face(
+    face: MeshedFace,
+    boundary: FloatArray,
+    loops: Sequence[IntArray],
+    surface: Surface,
+    *,
+    shift: FloatArray | None = None,
+    good: float = 1.0,
+    relax: bool = True,
+) -> FloatArray:
     """Place a face's nodes on another surface.
 
     Parameters
@@ -97,6 +106,12 @@ def carry_face(face: MeshedFace, boundary: FloatArray, loops: Sequence[IntArray]
         Where its boundary nodes go, on `surface`, in the order of ``np.concatenate(loops)``.
     loops : sequence of int64 arrays
         ``face.loops()``.
+    shift : (n, 3) float64, optional
+        How far the nodes inside move besides, along the surface.
+    good : float
+        Worst sine of a corner that is as good as can be had: of what answers this face.
+    relax : bool
+        Relax a face that comes out poor.
 
     Returns
     -------
@@ -122,7 +137,12 @@ def carry_face(face: MeshedFace, boundary: FloatArray, loops: Sequence[IntArray]
     points[known] = boundary
     if not np.isfinite(points).all():
         raise ProjectionError("a face of the mesh cannot be carried: its surface gives no finite points")
-    limit = min(POOR, GOOD_ENOUGH * worst_corner(face.points, face.quads, None))
+    if shift is not None:
+        points = surface.evaluate(surface.project(points + shift))
+        points[known] = boundary
+    if not relax:
+        return points
+    limit = min(POOR, GOOD_ENOUGH * good, GOOD_ENOUGH * worst_corner(face.points, face.quads, None))
     worst = worst_corner(points, face.quads, sweep_normals(points, face.quads, surface))
     if worst < limit:
         relaxed = relaxed_cap(points, face.points, face.quads, loops, surface)

@@ -22,7 +22,7 @@ blocks     hexahedra, and the face of every boundary quad
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
-from .normals import Normals, find_directions
+from .normals import Normals, count_fitting, find_directions
 from .planar import divide_at_cusps, find_poor_edges, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
@@ -33,6 +33,7 @@ __all__ = [
     "Sides",
     "assign_levels",
     "build_mesh",
+    "count_fitting",
     "divide_at_cusps",
     "find_directions",
     "find_poor_edges",

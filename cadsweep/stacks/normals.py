@@ -12,6 +12,8 @@ from ..brep import Face, Solid
 
 _ALONG_EDGES = np.linspace(0.0, 1.0, 9)
 _GRID = 9
+_FITS = 1e-6
+"""Cosine, or its distance from 1, up to which a face counts as along a direction, or as square across it."""
 _SAME = 1e-9
 """1 - cosine of directions that are the same."""
 
@@ -65,6 +67,14 @@ class Normals:
             if edge.kind == "line":
                 return np.asarray(edge.tangents[0] / np.linalg.norm(edge.tangents[0]))
         return None
+
+
+def count_fitting(normals: Normals, direction: FloatArray) -> int:
+    """How many of the plane and straight faces lie along a direction or square across it: how promising it is."""
+    planes = np.array([face.normal for face in normals.solid.faces if face.kind == "plane"]).reshape(-1, 3)
+    cosines = np.abs(planes @ direction)
+    along = np.array(list(normals.axes.values())).reshape(-1, 3) @ direction
+    return int(((cosines <= _FITS) | (cosines >= 1.0 - _FITS)).sum() + (np.abs(along) >= 1.0 - _FITS).sum())
 
 
 def _inner_places(face: Face) -> FloatArray:

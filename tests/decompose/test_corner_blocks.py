@@ -64,6 +64,11 @@ def test_a_choice_between_sheets_is_halved():
     assert np.all(np.delete(found, ends) == 2)
 
 
+def test_what_needs_no_cut_comes_back_as_it_is():
+    part = cs.load(tetrahedron())
+    assert cs.decompose(part) is part
+
+
 @pytest.mark.parametrize(
     "shape",
     [

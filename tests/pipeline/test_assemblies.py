@@ -322,3 +322,18 @@ def test_slabs_are_of_one_solid_and_factors_of_any(tmp_path):
     assert np.array_equal(back.hexes, mesh.hexes)
     assert np.array_equal(back.interfaces["low__high"], mesh.interfaces["low__high"])
     assert back.info["quality"].valid
+
+
+def test_the_record_knows_where_solids_are_in_the_assembly_and_what_they_are_made_of():
+    from types import SimpleNamespace
+
+    steel = SimpleNamespace(name="steel")
+    low = cq.Assembly(name="frame").add(block(2, 2, 1), name="plate")
+    low.children[0].material = steel
+    for far in (0, 5):  # touching, and each by itself
+        whole = cq.Assembly(name="machine")
+        whole.add(low)
+        whole.add(block(2, 2, 1, (0, 0, 1 + far)), name="lid")
+        mesh = cs.sweep_mesh(whole, size=1.0)
+        assert mesh.info["paths"] == {"plate": "machine/frame/plate", "lid": "machine/lid"}
+        assert mesh.info["materials"] == {"plate": "steel"}

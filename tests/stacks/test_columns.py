@@ -154,3 +154,21 @@ def test_a_face_that_is_neither_wall_nor_cap_is_named_with_its_lean():
     assert not any(
         "e-" in reason.split("leans", maxsplit=1)[-1] for reason in refused.value.reasons if "leans" in reason
     )
+
+
+def test_the_refusal_of_the_direction_that_most_faces_fit_comes_first():
+    part = cq.Workplane().box(20, 12, 6).faces(">Z").workplane().rect(8, 6).cutBlind(-2)
+    part = (
+        part.faces(">Z")
+        .workplane(origin=(7, 0, 0))
+        .pushPoints([(0, 3), (0, -3)])
+        .hole(2, 3)
+        .faces(">X")
+        .workplane(origin=(0, 0, -1.5))
+        .hole(1.5, 4)
+    )
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(part, decompose=False)
+    stacked = [reason for reason in refused.value.reasons if reason.startswith("along (")]
+    assert stacked[0].startswith("along (0, 0, 1), face")  # the bore is all that is wrong with it
+    assert "cylinder" in stacked[0]
