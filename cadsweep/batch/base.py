@@ -3,7 +3,7 @@
 The base is the mesh of the study's first case, kept as a file of factors beside the results; every case, the first
 included, is carried from there (``sweep_mesh(..., like=...)``). The file of all cases is a ``.vtkhdf`` that holds the
 hexahedra once and a time step of points for every case: ParaView steps through them, and h5py reads
-``VTKHDF/Points`` as (cases, nodes, 3).
+``VTKHDF/Points``, case after case.
 """
 
 from __future__ import annotations
