@@ -256,8 +256,10 @@ def _rings_over(sweep: Sweep, edges: Sequence[int]) -> list[list[int]]:
     ends = [{v for e in span for v in _vertices(sweep.solid, e)} for span in sweep.spans[loop]]
     rings = []
     for below, above in pairwise(ends):
-        between = below & above
-        rings += [list(ring) for ring in sweep.stations if any(between & _vertices(sweep.solid, e) for e in ring)]
+        for ring in sweep.stations:
+            own = {v for e in ring for v in _vertices(sweep.solid, e)}
+            if own & below and own & above:  # not always at one vertex: rails may end beside those that go on
+                rings.append(list(ring))
     return [*rings, [e for e, _ in sweep.target_loops[loop]]]
 
 

@@ -198,7 +198,7 @@ def test_a_mesh_too_coarse_for_its_curves_says_so():
 
 def test_what_cannot_be_swept_is_refused_with_reasons():
     with pytest.raises(cs.NotSweepableError) as caught:
-        cs.sweep_mesh(cq.Workplane().sphere(5))
+        cs.sweep_mesh(cq.Workplane().sphere(5), decompose=False)
     assert caught.value.reasons
 
 
