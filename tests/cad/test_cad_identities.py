@@ -6,9 +6,9 @@ import pytest
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
 
-from cad_zoo import zoo  # noqa: E402
-
 from cadsweep.cad import load  # noqa: E402
+
+from .cad_zoo import zoo  # noqa: E402
 
 FRACTIONS = np.linspace(0.0, 1.0, 9)
 SHAPES = zoo()

@@ -2,7 +2,6 @@
 
 import math
 
-import cad_zoo
 import numpy as np
 import pytest
 from OCP.BRep import BRep_Tool
@@ -14,6 +13,8 @@ from OCP.TColStd import TColStd_Array1OfReal
 
 import cadsweep as cs
 from cadsweep.cad.shapes import EDGE, space_range, subshapes
+
+from . import cad_zoo
 
 
 def ranged_anew(shape, *, planes):

@@ -5,9 +5,10 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from planar_shapes import hollow_box, unit_box
 
 from cadsweep.decomposition.dividing import Plane, divide
+
+from .planar_shapes import hollow_box, unit_box
 
 
 def plane(normal, offset):

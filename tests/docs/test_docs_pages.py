@@ -12,9 +12,10 @@ import sys
 
 import click
 import pytest
-from docs_pages import PAGES, ROOT, anchors, blocks, inline_commands, links
 
 from cadsweep.cli import group
+
+from .docs_pages import PAGES, ROOT, anchors, blocks, inline_commands, links
 
 PROGRAMS = {"ccx": "ccx", "checkMesh": "checkMesh", "gmshToFoam": "gmshToFoam"}
 FOAM = "/usr/share/openfoam"

@@ -7,10 +7,11 @@ import importlib
 import re
 
 import pytest
-from docs_pages import ROOT
 
 import cadsweep
 import cadsweep.projection
+
+from .docs_pages import ROOT
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")

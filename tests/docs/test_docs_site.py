@@ -6,7 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from docs_pages import ROOT
+
+from .docs_pages import ROOT
 
 pytest.importorskip("material")
 pytest.importorskip("mkdocstrings")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from io_meshes import bent_box, box, twisted_box
 
 from cadsweep.cells import HEX_EDGES
 from cadsweep.errors import InputError, InvertedHexError
@@ -12,6 +11,8 @@ from cadsweep.io.sides import SIDES
 from cadsweep.mesh import HexMesh
 from cadsweep.order2.elevate import elevate
 from cadsweep.quality import positive_inside
+
+from .io_meshes import bent_box, box, twisted_box
 
 
 @pytest.mark.parametrize("nodes", [20, 27])

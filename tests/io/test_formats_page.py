@@ -7,10 +7,11 @@ import re
 from pathlib import Path
 
 import pytest
-from io_meshes import bent_box
 
 from cadsweep import io
 from cadsweep.errors import InputError
+
+from .io_meshes import bent_box
 
 PAGE = Path(__file__).parents[2] / "docs" / "formats.md"
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from io_meshes import box
 
 from cadsweep import io
 from cadsweep.io.labels import make_blocks
 from cadsweep.io.names import portable_names
 from cadsweep.mesh import HexMesh
+
+from .io_meshes import box
 
 N_CELLS = 12
 LETTERS = string.ascii_letters + string.digits + "_"

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from io_meshes import box, twisted_box
 
 from cadsweep.errors import InputError
 from cadsweep.io import FORMATS, read, write
 from cadsweep.mesh import HexMesh
+
+from .io_meshes import box, twisted_box
 
 WRITTEN = [suffix for suffix in FORMATS if suffix not in (".pvtu", ".exo", ".polymesh", ".su2")]
 
@@ -148,7 +149,7 @@ def test_su2_files_are_what_gmsh_writes(tmp_path):
 
 
 def test_su2_and_fluent_say_what_they_lack(tmp_path):
-    from io_meshes import bent_box
+    from .io_meshes import bent_box
 
     for path, options in ((tmp_path / "a.su2", {}), (tmp_path / "a.msh", {"version": "fluent"})):
         with pytest.raises(InputError, match="order=1"):

@@ -9,11 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from io_meshes import bent_box, twisted_box, two_parts
 
 from cadsweep import io
 from cadsweep.io.sides import SIDES
 from cadsweep.quality import positive_inside
+
+from .io_meshes import bent_box, twisted_box, two_parts
 
 NAMES = ["source", "target", "side_1", "side_2", "side_3", "side_4", "walls"]
 

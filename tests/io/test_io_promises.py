@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from io_meshes import box, two_parts
 
 from cadsweep import io
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.mesh import HexMesh
+
+from .io_meshes import box, two_parts
 
 SUFFIXES = [s for s in io.FORMATS if s not in {".exo", ".pvtu"}]
 FILE_SUFFIXES = [s for s in SUFFIXES if s != ".polymesh"]
@@ -167,7 +168,7 @@ def test_a_killed_writer_leaves_the_old_file_alone(tmp_path, number):
         f"""
         import os, signal, sys
         sys.path.insert(0, {str(Path(__file__).parent)!r})
-        from io_meshes import box
+        from .io_meshes import box
         from cadsweep import io
         from cadsweep.io import msh
         real = msh.verify

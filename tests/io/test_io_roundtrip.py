@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from io_meshes import bent_box, twisted_box, two_parts
 
 from cadsweep import io
 from cadsweep.errors import InputError
 from cadsweep.io.compare import same_quads
 from cadsweep.mesh import HexMesh
+
+from .io_meshes import bent_box, twisted_box, two_parts
 
 ALL_ORDERS = {".vtu", ".vtkhdf", ".msh", ".med", ".cgns", ".e"}
 FILES = [

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from projection_sections import annulus, circle, dome, random_rotation, rotation, square
 
 from cadsweep.errors import InputError, ProjectionError
 from cadsweep.projection import AffineMap, fit_affine, pseudo_normal
+
+from .projection_sections import annulus, circle, dome, random_rotation, rotation, square
 
 SEEDS = range(8)
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from projection_sections import (
+
+from cadsweep.cells import sweep_hexes
+from cadsweep.projection import project_layers, project_target
+from cadsweep.projection.descent import minimise
+from cadsweep.projection.injective import _corner_energies
+from cadsweep.quality import scaled_jacobians
+
+from .projection_sections import (
     bent,
     circle,
     disc,
@@ -16,13 +23,7 @@ from projection_sections import (
     square_boundary,
     star,
 )
-from test_projection_target import Graph, Plane
-
-from cadsweep.cells import sweep_hexes
-from cadsweep.projection import project_layers, project_target
-from cadsweep.projection.descent import minimise
-from cadsweep.projection.injective import _corner_energies
-from cadsweep.quality import scaled_jacobians
+from .test_projection_target import Graph, Plane
 
 
 def between(first, last, n_layers=20):

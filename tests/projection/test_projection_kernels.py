@@ -6,11 +6,12 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from projection_sections import bent, dome, square
 
 from cadsweep.projection import kernels, project_layers
 from cadsweep.projection.fitting import factorise_pairs
 from cadsweep.projection.functionals import RingFactors
+
+from .projection_sections import bent, dome, square
 
 
 @pytest.mark.parametrize("n_nodes", [1, 127, 128, 129, 500])

@@ -6,10 +6,11 @@ import itertools
 
 import numpy as np
 import pytest
-from projection_sections import annulus, bent, disc, dome, l_shape, random_rotation, rotation, square, star
 
 from cadsweep.errors import InputError, ProjectionError
 from cadsweep.projection import FactoredSweep, fit_affine, project_layers
+
+from .projection_sections import annulus, bent, disc, dome, l_shape, random_rotation, rotation, square, star
 
 FUNCTIONALS = ["F", "G", "H"]
 STRATEGIES = ["source", "advancing", "both"]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from projection_sections import annulus, circle, dome, random_rotation, rotation, square
 
 from cadsweep.errors import ProjectionError
 from cadsweep.projection import fit_affine, project_layers, pseudo_normal
 from cadsweep.projection.normals import CURVED, PLANAR, non_planarity, normal_share
+
+from .projection_sections import annulus, circle, dome, random_rotation, rotation, square
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from projection_sections import annulus, circle, disc, dome, l_shape, plate_with_hole, square
 
 from cadsweep.projection import project_layers
 from cadsweep.projection.residual import compress, cotangent_weights, extend, shortest_segment
+
+from .projection_sections import annulus, circle, disc, dome, l_shape, plate_with_hole, square
 
 
 def place(section, layers, **options):

@@ -6,10 +6,11 @@ import os
 
 import numpy as np
 import pytest
-from projection_sections import annulus, dome, rotation, square
 
 from cadsweep.errors import InputError
 from cadsweep.projection import FactoredSweep, project_layers
+
+from .projection_sections import annulus, dome, rotation, square
 
 
 def curved_sweep(section, n_layers=10, **options):

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from projection_sections import (
+
+from cadsweep.errors import InputError
+from cadsweep.projection.target import project_target, unwrapped
+
+from .projection_sections import (
     annulus,
     circle,
     corner_sines,
@@ -17,9 +21,6 @@ from projection_sections import (
     square_boundary,
     star,
 )
-
-from cadsweep.errors import InputError
-from cadsweep.projection.target import project_target, unwrapped
 
 
 class Plane:

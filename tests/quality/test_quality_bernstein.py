@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import quality_plain as plain
-from quality_meshes import UNIT_CUBE, hex_soup, raised, random_hexes
 
 from cadsweep.quality import measure_hexes, positive_inside, scaled_jacobians
+
+from . import quality_plain as plain
+from .quality_meshes import UNIT_CUBE, hex_soup, raised, random_hexes
 
 
 def grid(n):

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh, swept_ring, without_structure
 
 from cadsweep.cells import SweptStructure
 from cadsweep.mesh import HexMesh
@@ -20,6 +19,8 @@ from cadsweep.quality import (
     structure_problems,
 )
 from cadsweep.quality.boundary import boundary_blocks
+
+from .quality_meshes import grid_quads, hex_soup, raised, swept_block, swept_mesh, swept_ring, without_structure
 
 
 def bent(k, xy):
@@ -297,7 +298,7 @@ def test_every_fault_of_a_structure_is_named(structure, n_nodes, words):
 
 
 def test_two_bricks_that_touch_in_one_node_or_edge_are_no_manifold():
-    from quality_meshes import UNIT_CUBE
+    from .quality_meshes import UNIT_CUBE
 
     for shift, words in (([1.0, 1, 1], "sheets touch"), ([1.0, 1, 0], "closed 2-manifold")):
         points, hexes = hex_soup(np.stack([UNIT_CUBE, UNIT_CUBE + shift]))
@@ -357,7 +358,7 @@ def test_order_2_meshes(n_nodes):
 
 
 def test_corner_valid_hexes_with_a_negative_inside_are_inverted():
-    from quality_meshes import random_hexes
+    from .quality_meshes import random_hexes
 
     soup = random_hexes(3000, 0.3, seed=4)
     points, hexes = hex_soup(soup)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import quality_plain as plain
-from quality_meshes import UNIT_CUBE, hex_soup, random_hexes
 
 from cadsweep.quality import measure_hexes, quad_areas, quad_scaled_jacobians, scaled_jacobians
+
+from . import quality_plain as plain
+from .quality_meshes import UNIT_CUBE, hex_soup, random_hexes
 
 NAMES = ("scaled_jacobian", "aspect", "skew", "taper", "condition", "warpage", "volume")
 SOME = random_hexes(3001, 0.2)  # three chunks of lanes and a rest

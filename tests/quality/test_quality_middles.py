@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from quality_meshes import UNIT_CUBE, raised
 
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import CadReference, check_mesh
+
+from .quality_meshes import UNIT_CUBE, raised
 
 SIDES = {  # nodes of the sides of a hex27, corners and middles outward; the axis and the level of their planes
     "left": ((0, 4, 7, 3, 16, 15, 19, 11, 20), 0, 0.0),

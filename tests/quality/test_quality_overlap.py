@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from quality_meshes import UNIT_CUBE, raised, swept_block, without_structure
 from scipy.optimize import linprog
 
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import check_mesh, find_crossings
+
+from .quality_meshes import UNIT_CUBE, raised, swept_block, without_structure
 
 
 def coil(pitch, turns=2.5):

@@ -7,7 +7,6 @@ import json
 
 import numpy as np
 import pytest
-from quality_meshes import fixed_nodes, hex_soup, random_hexes, swept_block, swept_ring
 
 from cadsweep.quality import (
     QualityAccumulator,
@@ -18,6 +17,8 @@ from cadsweep.quality import (
     scaled_jacobians,
 )
 from cadsweep.quality.threads import CHUNK, map_chunks
+
+from .quality_meshes import fixed_nodes, hex_soup, random_hexes, swept_block, swept_ring
 
 
 def wavy(k, xy):

@@ -1,9 +1,10 @@
 """Logical corners of faces."""
 
 import numpy as np
-from recognition_solids import bevelled_bar, box, plate_with_square_holes, polyhedron, prism, regular, sharp_bracket
 
 from cadsweep.recognition.corners import read_rectangles, why_no_rectangle
+
+from .recognition_solids import bevelled_bar, box, plate_with_square_holes, polyhedron, prism, regular, sharp_bracket
 
 
 def test_rectangle_has_one_reading_of_no_cost():

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recognition_checks import check_sweep
-from recognition_solids import (
+
+from cadsweep.errors import InputError, NotSweepableError
+from cadsweep.recognition import describe, find_sweeps
+from cadsweep.recognition.score import parallelism
+
+from .recognition_checks import check_sweep
+from .recognition_solids import (
     bevelled_bar,
     block_with_pocket,
     box,
@@ -18,10 +23,6 @@ from recognition_solids import (
     square,
     tetrahedron,
 )
-
-from cadsweep.errors import InputError, NotSweepableError
-from cadsweep.recognition import describe, find_sweeps
-from cadsweep.recognition.score import parallelism
 
 SOLIDS = {
     "box": lambda: box(1, 2, 3),

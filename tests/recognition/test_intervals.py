@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recognition_checks import check_intervals
-from recognition_solids import box, box_with_split_side, plate_with_square_holes, prism, regular, square
-from test_find import SOLIDS
 
 from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.intervals import assign_intervals
 from cadsweep.recognition import find_sweeps
+
+from .recognition_checks import check_intervals
+from .recognition_solids import box, box_with_split_side, plate_with_square_holes, prism, regular, square
+from .test_find import SOLIDS
 
 
 @pytest.mark.parametrize("name", SOLIDS)

@@ -16,7 +16,7 @@ def mesh_all(sources, *, timeout=600.0, max_memory=3.0, **options):
             record = Path(folder) / "record"
             try:
                 run_isolated(
-                    "worker_tasks:mesh_many",
+                    "tests.reliability.worker_tasks:mesh_many",
                     ([str(s) for s in sources[len(ends) :]], options, str(record)),
                     timeout=timeout,
                     max_memory=max_memory,

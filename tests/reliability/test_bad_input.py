@@ -5,13 +5,14 @@ import os
 import re
 
 import pytest
-from bad_files import HARMLESS, TEXTS, in_unit
-from bad_scripts import GEOMETRY, HANGS, HARMLESS_SCRIPTS, HOSTILE, SCALES, SCRIPTS, far_box, scaled_plate
-from damaged import FAMILY, flipped, write_parts
-from many import mesh_all
 
 import cadsweep
 from cadsweep.errors import CadSweepError, InputError
+
+from .bad_files import HARMLESS, TEXTS, in_unit
+from .bad_scripts import GEOMETRY, HANGS, HARMLESS_SCRIPTS, HOSTILE, SCALES, SCRIPTS, far_box, scaled_plate
+from .damaged import FAMILY, flipped, write_parts
+from .many import mesh_all
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")

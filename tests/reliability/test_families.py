@@ -14,7 +14,7 @@ from cadsweep.quality import check_mesh
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
-from families import TYPICAL, members, options
+from .families import TYPICAL, members, options
 
 pytestmark = [pytest.mark.cad, pytest.mark.timeout(0)]
 

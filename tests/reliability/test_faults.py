@@ -16,9 +16,10 @@ import uuid
 
 import psutil
 import pytest
-from damaged import make_part
 
 import cadsweep
+
+from .damaged import make_part
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")

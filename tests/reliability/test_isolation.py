@@ -13,18 +13,19 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-import worker_tasks
 
 from cadsweep.errors import CadSweepError, InputError, NotSweepableError, WorkerError
 from cadsweep.isolation import place, run_isolated
 from cadsweep.isolation.place import leftovers
 from cadsweep.isolation.transfer import pack, unpack
 
+from . import worker_tasks
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sessions and limits are POSIX")
 
 
 def run(name, *args, **limits):
-    return run_isolated(f"worker_tasks:{name}", args, **limits)
+    return run_isolated(f"tests.reliability.worker_tasks:{name}", args, **limits)
 
 
 def gone(pid):
@@ -166,13 +167,13 @@ import sys
 sys.path.insert(0, {here!r})
 from cadsweep.isolation import place, run_isolated
 from cadsweep.isolation.place import leftovers
-run_isolated("worker_tasks:litter_and_hang", ({folder!r},), remove=leftovers({folder!r} + "/out.vtu"))
+run_isolated("tests.reliability.worker_tasks:litter_and_hang", ({folder!r},), remove=leftovers({folder!r} + "/out.vtu"))
 """
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_killed_caller_leaves_neither_worker_nor_file(tmp_path, number):
-    code = CALLER.format(here=str(Path(__file__).parent), folder=str(tmp_path))
+    code = CALLER.format(here=str(Path(__file__).parents[2]), folder=str(tmp_path))
     # A script without a guard for its main module: it must not be run a second time in the worker.
     script = tmp_path / "script.py"
     script.write_text(code)

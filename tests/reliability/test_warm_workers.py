@@ -19,15 +19,15 @@ def worker():
 
 
 def pid_of(worker):
-    return worker.run("worker_tasks:where")[0]
+    return worker.run("tests.reliability.worker_tasks:where")[0]
 
 
 def test_tasks_share_a_process_also_after_an_error_on_purpose(worker):
     first = pid_of(worker)
     with pytest.raises(NotSweepableError):
-        worker.run("worker_tasks:refuse")
+        worker.run("tests.reliability.worker_tasks:refuse")
     with pytest.raises(WorkerError, match="KeyError"):
-        worker.run("worker_tasks:fail")
+        worker.run("tests.reliability.worker_tasks:fail")
     assert pid_of(worker) == first != os.getpid()
     assert worker.n_done == 4
     worker.end()
@@ -36,13 +36,13 @@ def test_tasks_share_a_process_also_after_an_error_on_purpose(worker):
 
 def test_a_task_finds_the_process_as_the_first_one_found_it(worker, tmp_path):
     (tmp_path / "beside.py").write_text("VALUE = 1\n")
-    before = worker.run("worker_tasks:look_around")
-    pid, child, value = worker.run("worker_tasks:leave_traces", (str(tmp_path),))
+    before = worker.run("tests.reliability.worker_tasks:look_around")
+    pid, child, value = worker.run("tests.reliability.worker_tasks:leave_traces", (str(tmp_path),))
     assert (pid, value) == (before["pid"], 1)
-    assert worker.run("worker_tasks:look_around") == before
+    assert worker.run("tests.reliability.worker_tasks:look_around") == before
     assert not psutil.pid_exists(child)
     (tmp_path / "beside.py").write_text("VALUE = 2222\n")  # of another length, since a byte code's time is in seconds
-    assert worker.run("worker_tasks:leave_traces", (str(tmp_path),))[2] == 2222
+    assert worker.run("tests.reliability.worker_tasks:leave_traces", (str(tmp_path),))[2] == 2222
 
 
 @pytest.mark.parametrize(
@@ -57,15 +57,15 @@ def test_a_task_finds_the_process_as_the_first_one_found_it(worker, tmp_path):
 def test_a_task_that_ends_its_process_costs_the_next_one_a_start_alone(worker, task, args, limits, words):
     first = pid_of(worker)
     with pytest.raises(WorkerError, match=words):
-        worker.run(f"worker_tasks:{task}", args, **limits)
+        worker.run(f"tests.reliability.worker_tasks:{task}", args, **limits)
     assert worker.n_done == 0
     assert not psutil.pid_exists(first)
     assert pid_of(worker) != first
 
 
 def test_a_process_that_keeps_a_thread_or_much_memory_is_not_used_again(worker):
-    first = worker.run("worker_tasks:leave_a_thread")
-    second = worker.run("worker_tasks:hold", (6 * 10**8,), max_memory=1.0)
+    first = worker.run("tests.reliability.worker_tasks:leave_a_thread")
+    second = worker.run("tests.reliability.worker_tasks:hold", (6 * 10**8,), max_memory=1.0)
     assert pid_of(worker) not in (first, second)
     assert first != second
 
@@ -79,6 +79,6 @@ def test_a_process_that_was_killed_while_idle_is_replaced(worker):
 
 def test_a_limit_is_of_a_task_and_not_of_the_process(worker):
     with pytest.raises(WorkerError, match="out of memory"):
-        worker.run("worker_tasks:grow_at_once", max_memory=0.4)
-    first = worker.run("worker_tasks:hold", (10**6,), max_memory=0.4)
-    assert worker.run("worker_tasks:hold", (12 * 10**8,)) == first
+        worker.run("tests.reliability.worker_tasks:grow_at_once", max_memory=0.4)
+    first = worker.run("tests.reliability.worker_tasks:hold", (10**6,), max_memory=0.4)
+    assert worker.run("tests.reliability.worker_tasks:hold", (12 * 10**8,)) == first

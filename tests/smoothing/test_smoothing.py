@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from smoothing_meshes import block, closed_ring, disturbed, domed_bend, folded_angle, swept_grid
 
 from cadsweep.cells import sweep_hexes
 from cadsweep.quality import boundary_limit, corner_limits, positive_inside, scaled_jacobians
 from cadsweep.smoothing import improve
 from cadsweep.smoothing.cutting import grown, hex_nodes, patches
 from cadsweep.smoothing.energy import hex_energy
+
+from .smoothing_meshes import block, closed_ring, disturbed, domed_bend, folded_angle, swept_grid
 
 
 def after(points, smoothed):

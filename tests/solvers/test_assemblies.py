@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from calculix import require_calculix, run_deck
 
 import cadsweep as cs
+
+from .calculix import require_calculix, run_deck
 
 pytestmark = [pytest.mark.solver, pytest.mark.cad]
 

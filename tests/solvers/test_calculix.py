@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from calculix import POISSON, YOUNG, require_calculix, solve
 
 import cadsweep as cs
 from cadsweep.order2.elevate import elevate
+
+from .calculix import POISSON, YOUNG, require_calculix, solve
 
 pytestmark = [pytest.mark.solver, pytest.mark.cad]
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "io"))
 
-from io_meshes import bent_box, twisted_box  # noqa: E402
+from ..io.io_meshes import bent_box, twisted_box  # noqa: E402
 
 pytestmark = pytest.mark.solver
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "io"))
 
-from io_meshes import bent_box, box, twisted_box  # noqa: E402
+from ..io.io_meshes import bent_box, box, twisted_box  # noqa: E402
 
 pytestmark = pytest.mark.solver
 
@@ -52,9 +50,9 @@ def test_checkmesh_is_not_content_with_everything(openfoam, tmp_path):
 
 def test_zones_of_an_assembly(openfoam, tmp_path):
     """Parts are cell zones, the interface a face zone, for checkMesh as for us."""
-    from test_io_options import two_solids
-
     from cadsweep import io
+
+    from ..io.test_io_options import two_solids
 
     case = openfoam.make_case(tmp_path / "case")
     io.write(two_solids(), case / "constant" / "polyMesh", patch_types={"source": "wall"})
@@ -68,9 +66,10 @@ def test_fluent_files_are_read_by_openfoam(openfoam, tmp_path):
     import shutil
 
     import numpy as np
-    from test_io_options import two_solids
 
     from cadsweep import io
+
+    from ..io.test_io_options import two_solids
 
     if shutil.which("fluent3DMeshToFoam") is None:
         pytest.skip("fluent3DMeshToFoam is missing")

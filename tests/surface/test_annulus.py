@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from surface_shapes import square
 
 from cadsweep.surface.annulus import fill_wall, wall_thickness
 from cadsweep.surface.relax import corner_sines
+
+from .surface_shapes import square
 
 
 def circle(n, radius, turn=0.0):

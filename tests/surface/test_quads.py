@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
 
 from cadsweep.errors import SurfaceMeshError
 from cadsweep.surface import mesh_surfaces
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
+
+from .surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
 
 
 def divided(polygon, n):

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from surface_shapes import count_segments, l_shape, polygon_prism, raised, square, torus_piece
 
 from cadsweep.errors import InputError, SurfaceMeshError
 from cadsweep.surface.sides import RingBuilder
 from cadsweep.surface.spacing import fit_linear_parts, graded_places, place_layers
 from cadsweep.surface.sweep_grid import build_grid
 from cadsweep.sweep import Intervals
+
+from .surface_shapes import count_segments, l_shape, polygon_prism, raised, square, torus_piece
 
 
 def build_rings(sweep, intervals, **options):

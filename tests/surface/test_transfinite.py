@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from surface_shapes import Bilinear, Plane
 
 from cadsweep.surface.sides import slide_rows
 from cadsweep.surface.spacing import divide_like, fit_linear_parts, graded_places
@@ -14,6 +13,8 @@ from cadsweep.surface.transfinite import (
     solve_winslow,
     worst_corner,
 )
+
+from .surface_shapes import Bilinear, Plane
 
 UP = np.array([0.0, 0.0, 1.0])
 

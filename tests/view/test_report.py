@@ -10,11 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from view_blocks import painted_block, twisted_block
-from view_browser import find_browser, opened
 
 from cadsweep.errors import CadSweepError
 from cadsweep.report import mesh_summary_html, write_report
+
+from .view_blocks import painted_block, twisted_block
+from .view_browser import find_browser, opened
 
 pytest.importorskip("pyvista")
 pytest.importorskip("plotly")

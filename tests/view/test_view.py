@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 
 from cadsweep.errors import CadSweepError, InputError
 from cadsweep.quality import scaled_jacobians
@@ -14,6 +13,8 @@ from cadsweep.view import boundary_colors, kept_by_clip, mesh_colors, outline, p
 from cadsweep.view.clipping import cut_skin, left_of_rim
 from cadsweep.view.exploded import explode
 from cadsweep.view.grid import legible
+
+from .view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 
 pytest.importorskip("pyvista")
 
