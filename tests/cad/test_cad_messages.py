@@ -9,7 +9,8 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 
-DRILLED = cq.Workplane().box(4, 3, 2).faces(">Z").workplane().hole(1).faces(">X").workplane().hole(0.5)
+ASLANT = cq.Workplane(cq.Plane((0, 0, 0), (1, 0, -1), (1, 2, 1))).circle(0.25).extrude(10, both=True)
+DRILLED = cq.Workplane().box(4, 3, 2).faces(">Z").workplane().hole(1).cut(ASLANT)
 
 
 def places(message):

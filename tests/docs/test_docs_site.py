@@ -46,6 +46,6 @@ def test_the_step_files_are_those_that_the_script_draws(tmp_path):
 
 
 def test_the_version_is_the_same_everywhere():
-    version = re.search(r'"(.+)"', ROOT.joinpath("cadsweep", "_version.py").read_text())[1]
+    version = re.search(r'^__version__ = "(.+)"', ROOT.joinpath("cadsweep", "_version.py").read_text(), re.MULTILINE)[1]
     assert re.search(rf"^version: {re.escape(version)}$", ROOT.joinpath("CITATION.cff").read_text(), re.MULTILINE)
     assert f"## {version}" in ROOT.joinpath("CHANGELOG.md").read_text()

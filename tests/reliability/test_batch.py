@@ -52,7 +52,7 @@ def study(tmp_path, monkeypatch):
         results = tmp_path / "study_results"
 
         def write(self, text):
-            self.path.write_text('script = "part.py"\n[options]\nlayers = 2\n' + text)
+            self.path.write_text('script = "part.py"\n[options]\nlayers = 2\ndecompose = false\n' + text)
             return self.path
 
         def runs(self):

@@ -92,7 +92,7 @@ def test_vtk_steps_through_the_file(tmp_path):
 
 def test_a_base_that_cannot_be_meshed_ends_the_study(study):
     with pytest.raises(CadSweepError, match=r"first case 'hole-3\.0'.*cannot be meshed"):
-        run_study(read_study(study("[grid]\nhole = [3.0, 0.4]\n")))
+        run_study(read_study(study("[options]\ndecompose = false\n[grid]\nhole = [3.0, 0.4]\n")))
 
 
 def test_options_may_not_vary(study):
