@@ -127,10 +127,12 @@ def _pierced(
         low = np.rint(own.mean(axis=0) - np.array([p, q]) / 2.0).astype(np.int64)
         around = low + _around(p, q)
         x, y = around.T
-        if low.min() < 0 or (x >= number.shape[0]).any() or (y >= number.shape[1]).any():
+        # A cell more on each side: quads with all their nodes on outlines could give way to nothing.
+        beside = (slice(low[0] - 1, low[0] + p + 2), slice(low[1] - 1, low[1] + q + 2))
+        if low.min() < 1 or taken[beside].size < (p + 3) * (q + 3) or (taken[beside] >= 0).any():
             return None
         within = (slice(low[0], low[0] + p), slice(low[1], low[1] + q))
-        if (taken[x, y] >= 0).any() or not is_cell[within].all() or (number[x, y] < 0).any():
+        if (number[beside] < 0).any() or not is_cell[within].all():
             return None
         taken[x, y] = first + (begin + np.arange(len(own))) % len(own)
         is_cell[within] = False

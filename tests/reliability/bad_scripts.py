@@ -81,7 +81,7 @@ GEOMETRY = {
     "sphere": (shown("cq.Workplane().sphere(1)"), None),
     "cone": (shown("cq.Workplane().add(cq.Solid.makeCone(1, 0, 2))"), None),
     "crossing_holes": (
-        shown("cq.Workplane().box(4, 4, 4).faces('>Z').workplane().hole(1).faces('>X').workplane().hole(1)"),
+        shown("cq.Workplane().box(4, 4, 4).faces('>Z').workplane().hole(1).faces('>X').workplane().hole(0.6)"),
         None,
     ),
     "hollow": (shown("cq.Workplane().box(3, 3, 3).cut(cq.Workplane().box(1, 1, 1))"), None),
