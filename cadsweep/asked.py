@@ -21,6 +21,7 @@ SYMMETRIC = ("both", "middle")
 """Values of `towards` that need no face: fine at both ends, fine in the middle."""
 MOST_RATIO = 1e4
 MOST_GROWTH = 10.0
+"""Height of a layer over that of the one before: more is a slip."""
 MOST_LAYERS = 1000
 
 

@@ -38,9 +38,9 @@ COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
 MOST_ROUNDS = 4
 """Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers."""
-_MARGIN = 1.1
+MARGIN = 1.1
 """How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
-_LEAST_GAIN = 0.95
+LEAST_GAIN = 0.95
 """A round that leaves more than this part of the excess is the last: refining does not help there."""
 _MOST_FINER = 3.0
 """Factor by which the edges of a cap are divided finer in one round."""
@@ -96,7 +96,7 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
         if gain >= 1.0:
             break
         best, hints = made, wishes
-        if gain > _LEAST_GAIN:
+        if gain > LEAST_GAIN:
             break  # what is asked for stands in the way
     if limit is not None:
         notes += _unmet(part, best.deviation, limit, options)
@@ -216,7 +216,7 @@ def _check_most(expected: estimate.Estimate, most: int | None) -> None:
 def _excess(deviation: Deviation, limit: _Limit) -> float:
     """Factor by which all segments of curved faces should be shorter for the sake of volume and area."""
     lost = max(abs(deviation.volume), abs(deviation.area))
-    return float(np.sqrt(_MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
+    return float(np.sqrt(MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
 
 
 def _finer(sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int]) -> Hints | None:
@@ -246,7 +246,7 @@ def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: flo
         if sag is None:
             continue
         whole = max(sag.around + sag.along, sag.inside)
-        needed = max(float(np.sqrt(_MARGIN * whole / limit.distance)) if whole > limit.distance else 1.0, excess)
+        needed = max(float(np.sqrt(MARGIN * whole / limit.distance)) if whole > limit.distance else 1.0, excess)
         for own, chains in ((sag.around, (side.bottom, side.top)), (sag.along, (side.left, side.right))):
             if needed > 1.0 and own > _SHARE * whole:
                 for edge, _ in (directed for chain in chains for directed in chain):
@@ -278,7 +278,7 @@ def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callabl
     sags, lengths = deviation.cap_sags, deviation.cap_lengths
     if not len(sags):
         return None
-    factor = np.sqrt(np.maximum(_MARGIN * sags / limit.distance, 1e-12))
+    factor = np.sqrt(np.maximum(MARGIN * sags / limit.distance, 1e-12))
     if excess > 1.0:
         factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
     if not (factor > 1.05).any():

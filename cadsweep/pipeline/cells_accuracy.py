@@ -23,14 +23,10 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..quality.deviation import volume_and_area
 from ..sweep import Intervals
-from .accuracy import COARSE, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse
+from .accuracy import COARSE, LEAST_GAIN, MARGIN, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse
 from .cells import mesh_cells
 from .run import Run
 
-_MARGIN = 1.1
-"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
-_LEAST_GAIN = 0.95
-"""A round that leaves more than this part of the excess is the last: refining does not help there."""
 _LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
 _SHARE = 0.1
@@ -78,7 +74,7 @@ def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wish
         if gain >= 1.0:
             break
         best, found = made, now
-        if gain > _LEAST_GAIN:
+        if gain > LEAST_GAIN:
             break  # what is asked for stands in the way
     if options.tolerance is not None and found.distance * part.scale > options.tolerance:
         notes.append(
@@ -153,7 +149,7 @@ def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
         limit = MOST_OFF * solid.size if options.tolerance is None else options.tolerance / part.scale
         whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / MOST_LOST
         shortfall = max(shortfall, sag / limit, whole)
-        needed = float(np.sqrt(_MARGIN * max(sag / limit, whole)))
+        needed = float(np.sqrt(MARGIN * max(sag / limit, whole)))
         if needed <= 1.0 or max(sag / limit, whole) <= 1.0:
             continue
         sags = {e: _edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}

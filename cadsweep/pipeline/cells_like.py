@@ -19,7 +19,7 @@ from ..arrays import FloatArray, IntArray
 from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
-from ..errors import CadError, InvertedHexError
+from ..errors import CadError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection.carried import carry_face
@@ -27,6 +27,7 @@ from ..projection.inside import carry_inside
 from .cells_template import CellsTemplate
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
+from .refusing import carried_refusal
 from .run import Run
 from .several import checked_cells
 from .subsets import chosen_solids, separated
@@ -77,13 +78,7 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
     mesh = checked_cells(part, joined, names, options, run, make=make, info=info, smooth_below=0.0)
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
-        problems = "; ".join(report.problems[:3])
-        raise InvertedHexError(
-            f"'{part.name}' cannot have the same mesh: carried here it is not valid ({problems}); mesh it by itself, "
-            "or start from a part that is nearer to it",
-            hexes=[hexahedron.id for hexahedron in report.worst],
-            min_scaled_jacobian=report.min_scaled_jacobian,
-        )
+        raise carried_refusal(report, part.name)
     return mesh
 
 

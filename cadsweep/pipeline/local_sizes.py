@@ -30,6 +30,7 @@ Field = Callable[[FloatArray], FloatArray]
 GROWTH = 1.3
 """Length of a segment over that of its neighbour towards a place."""
 _SAMPLES = 400
+"""Places along an edge where the size is asked for."""
 _ACROSS = 33
 """Places across a side at which the size is looked at."""
 _VARIES = 1.05

@@ -7,6 +7,7 @@ from dataclasses import replace
 from ..blocks.block import FactoredMesh
 from ..blocks.reference import make_reference
 from ..brep import Part
+from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import project_to_edges, project_to_faces
 from ..order2.elevate import elevate
@@ -35,16 +36,21 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     factored, report = checked(factored, check, options, run, reached)
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
-            mesh = elevate(
-                mesh,
-                nodes=options.nodes,
-                curves=project_to_edges(part, sweep, surfaces),
-                surfaces=project_to_faces(part, sweep, factored),
-                allow_inverted=options.allow_inverted,
-            )
+            mesh = raised(mesh, Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options))
         with run.stage("quality"):
             report = check_mesh(mesh, cad=reference)
     refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
     return Made(factored=factored, report=report, mesh=with_pairs(mesh))
+
+
+def raised(mesh: HexMesh, origin: Origin) -> HexMesh:
+    """The mesh with order 2, its middles on the CAD's edges and faces."""
+    return elevate(
+        mesh,
+        nodes=origin.options.nodes,
+        curves=project_to_edges(origin.part, origin.sweep, origin.surfaces),
+        surfaces=project_to_faces(origin.part, origin.sweep, origin.factored),
+        allow_inverted=origin.options.allow_inverted,
+    )

@@ -26,6 +26,7 @@ from ..sweep import Intervals, Sweep
 _SAME = 1e-5
 """Distance, in sizes of the part, up to which a face carried to another one lies on it."""
 _SAMPLES = 5
+"""Places along an edge that must answer places on the other face."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

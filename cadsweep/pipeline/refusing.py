@@ -62,6 +62,17 @@ def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None
     )
 
 
+def carried_refusal(report: QualityReport, name: str) -> InvertedHexError:
+    """Say why a part cannot have the mesh of another."""
+    problems = "; ".join(report.problems[:3])
+    return InvertedHexError(
+        f"'{name}' cannot have the same mesh: carried here it is not valid ({problems}); mesh it by itself, "
+        "or start from a part that is nearer to it",
+        hexes=[hexahedron.id for hexahedron in report.worst],
+        min_scaled_jacobian=report.min_scaled_jacobian,
+    )
+
+
 def _crossing_faces(part: Part, sweep: Sweep, crossing: BoundaryCrossing) -> tuple[Face, Face] | None:
     """The CAD faces that cross where two boundaries do; None where only their facets do."""
     by_name = pieces_by_name(sweep)

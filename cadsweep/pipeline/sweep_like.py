@@ -23,11 +23,9 @@ from ..arrays import FloatArray
 from ..blocks.block import FactoredMesh
 from ..blocks.reference import make_reference, volume_doubt
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh, QuadMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..order2.curving import project_to_edges, project_to_faces
-from ..order2.elevate import elevate
 from ..projection import project_layers
 from ..projection.carried import carry_face
 from ..projection.target import sweep_normals, worst_corner
@@ -37,9 +35,11 @@ from ..sweep import Sweep
 from .attempts import open_and_find
 from .candidates import smoothed, volume_notes
 from .graphs import graph_of
+from .making import raised
 from .matching import Match, match_graphs
 from .origin import Origin
 from .parts import only_solid
+from .refusing import carried_refusal
 from .run import Run
 from .template import Template, linking_side
 
@@ -254,7 +254,7 @@ def _moved(old: FactoredMesh, place: Any, rings: FloatArray) -> FloatArray:
 
 def _finished(origin: Origin, run: Run) -> HexMesh:
     """The mesh, checked as ever."""
-    part, sweep, surfaces, options = origin.part, origin.sweep, origin.surfaces, origin.options
+    part, sweep, options = origin.part, origin.sweep, origin.options
     factored = origin.factored
     with run.stage("assembly"):
         mesh = factored.to_mesh()
@@ -268,22 +268,10 @@ def _finished(origin: Origin, run: Run) -> HexMesh:
             report = check_mesh(mesh, cad=reference)
     if options.order == 2 and (report.valid or options.allow_inverted):
         with run.stage("order 2"):
-            mesh = elevate(
-                mesh,
-                nodes=options.nodes,
-                curves=project_to_edges(part, sweep, surfaces),
-                surfaces=project_to_faces(part, sweep, factored),
-                allow_inverted=options.allow_inverted,
-            )
+            mesh = raised(mesh, replace(origin, factored=factored))
             report = check_mesh(mesh, cad=reference)
     if not report.valid and not options.allow_inverted:
-        problems = "; ".join(report.problems[:3])
-        raise InvertedHexError(
-            f"'{part.name}' cannot have the same mesh: carried here it is not valid ({problems}); mesh it by itself, "
-            "or start from a part that is nearer to it",
-            hexes=[hexahedron.id for hexahedron in report.worst],
-            min_scaled_jacobian=report.min_scaled_jacobian,
-        )
+        raise carried_refusal(report, part.name)
     factored = factored.noted(volume_notes(report, factored))
     origin = replace(origin, factored=factored)
     return replace(mesh, origin=origin, info={**factored.info, "quality": report})

@@ -26,6 +26,7 @@ _STRAIGHT_ON = np.radians(135)
 _MOST_OF_EDGE = 0.8
 """Part of an edge that rows which end at it may take."""
 _MOST_GROWTH = 1e3
+"""Growth up to which one is looked for that fills a length."""
 
 
 @dataclass(kw_only=True, eq=False)

@@ -46,7 +46,7 @@ def fill_lattice(outline: Outline) -> FaceQuads | None:
     if outline.grows():
         return None
     lattice = _lattice_of(outline)
-    chart = next(outline.charts(outline.nodes), None)
+    chart = None if lattice is None else next(outline.charts(outline.nodes), None)
     if lattice is None or chart is None:
         return None
     number, cells = _inside_of(lattice)

@@ -35,9 +35,11 @@ _SLOPE = 0.5
 _LEAST_SINE = 0.15
 """Corner sine of a quad of the rows below which its columns are shortened."""
 _SHORTENED = 0.75
+"""Part of its height that a folded column keeps in a round."""
 _NEAR = 0.3
 """Part of its room from which on a column is looked at where rows run into each other."""
 _ROUNDS = 14
+"""Rounds of shortening: a column then has a fiftieth of its height."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,7 +6,8 @@ Not handled: hexahedra of order 2 are drawn straight between their corners.
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -223,16 +224,9 @@ def plot(
 
 def mesh_picture(mesh: HexMesh, *, size: tuple[int, int] = (640, 480)) -> Any:
     """A small picture of a mesh, as a ``PIL.Image.Image``: for cards."""
-    pv = import_pyvista()
-    check_drawing()
-    with quiet_vtk():
-        plotter = pv.Plotter(off_screen=True, window_size=size)
-        try:
-            plotter.set_background("white")
-            add_mesh(plotter, mesh, show_boundaries=False)
-            return take_picture(plotter)
-        finally:
-            plotter.close()
+    with _small_plotter(size) as (plotter, _):
+        add_mesh(plotter, mesh, show_boundaries=False)
+        return take_picture(plotter)
 
 
 def part_picture(
@@ -242,18 +236,25 @@ def part_picture(
     size: tuple[int, int] = (640, 480),
 ) -> Any:
     """A small picture of a part: faces as points (n, 3), triangles (t, 3) and a colour each, edges as chains (m, 3)."""
+    with _small_plotter(size) as (plotter, pv):
+        for points, triangles, color in faces:
+            surface = pv.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
+            plotter.add_mesh(surface, color=color, ambient=0.35, diffuse=0.75)
+        for chain in edges:
+            plotter.add_mesh(pv.lines_from_points(chain), color="#303030", line_width=2)
+        return take_picture(plotter)
+
+
+@contextmanager
+def _small_plotter(size: tuple[int, int]) -> Iterator[tuple[Any, Any]]:
+    """An empty plotter of a few pixels off the screen, and pyvista; it is closed in the end."""
     pv = import_pyvista()
     check_drawing()
     with quiet_vtk():
         plotter = pv.Plotter(off_screen=True, window_size=size)
         try:
             plotter.set_background("white")
-            for points, triangles, color in faces:
-                surface = pv.PolyData(points, np.column_stack([np.full(len(triangles), 3), triangles]).ravel())
-                plotter.add_mesh(surface, color=color, ambient=0.35, diffuse=0.75)
-            for chain in edges:
-                plotter.add_mesh(pv.lines_from_points(chain), color="#303030", line_width=2)
-            return take_picture(plotter)
+            yield plotter, pv
         finally:
             plotter.close()
 
