@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from OCP.Geom import Geom_CylindricalSurface, Geom_RectangularTrimmedSurface
-from OCP.GeomConvert import GeomConvert
-from OCP.gp import gp_Ax3, gp_Pnt, gp_Pnt2d
 from OCP.Geom2dAPI import Geom2dAPI_PointsToBSpline
 from OCP.GeomAPI import GeomAPI_PointsToBSpline
+from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Ax3, gp_Pnt, gp_Pnt2d
 from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array1OfPnt2d
 
 from cadsweep.cad.geometry.packed import unpack_curve, unpack_surface
@@ -55,6 +55,8 @@ def test_surface_has_every_pole_weight_and_knot(rational):
     assert read.v_knots.tolist() == list(surface.VKnotSequence())
     pairs = [(i, j) for i in range(1, n_u + 1) for j in range(1, n_v + 1)]
     assert read.poles.reshape(-1, 3).tolist() == [list(surface.Pole(i, j).Coord()) for i, j in pairs]
-    assert (read.weights is None) if not rational else (
-        read.weights.ravel().tolist() == [surface.Weight(i, j) for i, j in pairs]
+    assert (
+        (read.weights is None)
+        if not rational
+        else (read.weights.ravel().tolist() == [surface.Weight(i, j) for i, j in pairs])
     )
