@@ -54,7 +54,7 @@ def best_places(points, normals, quads, sines, starts, around, nodes, offsets, o
     """For each of some nodes, the best of offsets (k, 2) in its tangent plane: ``off`` (m, 3), and the ``gain`` (m,).
 
     The best is where the worst corner of the node's quads has the greatest sine; offsets count in lengths of the
-    shortest edge of these quads. `starts` (n + 1,) and `around` are the quads of every node; `sines` (q, 4) as they are.
+    shortest edge of these quads. `starts` (n + 1,) and `around` are the quads of every node, `sines` (q, 4) theirs.
     """
     first, second, trial = np.empty(3), np.empty(3), np.empty(3)
     corners, steps = np.empty((4, 3)), np.empty((4, 3))
