@@ -26,6 +26,8 @@ _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
 _LONGEST_LEGEND = 24
 """Names in a legend: what fits beside a picture of 800 pixels."""
+_LEGEND_WIDTH = 0.2
+"""Of a picture's width: what a name of twenty letters takes."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,
@@ -129,7 +131,22 @@ def _add_legend(plotter: Any, names: list[str], colors: list[str]) -> None:
     if len(names) > _LONGEST_LEGEND:
         entries.append([f"and {len(names) - _LONGEST_LEGEND} more", "white"])
     height = min(0.9, 0.028 * len(entries) + 0.02)
-    plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
+    plotter.add_legend(entries, bcolor=None, face="rectangle", size=(_LEGEND_WIDTH, height), loc="upper left")
+
+
+def _make_room(plotter: Any, width: float) -> None:
+    """Draw the model beside the legend and the colour scale, so that it is under neither.
+
+    Parameters
+    ----------
+    width : float
+        Width of the picture over its height. The view as it is fills the smaller of both.
+    """
+    left, right = _LEGEND_WIDTH, float(_SCALE["position_x"])
+    plotter.camera_position = plotter.renderer.get_default_cam_pos()
+    plotter.reset_camera()
+    plotter.camera.zoom(min(1.0, (right - left) * max(1.0, width)))
+    plotter.camera.SetWindowCenter(1.0 - (left + right), 0.0)
 
 
 def plot(
@@ -208,6 +225,8 @@ def plot(
             plotter.add_axes(color="black")
             if camera is not None:
                 plotter.camera_position = camera
+            elif plotter.renderer.legend is not None:
+                _make_room(plotter, window_size[0] / window_size[1])
             if screenshot is not None:
                 return save_screenshot(plotter, Path(screenshot))
             if inline and has_trame():
