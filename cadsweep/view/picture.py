@@ -28,6 +28,8 @@ _LONGEST_LEGEND = 24
 """Names in a legend: what fits beside a picture of 800 pixels."""
 _LEGEND_WIDTH = 0.2
 """Of a picture's width: what a name of twenty letters takes."""
+_BUTTONS = 0.14
+"""Of a picture's height: buttons over a view of 400 pixels, which is what a notebook gives it."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,
@@ -149,6 +151,13 @@ def _make_room(plotter: Any, width: float) -> None:
     plotter.camera.SetWindowCenter(1.0 - (left + right), 0.0)
 
 
+def _lower_legend(plotter: Any) -> None:
+    """Make room for the buttons that a view in a notebook has along its upper edge."""
+    if plotter.renderer.legend is not None:
+        x, y = plotter.renderer.legend.GetPosition()
+        plotter.renderer.legend.SetPosition(x, y - _BUTTONS)
+
+
 def plot(
     mesh: HexMesh,
     *,
@@ -231,6 +240,7 @@ def plot(
                 return save_screenshot(plotter, Path(screenshot))
             if inline and has_trame():
                 turning = True
+                _lower_legend(plotter)
                 return plotter.show(jupyter_backend="trame", return_viewer=True, auto_close=False)
             if inline:
                 return take_picture(plotter)
