@@ -2,10 +2,10 @@
 
     python scripts/check_notebook.py [FOLDER]
 
-Needs the extra ``notebook``, nbclient, ipykernel and Chromium. The notebook is executed as Jupyter would; while its kernel
-lives, the view that ``mesh.plot()`` has made (served by trame) is opened in headless Chromium and dragged. ``view.png`` and
-``turned.png`` are left in the folder, and ``notebook.ipynb`` with its outputs. Exit code 1 where a cell fails, no view is made, the picture
-stays empty, or does not turn.
+Needs the extra ``notebook``, nbclient, ipykernel and Chromium. The notebook is executed as Jupyter would; while its
+kernel lives, the view that ``mesh.plot()`` has made (served by trame) is opened in headless Chromium and dragged.
+``view.png`` and ``turned.png`` are left in the folder, and ``notebook.ipynb`` with its outputs. Exit code 1 where a
+cell fails, no view is made, the picture stays empty, or does not turn.
 """
 
 from __future__ import annotations

@@ -4,9 +4,10 @@
     python scripts/part_figures.py --compare ONE.json OTHER.json
 
 Without names of scripts, the models, and every third of the parts that ``tests/parts`` has of stacks and of cells. Of
-each are written: kinds of faces of every cell, the cuts and their reasons, names and counts of quads, counts of hexahedra
-and nodes, the worst scaled Jacobian, or why it is refused. ``--compare`` prints what differs (of quality only what is
-more than 0.02 apart) and exits with 1 where faces, cuts, names or counts do. ``scripts/try_versions.py`` makes the environments.
+each are written: kinds of faces of every cell, the cuts and their reasons, names and counts of quads, counts of
+hexahedra and nodes, the worst scaled Jacobian, or why it is refused. ``--compare`` prints what differs (of quality
+only what is more than 0.02 apart) and exits with 1 where faces, cuts, names or counts do. ``scripts/try_versions.py``
+makes the environments.
 """
 
 from __future__ import annotations

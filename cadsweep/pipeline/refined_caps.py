@@ -2,12 +2,13 @@
 
 Place in the flow: :mod:`.refinement` comes here with the halved boundary, before the layers are placed.
 
-What happens at a rim. Coarse nodes stay, and new nodes of the rim lie on the curve, so at a coarse node of the rim, where
-two segments turn by an angle t, the first and the last segment turn towards the tangent: by t/4 at the first level, by t/2
-in all. The two quads beside the rim take all of that where the new nodes lie in the middles of the coarse segments; the
-others at that node keep their angles. Where that makes a cap clearly worse than it was, the new nodes inside the face
-move along its surface and share it out; coarse nodes, and all nodes on edges, stay. A quad with two segments on one smooth
-curve has nobody to share with: its angle tends to two right ones, and its sine halves with every level.
+What happens at a rim. Coarse nodes stay, and new nodes of the rim lie on the curve, so at a coarse node of the rim,
+where two segments turn by an angle t, the first and the last segment turn towards the tangent: by t/4 at the first
+level, by t/2 in all. The two quads beside the rim take all of that where the new nodes lie in the middles of the
+coarse segments; the others at that node keep their angles. Where that makes a cap clearly worse than it was, the new
+nodes inside the face move along its surface and share it out; coarse nodes, and all nodes on edges, stay. A quad with
+two segments on one smooth curve has nobody to share with: its angle tends to two right ones, and its sine halves with
+every level.
 """
 
 from __future__ import annotations

@@ -6,12 +6,13 @@ Method: on the boundary the new nodes are those of hexahedra of 27 nodes: middle
 middles and centres of quads on its faces (:mod:`cadsweep.order2`). They make a source cap, rings and a target cap with
 half the steps, and the inner nodes of those come from one factored sweep. What it places a coarse node away from where
 it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
-the nodes that stay. Caps are evened out where quads at a rim got worse (:mod:`.refined_caps`). Where the checks find an invalid hex, the new nodes, and they alone, are smoothed.
+the nodes that stay. Caps are evened out where quads at a rim got worse (:mod:`.refined_caps`). Where the checks find
+an invalid hex, the new nodes, and they alone, are smoothed.
 
 Meshes of several cells are refined by :mod:`.cells_refinement`.
 
-Not handled: a quad with two segments on one smooth curve has an angle there that tends to
-two right ones, whatever is done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
+Not handled: a quad with two segments on one smooth curve has an angle there that tends to two right ones, whatever is
+done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
 """
 
 from __future__ import annotations

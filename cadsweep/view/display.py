@@ -21,7 +21,7 @@ def can_open_window() -> bool:
 
 
 def in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook; a console inside a program with windows, as CQ-editor's, is none."""
+    """Whether this process is the kernel of a notebook; the console in a program with windows (CQ-editor) is none."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     kernel = getattr(shell, "kernel", None)
     return kernel is not None and "inprocess" not in type(kernel).__module__

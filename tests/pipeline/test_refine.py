@@ -202,7 +202,7 @@ def test_a_family_shows_the_order_and_the_limit_of_volume_and_area():
 
 
 def test_the_quads_at_a_coarse_rim_node_share_what_the_curve_takes():
-    """A hole of 8 segments takes 11 degrees from either end of the fan at each of its nodes, at the first level alone."""
+    """A hole of 8 segments takes 11 degrees from both ends of the fan at each of its nodes, at the first level."""
     plate = cq.Workplane().rect(3, 2).extrude(0.4).faces(">Z").workplane().hole(1)
     mesh = cs.sweep_mesh(plate, size=0.5, layers=1)
     fine = cs.refine(mesh)
