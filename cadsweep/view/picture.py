@@ -30,6 +30,8 @@ _LEGEND_WIDTH = 0.2
 """Of a picture's width: what a name of twenty letters takes."""
 _BUTTONS = 0.14
 """Of a picture's height: buttons over a view of 400 pixels, which is what a notebook gives it."""
+_SCALE_LEFT = 0.86
+"""Where the colour scale begins, of a picture's width."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,
@@ -38,7 +40,7 @@ _SCALE = {
     "vertical": True,
     "title_font_size": 16,
     "label_font_size": 14,
-    "position_x": 0.86,
+    "position_x": _SCALE_LEFT,
     "position_y": 0.2,
     "height": 0.6,
     "width": 0.06,
@@ -144,7 +146,7 @@ def _make_room(plotter: Any, width: float) -> None:
     width : float
         Width of the picture over its height. The view as it is fills the smaller of both.
     """
-    left, right = _LEGEND_WIDTH, float(_SCALE["position_x"])
+    left, right = _LEGEND_WIDTH, _SCALE_LEFT
     plotter.camera_position = plotter.renderer.get_default_cam_pos()
     plotter.reset_camera()
     plotter.camera.zoom(min(1.0, (right - left) * max(1.0, width)))
