@@ -203,8 +203,8 @@ def with_cell_pairs(mesh: HexMesh) -> HexMesh:
 def _boundary(mesh: HexMesh, names: dict[Place, tuple[str, ...]], places: frozenset[Place]) -> tuple[str, ...]:
     """Fewest boundaries that are these faces and no others."""
     covered: dict[str, set[Place]] = {}
-    for place, own in names.items():
-        for name in own:
+    for place, labels in names.items():
+        for name in labels:
             covered.setdefault(name, set()).add(place)
     inside = {name: found for name, found in covered.items() if name in mesh.boundaries and found <= places}
     whole = [name for name, found in inside.items() if found == places]
