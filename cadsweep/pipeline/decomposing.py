@@ -42,7 +42,6 @@ _ONE_SWEEP = (
     "tolerance",
     "wall_layers",
     "periodic",
-    "local_sizes",
 )
 
 

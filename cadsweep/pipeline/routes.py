@@ -27,6 +27,7 @@ from .assemblies import mesh_assembly
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
 from .decomposing import is_planar, mesh_cut, mesh_decomposed, mesh_user_cut
+from .local_sizes import with_largest_size
 from .making import make_mesh
 from .origin import made_of
 from .parts import load
@@ -53,6 +54,7 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
     part = open_part(source, options, run)
+    options = with_largest_size(part, options)
     chosen = options.only is not None or options.skip is not None
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if options.cuts:
