@@ -50,7 +50,7 @@ class CellWalls:
         for solid in part.solids:
             for key, edge in zip(solid.edge_keys.tolist(), solid.edges, strict=True):
                 if key in self.ends and key not in found:
-                    found[key] = layered(edge, self.ends[key], self.growths[key])
+                    found[key] = layered(self.ends[key], self.growths[key], length=edge.length, label=edge.label())
         return found
 
     def least_counts(self, part: Part, size: float) -> dict[int, int]:

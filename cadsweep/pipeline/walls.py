@@ -15,7 +15,7 @@ import numpy as np
 from .. import cad
 from ..arrays import FloatArray
 from ..asked import WallLayers, layer_heights, wall_layers
-from ..brep import Edge, Part
+from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
 from ..surface import Division, Walls, turned_round
@@ -57,7 +57,11 @@ class WallPlan:
 
     def divisions(self, sweep: Sweep) -> dict[int, Division]:
         """How the edges at which rows end divide themselves."""
-        return {e: layered(sweep.solid.edges[e], ends, self.growths[e]) for e, ends in self.ends.items()}
+        found = {}
+        for e, ends in self.ends.items():
+            edge = sweep.solid.edges[e]
+            found[e] = layered(ends, self.growths[e], length=edge.length, label=edge.label())
+        return found
 
     @property
     def walls(self) -> Walls:
@@ -84,10 +88,15 @@ def plan_walls(part: Part, sweep: Sweep, options: SweepOptions, counts: Interval
                     f"wall layers of '{word}': {label} is a cap, and fractions place the layers along the sweep"
                 )
             _take_face(sweep, plan, f, own, word)
+    end_rows(sweep, plan, counts, options)
+    return plan
+
+
+def end_rows(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
+    """Find where the rows along the edges of a plan end, and the segments that this asks for."""
     _go_on(sweep, plan)
     _end_rows(sweep, plan)
     _need_segments(sweep, plan, counts, options)
-    return plan
 
 
 def _take_face(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, word: str) -> None:
@@ -258,10 +267,10 @@ def _grown(n: int, last: list[float], growth: float, most: float) -> FloatArray:
     return np.minimum(np.min(rows, axis=0), max(most, min(last)))
 
 
-def layered(edge: Edge, ends: Mapping[bool, FloatArray], growth: float) -> Division:
-    """The division of an edge with nodes at given distances from its start (True) and its end."""
-    begin, end = (ends.get(side, np.empty(0)) / edge.length for side in (True, False))
-    return partial(_layered, begin=begin, end=end, growth=growth, label=edge.label())
+def layered(ends: Mapping[bool, FloatArray], growth: float, *, length: float, label: str) -> Division:
+    """The division of a line with nodes at given distances from its start (True) and its end."""
+    begin, end = (ends.get(side, np.empty(0)) / length for side in (True, False))
+    return partial(_layered, begin=begin, end=end, growth=growth, label=label)
 
 
 def _layered(n: int, *, begin: FloatArray, end: FloatArray, growth: float, label: str) -> FloatArray:
