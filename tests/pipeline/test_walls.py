@@ -123,7 +123,7 @@ def test_walls_and_caps_of_a_stack():
     for name in ("left", "low", "floor"):
         assert heights(mesh, name) == pytest.approx(0.05, rel=0.01)
     assert heights(mesh, "boss") == pytest.approx(0.05, rel=0.05)
-    with pytest.raises(InputError, match="layers at .* take .* to the next cap"):
+    with pytest.raises(InputError, match=r"layers at .* take .* to the next cap"):
         cs.sweep_mesh(work, size=3, wall_layers={"floor": cs.WallLayers(first=1.0, growth=1.2, n=8)})
 
 
@@ -148,12 +148,6 @@ def test_what_wall_layers_cannot_do_is_said():
         cs.sweep_mesh(box, source="<X", wall_layers=both)
     with pytest.raises(InputError, match="gets 5 segments, and 6 wall layers"):
         cs.sweep_mesh(box, source="<Z", layers=5, wall_layers={"wall": WALL})
-    two = cq.Assembly().add(cq.Workplane().box(4, 4, 4)).add(cq.Workplane().box(4, 4, 4).translate((0, 0, 4)))
-    with pytest.raises(InputError, match="wall_layers is about one sweep"):
-        cs.sweep_mesh(two, wall_layers={"<X": WALL})
-    for wrong in ({"first": 0}, {"first": 0.1, "growth": 0.5}, {"first": 0.1, "n": 2.5}, {"frist": 0.1}):
-        with pytest.raises(InputError, match="the wall layers of 'wall'"):
-            cs.sweep_mesh(box, wall_layers={"wall": wrong})
 
 
 def test_the_command_line_reads_the_same_table():
