@@ -148,6 +148,9 @@ def test_what_wall_layers_cannot_do_is_said():
         cs.sweep_mesh(box, source="<X", wall_layers=both)
     with pytest.raises(InputError, match="gets 5 segments, and 6 wall layers"):
         cs.sweep_mesh(box, source="<Z", layers=5, wall_layers={"wall": WALL})
+    for wrong in ({"first": 0}, {"first": 0.1, "growth": 0.5}, {"first": 0.1, "n": 2.5}, {"frist": 0.1}):
+        with pytest.raises(InputError, match="the wall layers of 'wall'"):
+            cs.sweep_mesh(box, wall_layers={"wall": wrong})
 
 
 def test_the_command_line_reads_the_same_table():
