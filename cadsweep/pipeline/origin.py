@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..blocks.block import FactoredMesh
+from ..blocks.block_mesh import BlockMesh
 from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
@@ -97,6 +98,9 @@ class GroupsOrigin:
 
 AnyOrigin = Origin | CellsOrigin | GroupsOrigin
 
+AnyMesh = HexMesh | BlockMesh
+"""What the ways to a mesh make: one in memory, or one that stays in blocks."""
+
 
 def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     """The origin of a mesh.
@@ -114,8 +118,8 @@ def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     )
 
 
-def made_of(mesh: HexMesh, model: Part) -> HexMesh:
-    """The mesh, knowing the part that its cells were cut from."""
-    if not isinstance(mesh.origin, CellsOrigin):
+def made_of(mesh: AnyMesh, model: Part) -> AnyMesh:
+    """The mesh, knowing the part that its cells were cut from; one in blocks has nothing to do with that."""
+    if isinstance(mesh, BlockMesh) or not isinstance(mesh.origin, CellsOrigin):
         return mesh
     return replace(mesh, origin=replace(mesh.origin, model=model))

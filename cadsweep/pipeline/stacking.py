@@ -239,6 +239,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             }
         ],
     )
+    assert isinstance(mesh, HexMesh), "its arrays are in memory"
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
