@@ -89,6 +89,8 @@ class Wishes:
         Layers that every cell should have along its own sweep.
     cell_sizes : mapping of cell to float
     edge_sizes : mapping of edge key to float
+    most_sizes : mapping of edge key to float
+        What edges may have at most, where nothing else makes them finer.
     demands : sequence of KeyDemand
     """
 
@@ -96,6 +98,7 @@ class Wishes:
     layers: int | None = None
     cell_sizes: Mapping[int, float] = field(default_factory=dict)
     edge_sizes: Mapping[int, float] = field(default_factory=dict)
+    most_sizes: Mapping[int, float] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
 
 
@@ -172,6 +175,9 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
         for edge in cell.solid.edges:
             key = int(keys[edge.id])
+            if key in wishes.most_sizes and edge.length / wishes.most_sizes[key] > wanted[key]:
+                wanted[key] = edge.length / wishes.most_sizes[key]
+                firm.add(key)
             if key in wishes.edge_sizes:
                 wanted[key] = max(1.0, edge.length / wishes.edge_sizes[key])
                 firm.add(key)

@@ -18,6 +18,7 @@ from ..errors import CadError, CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .groups import as_blocks, blocks_together, make_group, put_together
+from .local_sizes import for_all_solids
 from .origin import AnyMesh, made_of
 from .run import Run
 from .several import mesh_complex, plan_cells
@@ -26,7 +27,7 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic", "local_sizes")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
@@ -50,6 +51,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
                 "or use sizes and counts"
             )
     check_words(part, options)
+    options = for_all_solids(part, options)
     if options.interfaces == "separate":
         part = separated(part)
     made: list[tuple[Part, AnyMesh]] = []

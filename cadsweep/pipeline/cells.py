@@ -18,7 +18,7 @@ from ..arrays import FloatArray, IntArray
 from ..blocks.cells import CellBlocks, FilledCell, SweptCell, number_blocks
 from ..brep import Part
 from ..corner_blocks import CornerBlocks
-from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
+from ..errors import CadSweepError, InputError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -30,7 +30,9 @@ from ..sweep import Intervals, Sweep
 from .biases import resolve_biases, single_segments
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
+from .local_sizes import size_field
 from .run import Run
+from .size_divisions import divide_by_sizes
 
 
 def mesh_cells(
@@ -52,14 +54,26 @@ def mesh_cells(
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
+    divisions, field_ = resolve_biases(part, options), None
+    if options.local_sizes is not None:
+        if options.layers is not None:
+            raise InputError("local_sizes divide edges along the sweep, too: without layers")
+        cells = cell_sweeps(part, plan)
+        field_ = size_field(part, options, max(cell_sizes(cells, wishes)))
+        assert field_ is not None, "sizes are asked for"
+        sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
+        grids = [(own.solid, grid) for own in cells for grid in own.grids]
+        most, divided = divide_by_sizes(part.solids, sweeps, grids, field_)
+        wishes = replace(wishes, most_sizes=most)
+        divisions = divided | divisions
     asked = wishes
-    divisions = resolve_biases(part, options)
     _check_budget(part, cell_sweeps(part, plan), options, wishes, streamed=run.in_blocks)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
-            skeleton = Skeleton(part.solids, counts, fractions=_graded(part, plan, counts, divisions))
+            fractions = _graded(part, plan, counts, divisions)
+            skeleton = Skeleton(part.solids, counts, fractions=fractions, sizes=field_)
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -89,7 +103,8 @@ def mesh_cells(
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    single = single_segments([len(skeleton.edges[key]) - 1 for key in divisions])
+    graded = resolve_biases(part, options)
+    single = single_segments([len(skeleton.edges[key]) - 1 for key in graded])
     return builder.built(), counts, [*finer, *single, *skeleton.notes]
 
 

@@ -41,7 +41,6 @@ _ONE_SWEEP = (
     "tolerance",
     "wall_layers",
     "periodic",
-    "local_sizes",
 )
 
 

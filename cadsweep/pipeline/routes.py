@@ -29,6 +29,7 @@ from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
 from .decomposing import is_planar, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
+from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
 from .parts import load
@@ -69,6 +70,7 @@ def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part by the first way that applies, in memory or in blocks."""
     part = open_part(source, options, run)
+    options = with_largest_size(part, options)
     chosen = options.only is not None or options.skip is not None
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if options.cuts:

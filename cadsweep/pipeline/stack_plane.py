@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from .. import stacks
 from ..errors import SurfaceMeshError
@@ -41,17 +41,17 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
     SurfaceMeshError
         A cell cannot be meshed with shorter segments either.
     """
-    counts, surfaces, notes = _until_meshed(stack, hints.sizes, hints.counts, attempt, run)
-    best, sizes = surfaces.source, dict(hints.sizes)
+    counts, surfaces, notes = _until_meshed(stack, hints, {}, attempt, run)
+    best, finer = surfaces.source, dict[int, float]()
     poor, worst = stacks.find_poor_edges(stack, best)
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
     for _ in range(MOST_REFINED):
         shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
         if not shorter:
             break
-        sizes |= shorter
+        finer |= shorter
         try:
-            counts, surfaces, more = _until_meshed(stack, sizes, hints.counts, attempt, run)
+            counts, surfaces, more = _until_meshed(stack, hints, finer, attempt, run)
         except SurfaceMeshError:
             break  # what there is has been meshed already
         poor, found = stacks.find_poor_edges(stack, surfaces.source)
@@ -59,18 +59,19 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
             break
         best, worst = surfaces.source, found
         notes = [
-            f"{len(sizes) - len(hints.sizes)} outlines divided finer than their size asks, for better quads",
+            f"{len(finer)} outlines divided finer than their size asks, for better quads",
             *more,
         ]
     return best, notes
 
 
 def _until_meshed(
-    stack: Stack, sizes: dict[int, float], demanded: Iterable[tuple[int, ...]], attempt: Attempt, run: Run
+    stack: Stack, hints: StackHints, finer: dict[int, float], attempt: Attempt, run: Run
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
-    wished = dict(sizes)
-    fixed = {e for edges in demanded for e in edges} | set(sizes)
+    wished = hints.most_sizes | hints.sizes | finer
+    sizes = dict(wished)
+    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes) | set(finer)
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
         counts, mesh = _blunted(stack, wished, fixed, attempt)
@@ -86,8 +87,8 @@ def _until_meshed(
                 raise first from None
             wished |= shorter
             continue
-        finer = len(wished) - len(sizes)
-        return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
+        n = sum(e not in sizes or size < sizes[e] for e, size in wished.items())
+        return counts, surfaces, [f"{n} edges at narrow places divided finer than their size asks"] if n else []
     assert first is not None
     raise first
 

@@ -28,6 +28,7 @@ from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
 from .stack_plane import mesh_plane
+from .stack_sizes import by_place
 
 log = logging.getLogger(__name__)
 
@@ -186,7 +187,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic", "local_sizes"):
+    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
@@ -199,10 +200,13 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             counts = intervals.assign_intervals(
                 stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
             )
-        return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions, memory=memory)
+        return counts, lambda: surface.mesh_surfaces(
+            stack.plan, counts, sizes=hints.inside, divisions=hints.divisions, memory=memory
+        )
 
     counts, _ = attempt(hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
+    hints = by_place(part, stack, sheets, options, hints, counts.size)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)

@@ -20,6 +20,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
+from .relax_kernels import best_places, quad_sines
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -39,18 +40,9 @@ _REACHES = (0.4, 0.12, 0.03)
 
 def corner_sines(points: FloatArray, quads: IntArray, normals: FloatArray) -> FloatArray:
     """Sines (q, 4) of the corner angles of quads, seen along the nodes' normals (n, 3)."""
-    return _sines_of_corners(points[quads], normals[quads])
-
-
-def _sines_of_corners(corners: FloatArray, normals: FloatArray) -> FloatArray:
-    """Sines (..., 4) at corners (..., 4, 3) with normals (..., 4, 3)."""
-    step = np.roll(corners, -1, axis=-2) - corners
-    step /= np.sqrt(np.maximum(np.einsum("...d,...d->...", step, step), 1e-300))[..., None]
-    back = np.roll(step, 1, axis=-2)
-    ax, ay, az = back[..., 0], back[..., 1], back[..., 2]
-    bx, by, bz = step[..., 0], step[..., 1], step[..., 2]
-    nx, ny, nz = normals[..., 0], normals[..., 1], normals[..., 2]
-    return np.asarray((ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz)
+    out = np.empty(quads.shape)
+    quad_sines(np.ascontiguousarray(points), np.ascontiguousarray(quads), np.ascontiguousarray(normals), out)
+    return out
 
 
 def relax_quads(
@@ -84,7 +76,7 @@ class _State:
         self.surface = surface
         self.points = points.copy()
         self.uv = uv.copy()
-        self.quads = quads
+        self.quads = np.ascontiguousarray(quads)
         self.n_fixed = n_fixed
         self.normals = -surface.normals(uv)
         self.sines = corner_sines(points, quads, self.normals)
@@ -190,27 +182,12 @@ class _State:
 
     def _best_places(self, nodes: IntArray, offsets: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Best of the offsets (m, 3) for each node in its tangent plane, and how much its worst corner gains."""
-        starts, ends = self.uses.indptr[nodes], self.uses.indptr[nodes + 1]
-        degree = int(np.max(ends - starts))
-        at = np.minimum(starts[:, None] + np.arange(degree), (ends - 1)[:, None])
-        around = self.uses.indices[at]  # the last quad again where a node has fewer
-        normals = self.normals[nodes]
-        axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-        first = np.cross(normals, axis)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        second = np.cross(normals, first)
-        quads = self.quads[around]
-        corners = self.points[quads]
-        sizes = np.linalg.norm(np.roll(corners, -1, axis=2) - corners, axis=3).min(axis=(1, 2))
-        off = sizes[:, None, None] * (offsets[:, :1] * first[:, None] + offsets[:, 1:] * second[:, None])
-        mine = quads == nodes[:, None, None]
-        trial = corners[:, None] + np.where(mine[:, None, ..., None], off[:, :, None, None], 0.0)
-        sines = _sines_of_corners(trial, np.broadcast_to(self.normals[quads][:, None], trial.shape))
-        worst = sines.min(axis=(2, 3))
-        best = np.argmax(worst, axis=1)
-        rows = np.arange(len(nodes))
-        gain = worst[rows, best] - self.sines[around].min(axis=(1, 2))
-        return off[rows, best], gain
+        off, gain = np.zeros((len(nodes), 3)), np.empty(len(nodes))
+        uses = self.uses
+        best_places(
+            self.points, self.normals, self.quads, self.sines, uses.indptr, uses.indices, nodes, offsets, off, gain
+        )
+        return off, gain
 
 
 def _least(rows: npt.NDArray[_Number]) -> npt.NDArray[_Number]:

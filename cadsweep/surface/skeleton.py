@@ -9,8 +9,9 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -77,10 +78,15 @@ class Skeleton:
         intervals: Sequence[Intervals],
         *,
         fractions: Mapping[int, FloatArray] | None = None,
+        sizes: Callable[[FloatArray], FloatArray] | None = None,
     ) -> None:
-        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly."""
+        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
+
+        `sizes`: wanted lengths (m,) at points (m, 3) inside caps, where they are not the same everywhere.
+        """
         self.solids = solids
         self.intervals = intervals
+        self.sizes = sizes
         self.edges: dict[int, IntArray] = {}
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
@@ -186,7 +192,13 @@ class Skeleton:
         local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
         fractions = {e: self.fractions[int(solid.edge_keys[e])] for e in solid.faces[face].edges}
         builder = CapBuilder(
-            alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan), graded=fractions
+            alone,
+            self.intervals[cell],
+            self.points[ring],
+            local,
+            np.full(len(ring), np.nan),
+            sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
+            graded=fractions,
         )
         made = builder.build()
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
@@ -252,6 +264,10 @@ class Skeleton:
             points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def _at_most(size: float, sizes: Callable[[FloatArray], FloatArray], points: FloatArray) -> FloatArray:
+    return np.minimum(sizes(points), size)
 
 
 def grid_quads(grid: IntArray) -> IntArray:

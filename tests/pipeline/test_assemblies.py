@@ -55,7 +55,20 @@ def shells():
     )
 
 
-MODELS = {"two plates": two_plates, "pin": pin_in_plate, "sectors": sectors, "shells": shells}
+def arm_on_post():
+    """An arm that ends on a round post: the contact is inside the post's one side, and only the arm can part it."""
+    post = cq.Workplane().circle(5).extrude(20)
+    arm = cq.Workplane("YZ").center(0, 10).rect(4, 4).extrude(15).cut(post)
+    return assembly(post=post, arm=arm)
+
+
+MODELS = {
+    "two plates": two_plates,
+    "pin": pin_in_plate,
+    "sectors": sectors,
+    "shells": shells,
+    "arm": arm_on_post,
+}
 
 
 @pytest.mark.parametrize("make", MODELS.values(), ids=MODELS.keys())
@@ -196,7 +209,7 @@ def rod_on_pipe():
 
 def test_a_contact_that_no_sweep_can_follow_is_named_and_meshed_without_its_outline_where_solids_are_separate():
     with pytest.raises(NotSweepableError, match=r"'bar' cannot be swept; it touches 'rod' .*interfaces='separate'"):
-        cs.sweep_mesh(rod_on_pipe())
+        cs.sweep_mesh(rod_on_pipe(), decompose=False)
     mesh = cs.sweep_mesh(rod_on_pipe(), size=0.8, interfaces="separate")
     assert mesh.info["quality"].valid
     middles = mesh.points[mesh.boundaries["bar__rod_1"]].mean(axis=1)

@@ -6,6 +6,9 @@ Method. At an edge where the solid is re-entrant, or that was imprinted on a fac
 through the cell (planes, cylinders, cones), and the rims of plane faces are carried into the material square to them.
 What belongs together is tried together first: all floors across one direction, all walls along it.
 
+A neighbour's faces at such an edge are extended, too: an arm that ends on a round post imprints a patch on its one
+side, and the post gives no surface there that would part it.
+
 Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last; planes at
 crossings (:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
 
@@ -14,7 +17,7 @@ Not handled: spheres, tori and free-form faces are not extended; their rims are 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any
@@ -60,7 +63,7 @@ class _Found:
 
 def extended_face(solid: Solid, face: int) -> tuple[Any, ...]:
     """A face's surface extended through the solid; none where it is of a kind that is not extended."""
-    made = _Cutters(solid, frozenset()).surface_of(solid.faces[face])
+    made = _Cutters(solid, frozenset()).surface_of(solid, solid.faces[face])
     return () if made is None else made.tools
 
 
@@ -74,17 +77,26 @@ def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> list[Cut
     faces : collection of int
         Faces of the cell on which its sweeps contradict its neighbours': their outlines are in the way, too.
     """
-    return _Cutters(part.solids[cell], frozenset(faces)).all()
+    solid = part.solids[cell]
+    own = {int(key): e for e, key in enumerate(solid.edge_keys)} if len(part.solids) > 1 else {}
+    beside: dict[int, list[tuple[Solid, Face]]] = {}
+    for j, other in enumerate(part.solids):
+        if j == cell:
+            continue
+        for edge, key in zip(other.edges, other.edge_keys, strict=True):
+            if int(key) in own:
+                beside.setdefault(own[int(key)], []).extend((other, other.faces[f]) for f in edge.faces)
+    return _Cutters(solid, frozenset(faces), beside).all()
 
 
 class _Cutters:
-    """The cutters of one cell."""
+    """The cutters of one cell; `beside` are the neighbours' faces at its edges."""
 
-    def __init__(self, solid: Solid, faces: frozenset[int]) -> None:
+    def __init__(
+        self, solid: Solid, faces: frozenset[int], beside: Mapping[int, Sequence[tuple[Solid, Face]]] | None = None
+    ) -> None:
         self.solid = solid
-        holder = solid.kernel
-        assert isinstance(holder, SolidShape)
-        self.shapes = holder
+        self.beside = beside or {}
         self.center = solid.vertices.mean(axis=0)
         self.reach = 1.5 * solid.size
         self.faces = faces
@@ -95,7 +107,10 @@ class _Cutters:
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
-                    self.extend(self.solid.faces[f], edge)
+                    self.extend(self.solid, self.solid.faces[f], edge)
+                if edge.dihedral < pi + FLAT:
+                    for other, face in self.beside.get(edge.id, ()):
+                        self.extend(other, face, edge)
         columns = list(self.columns())
         single = sorted(
             [
@@ -119,9 +134,9 @@ class _Cutters:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
         return edge.dihedral > pi - FLAT or bool(self.faces & set(edge.faces))
 
-    def extend(self, face: Face, edge: Edge) -> None:
-        """Extend a face's surface through the cell."""
-        made = self.surface_of(face)
+    def extend(self, owner: Solid, face: Face, edge: Edge) -> None:
+        """Extend the surface of a face, of the cell or of a neighbour, through the cell."""
+        made = self.surface_of(owner, face)
         if made is None:
             return
         known = next((one for one in self.found.values() if _alike(one.key, made.key, self.solid.size)), None)
@@ -131,9 +146,9 @@ class _Cutters:
         else:
             known.edges.setdefault(edge.id, 0.1 * edge.length)
 
-    def surface_of(self, face: Face) -> _Found | None:
+    def surface_of(self, owner: Solid, face: Face) -> _Found | None:
         """The tool of a face's surface; None where it is of a kind that is not extended."""
-        adaptor = BRepAdaptor_Surface(self.shapes.faces[face.id])
+        adaptor = BRepAdaptor_Surface(_shapes(owner).faces[face.id])
         kind = adaptor.GetType()
         if kind == GeomAbs_Plane:
             plane = adaptor.Plane()
@@ -195,7 +210,7 @@ class _Cutters:
 
     def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
         """An edge carried into the material."""
-        made = BRepPrimAPI_MakePrism(self.shapes.edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
+        made = BRepPrimAPI_MakePrism(_shapes(self.solid).edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
         return subshapes(made.Shape(), FACE)
 
     def batches(self, columns: Sequence[Cutter]) -> Iterator[Cutter]:
@@ -279,6 +294,12 @@ class _Cutters:
             else:
                 seen.append((direction, sum(one.edges.values())))
         return [direction for direction, _ in sorted(seen, key=lambda pair: -pair[1])[:3]]
+
+
+def _shapes(solid: Solid) -> SolidShape:
+    holder = solid.kernel
+    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    return holder
 
 
 def _array(thing: Any) -> FloatArray:
