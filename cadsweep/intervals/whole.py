@@ -92,6 +92,8 @@ class Wishes:
     most_sizes : mapping of edge key to float
         What edges may have at most, where nothing else makes them finer.
     demands : sequence of KeyDemand
+    alike : sequence of (int, int, bool)
+        Edges with as many segments as each other, by key, and whether they run alike.
     """
 
     size: float | None = None
@@ -100,6 +102,7 @@ class Wishes:
     edge_sizes: Mapping[int, float] = field(default_factory=dict)
     most_sizes: Mapping[int, float] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
+    alike: Sequence[tuple[int, int, bool]] = ()
 
 
 def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[Intervals]:
@@ -117,9 +120,11 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     """
     sizes = cell_sizes(cells, wishes)
     wanted, firm = _wanted(cells, sizes, wishes)
-    counts = _settled(cells, wanted, firm, wishes.demands)
+    counts = _settled(cells, wanted, firm, wishes.demands, wishes.alike)
     if counts is None:
-        guilty = find_conflict(wishes.demands, lambda some: _settled(cells, wanted, firm, some) is not None)
+        guilty = find_conflict(
+            wishes.demands, lambda some: _settled(cells, wanted, firm, some, wishes.alike) is not None
+        )
         if guilty:
             named = "; ".join(demand.label for demand in guilty)
             raise SurfaceMeshError(f"no mesh of the whole part has the counts demanded: {named}; drop one of them")
@@ -201,11 +206,15 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) 
 
 
 def _settled(
-    cells: Sequence[CellSweep], wanted: Mapping[int, float], firm: Collection[int], demands: Sequence[KeyDemand]
+    cells: Sequence[CellSweep],
+    wanted: Mapping[int, float],
+    firm: Collection[int],
+    demands: Sequence[KeyDemand],
+    same: Sequence[tuple[int, int, bool]],
 ) -> dict[int, int] | None:
     """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
     for align in (True, False):
-        counts = _Equations(cells, wanted, align=align).solve(wanted, firm, demands)
+        counts = _Equations(cells, wanted, same, align=align).solve(wanted, firm, demands)
         if counts is not None:
             return counts
     return None
@@ -214,8 +223,17 @@ def _settled(
 class _Equations:
     """Which keys are one unknown, which sums vanish, and which are even."""
 
-    def __init__(self, cells: Sequence[CellSweep], wanted: Mapping[int, float], *, align: bool) -> None:
+    def __init__(
+        self,
+        cells: Sequence[CellSweep],
+        wanted: Mapping[int, float],
+        same: Sequence[tuple[int, int, bool]],
+        *,
+        align: bool,
+    ) -> None:
         self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
+        for a, b, _ in same:
+            self.classes.merge(a, b)
         self.opposite: list[tuple[list[int], list[int]]] = []
         self.crossed: list[tuple[list[int], tuple[int, int], tuple[int, int]]] = []
         for i, cell in enumerate(cells):

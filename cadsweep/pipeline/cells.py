@@ -28,6 +28,7 @@ from ..projection.caps import PlacedCap, place_target
 from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads
 from ..sweep import Intervals, Sweep
 from .biases import resolve_biases, single_segments
+from .cell_periodic import find_cell_matches, partners_of
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
 from .local_sizes import size_field
@@ -35,10 +36,10 @@ from .run import Run
 from .size_divisions import divide_by_sizes
 
 
-def mesh_cells(
-    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes
+def mesh_cells(  # noqa: PLR0917
+    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
 ) -> tuple[CellBlocks, list[Intervals], list[str]]:
-    """Mesh all cells of a part conformally.
+    """Mesh all cells of a part conformally; `model` is the part before it was cut, as its user knows it.
 
     Returns
     -------
@@ -54,6 +55,8 @@ def mesh_cells(
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
+    partners = partners_of(part, find_cell_matches(part, model, options))
+    wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
     divisions, field_ = resolve_biases(part, options), None
     if options.local_sizes is not None:
         if options.layers is not None:
@@ -63,7 +66,7 @@ def mesh_cells(
         assert field_ is not None, "sizes are asked for"
         sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
         grids = [(own.solid, grid) for own in cells for grid in own.grids]
-        most, divided = divide_by_sizes(part.solids, sweeps, grids, field_)
+        most, divided = divide_by_sizes(part.solids, sweeps, grids, field_, alike=wishes.alike)
         wishes = replace(wishes, most_sizes=most)
         divisions = divided | divisions
     asked = wishes
@@ -72,8 +75,8 @@ def mesh_cells(
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
-            fractions = _graded(part, plan, counts, divisions)
-            skeleton = Skeleton(part.solids, counts, fractions=fractions, sizes=field_)
+            fractions = _graded(part, plan, counts, divisions, wishes.alike)
+            skeleton = Skeleton(part.solids, counts, fractions=fractions, sizes=field_, partners=partners)
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -109,7 +112,11 @@ def mesh_cells(
 
 
 def _graded(
-    part: Part, plan: Plan, counts: Sequence[Intervals], divisions: Mapping[int, Division]
+    part: Part,
+    plan: Plan,
+    counts: Sequence[Intervals],
+    divisions: Mapping[int, Division],
+    alike: Sequence[tuple[int, int, bool]],
 ) -> dict[int, FloatArray]:
     """Fractions of all edges that are graded or answer one that is, by key."""
     if not divisions:
@@ -125,7 +132,7 @@ def _graded(
     grids = [
         (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
     ]
-    return graded_together(part.solids, list(sweeps.values()), grids, n, asked)
+    return graded_together(part.solids, list(sweeps.values()), grids, n, asked, alike)
 
 
 def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:

@@ -45,15 +45,17 @@ class _Found:
     distance: float
 
 
-def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes) -> Meshed:
-    """Mesh all cells of a part as near to the CAD faces as is asked for.
+def accurate_cells(  # noqa: PLR0917
+    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
+) -> Meshed:
+    """Mesh all cells of a part as near to the CAD faces as is asked for; `model` is the part before it was cut.
 
     Raises
     ------
     InputError, SurfaceMeshError, ProjectionError
         As by :func:`~.cells.mesh_cells`.
     """
-    best = mesh_cells(part, plan, options, run, wishes)
+    best = mesh_cells(part, plan, options, run, wishes, model)
     if options.tolerance is None and options.size is not None:
         return best
     found = _measure(part, best, options)
@@ -66,7 +68,7 @@ def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wish
             break
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **finer})
         try:
-            made = mesh_cells(part, plan, options, run, wishes)
+            made = mesh_cells(part, plan, options, run, wishes, model)
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break

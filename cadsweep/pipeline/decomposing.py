@@ -22,7 +22,8 @@ from ..options import SweepOptions
 from ..plan import Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
-from .origin import AnyMesh, made_of
+from .local_sizes import for_all_solids
+from .origin import AnyMesh
 from .parts import load, only_solid
 from .run import Run, silent
 from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise
@@ -40,7 +41,6 @@ _ONE_SWEEP = (
     "rail_layers",
     "tolerance",
     "wall_layers",
-    "periodic",
 )
 
 
@@ -65,6 +65,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
         Cells were found, and none of their meshes is valid.
     """
     solid = only_solid(part)
+    options = for_all_solids(part, options)
     refused = refused or NotSweepableError("its columns make poor hexahedra")
     if not may_decompose(part, options):
         raise refused
@@ -87,12 +88,13 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
     SurfaceMeshError, ProjectionError, InvertedHexError
         Cells were found, and none of their meshes is valid.
     """
+    options = for_all_solids(part, options)
     refused = refused or NotSweepableError("its columns make poor hexahedra")
     if not may_decompose(part, options):
         raise refused
     with run.stage("decomposition"):
         search = CellSearch(part, cutting_tools(run))
-    best, failure = _best_of((as_complex(found) for found in search.solutions()), options, run)
+    best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
         return best
     if failure is not None or not isinstance(refused, NotSweepableError):
@@ -102,7 +104,7 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
 
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
     assert isinstance(state.plan, Plan)
-    return Complex(part=cells_of(part, search, state), plan=state.plan)
+    return Complex(part=cells_of(part, search, state), plan=state.plan, model=part)
 
 
 def _best_of(
@@ -146,7 +148,8 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
         found = plan_cells(cad.apply_cuts(part, options.cuts or ()), run, decompose=options.decompose)
-    return made_of(mesh_complex(found, options, run, resolve_wishes(found.part, options)), part)
+    options = for_all_solids(part, options)
+    return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options))
 
 
 def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:

@@ -88,11 +88,17 @@ def _called(group: Group) -> HexMesh:
     if len(group.solids) > 1:
         return mesh
     name = group.solids[0]
+    called = {label: label if label in group.given else f"{name}_{label}" for label in mesh.boundaries}
+
+    def renamed(key: str) -> str:
+        """The names of two matched boundaries, or of several that are one side of them."""
+        sides = [[called.get(label, label) for label in side.split("_and_")] for side in key.split("__")]
+        return "__".join("_and_".join(labels) for labels in sides)
+
     return replace(
         mesh,
-        boundaries={
-            label if label in group.given else f"{name}_{label}": quads for label, quads in mesh.boundaries.items()
-        },
+        boundaries={called[label]: quads for label, quads in mesh.boundaries.items()},
+        periodic={renamed(key): pairs for key, pairs in mesh.periodic.items()},
         parts={name: np.arange(mesh.n_hexes)},
         structure=None,
     )

@@ -118,8 +118,8 @@ def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     )
 
 
-def made_of(mesh: AnyMesh, model: Part) -> AnyMesh:
-    """The mesh, knowing the part that its cells were cut from; one in blocks has nothing to do with that."""
-    if isinstance(mesh, BlockMesh) or not isinstance(mesh.origin, CellsOrigin):
+def made_of(mesh: HexMesh, model: Part) -> HexMesh:
+    """The mesh, knowing the part that its cells were cut from."""
+    if not isinstance(mesh.origin, CellsOrigin):
         return mesh
     return replace(mesh, origin=replace(mesh.origin, model=model))

@@ -105,7 +105,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
             break
     if best is not None:
-        return made_of(best, part)
+        return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
     raise refused
 

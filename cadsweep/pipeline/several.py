@@ -42,8 +42,9 @@ from ..smoothing import Blocks
 from ..sweep import Intervals, Sweep
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
+from .cell_periodic import with_cell_pairs
 from .cells_accuracy import accurate_cells, check_coarse_solids
-from .origin import CellsOrigin
+from .origin import CellsOrigin, made_of
 from .refusing import refusal
 from .run import Run, measured
 
@@ -58,10 +59,11 @@ _MOST_CONTACTS = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Complex:
-    """A part of several cells with a sweep for each."""
+    """A part of several cells with a sweep for each; `model` is the part before it was cut."""
 
     part: Part
     plan: Plan
+    model: Part
 
 
 def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
@@ -74,21 +76,21 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     """
     candidates = [_sweeps(solid) for solid in part.solids]
     try:
-        return Complex(part=part, plan=make_plan(part, candidates))
+        return Complex(part=part, plan=make_plan(part, candidates), model=part)
     except PlanError as error:
         if not decompose:
             raise _refused(part, candidates, error) from error
     found = cut_until_planned(part, run)
     if found.plan is None:
         raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
-    return as_complex(found)
+    return as_complex(found, part)
 
 
-def as_complex(found: Found) -> Complex:
-    """A part that has a plan, its notes saying what was cut."""
+def as_complex(found: Found, model: Part) -> Complex:
+    """A part that has a plan, its notes saying what was cut of the model."""
     assert isinstance(found.plan, Plan), "it has one"
     notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
-    return Complex(part=replace(found.part, notes=notes), plan=found.plan)
+    return Complex(part=replace(found.part, notes=notes), plan=found.plan, model=model)
 
 
 def cutting_tools(run: Run) -> Tools:
@@ -180,8 +182,8 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         A face or a layer cannot be meshed.
     """
     part, plan = found.part, found.plan
-    cells, counts, notes = accurate_cells(part, plan, options, run, wishes)
-    return finish(
+    cells, counts, notes = accurate_cells(part, plan, options, run, wishes, found.model)
+    mesh = finish(
         part,
         cells,
         options,
@@ -192,6 +194,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
             for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
         ],
     )
+    return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
 
 
 def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
@@ -372,9 +375,10 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     """One mesh of several that share no node; boundaries of one name become one."""
     nodes = np.cumsum([0, *(mesh.n_nodes for mesh in meshes)])
     hexes = np.cumsum([0, *(mesh.n_hexes for mesh in meshes)])
-    groups: dict[str, dict[str, list[np.ndarray]]] = {"boundaries": {}, "interfaces": {}, "parts": {}}
+    kinds = ("boundaries", "interfaces", "periodic", "parts")
+    groups: dict[str, dict[str, list[np.ndarray]]] = {kind: {} for kind in kinds}
     for mesh, node, first in zip(meshes, nodes, hexes, strict=False):
-        for kind, start in (("boundaries", node), ("interfaces", node), ("parts", first)):
+        for kind, start in zip(kinds, (node, node, node, first), strict=True):
             for name, ids in getattr(mesh, kind).items():
                 groups[kind].setdefault(name, []).append(ids + start)
     merged = {kind: {n: np.concatenate(ids) for n, ids in own.items()} for kind, own in groups.items()}
@@ -383,6 +387,7 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
         hexes=np.concatenate([mesh.hexes + node for mesh, node in zip(meshes, nodes, strict=False)]),
         boundaries=merged["boundaries"],
         interfaces=merged["interfaces"],
+        periodic=merged["periodic"],
         parts=merged["parts"],
         info=info_of_all([mesh.info for mesh in meshes]),
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,10 +24,13 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
+from .cell_periodic import with_cell_pairs
 from .parts import only_solid
+from .periodic import side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
+from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
 
@@ -187,21 +191,29 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic"):
+    for name in ("fractions", "bias", "tolerance", "wall_layers"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
     memory = surface.Memory()
+    matches = match_walls(part, stack, options)
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
-            counts = intervals.assign_intervals(
-                stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
-            )
+            assign = partial(intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes)
+            counts = assign(edge_counts=hints.counts)
+            tied = tied_counts(stack.plan, matches, counts, hints.counts)
+            if tied:
+                counts = assign(edge_counts=hints.counts | tied)
         return counts, lambda: surface.mesh_surfaces(
-            stack.plan, counts, sizes=hints.inside, divisions=hints.divisions, memory=memory
+            stack.plan,
+            counts,
+            sizes=hints.inside,
+            divisions=with_images(matches, hints.divisions),
+            matched=side_motions(stack.plan, matches),
+            memory=memory,
         )
 
     counts, _ = attempt(hints.sizes)
@@ -244,6 +256,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         ],
     )
     assert isinstance(mesh, HexMesh), "its arrays are in memory"
+    mesh = with_cell_pairs(mesh)
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
