@@ -260,6 +260,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             }
         ],
     )
+    assert isinstance(mesh, HexMesh), "its arrays are in memory"
     mesh = with_cell_pairs(mesh)
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
