@@ -29,7 +29,12 @@ _Pair = tuple[tuple[int, bool], tuple[int, bool]]
 
 
 def divide_by_sizes(
-    solids: Sequence[Solid], sweeps: Sequence[Sweep], grids: Iterable[tuple[Solid, LinkingSide]], field: Field
+    solids: Sequence[Solid],
+    sweeps: Sequence[Sweep],
+    grids: Iterable[tuple[Solid, LinkingSide]],
+    field: Field,
+    *,
+    alike: Iterable[tuple[int, int, bool]] = (),
 ) -> tuple[dict[int, float], dict[int, Division]]:
     """Mean sizes of all edges, by key, and the divisions of those along which the size changes.
 
@@ -43,8 +48,11 @@ def divide_by_sizes(
         Their faces that are logical rectangles.
     field : callable
         Wanted lengths, working units.
+    alike : iterable of (int, int, bool)
+        Edges that are divided alike besides, by key, and whether they run alike.
     """
     grids = list(grids)
+    others = [((a, True), (b, same)) for a, b, same in alike]
     edges: dict[int, Edge] = {}
     for solid in solids:
         edges.update(zip(solid.edge_keys.tolist(), solid.edges, strict=True))
@@ -52,7 +60,7 @@ def divide_by_sizes(
     at = np.linspace(0.0, 1.0, _SAMPLES + 1)
     sizes: dict[int, float] = {}
     divisions: dict[int, Division] = {}
-    for group in _groups(edges, [*_across(grids), *_cap_to_cap(sweeps), *_rails(sweeps)]):
+    for group in _groups(edges, [*_across(grids), *_cap_to_cap(sweeps), *_rails(sweeps), *others]):
         rows = []
         for key, forward in group.items():
             along = field(edges[key].curve.evaluate(at))

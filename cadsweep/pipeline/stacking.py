@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,12 +24,16 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
+from .cell_periodic import with_cell_pairs
 from .parts import only_solid
+from .periodic import side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
+from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
+from .stack_walls import StackWalls, plan_stack_walls
 
 log = logging.getLogger(__name__)
 
@@ -187,26 +192,38 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic"):
+    for name in ("fractions", "bias", "tolerance"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
     memory = surface.Memory()
+    matches, walls = match_walls(part, stack, options), StackWalls()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
-            counts = intervals.assign_intervals(
-                stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
-            )
+            assign = partial(intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes)
+            counts = assign(edge_counts=hints.counts)
+            tied = tied_counts(stack.plan, matches, counts, hints.counts)
+            if tied:
+                counts = assign(edge_counts=hints.counts | tied)
         return counts, lambda: surface.mesh_surfaces(
-            stack.plan, counts, sizes=hints.inside, divisions=hints.divisions, memory=memory
+            stack.plan,
+            counts,
+            sizes=hints.inside,
+            divisions=with_images(matches, hints.divisions),
+            alone=walls.plan.divisions(stack.plan),
+            walls=walls.walls(stack),
+            matched=side_motions(stack.plan, matches),
+            memory=memory,
         )
 
     counts, _ = attempt(hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     hints = by_place(part, stack, sheets, options, hints, counts.size)
+    walls = plan_stack_walls(part, stack, sheets, options, counts)
+    hints = walls.added_to(hints)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
@@ -233,7 +250,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         joined,
         options,
         run,
-        notes=[*stack.notes, *finer],
+        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *finer],
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],
@@ -243,6 +260,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             }
         ],
     )
+    assert isinstance(mesh, HexMesh), "its arrays are in memory"
+    mesh = with_cell_pairs(mesh)
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"

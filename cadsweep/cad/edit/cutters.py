@@ -35,6 +35,7 @@ from ..shapes import FACE, SolidShape, subshapes
 from .blind import under_circles
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
+from .regions import into_boxes
 
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
@@ -42,6 +43,8 @@ SAME = 1e-6
 """Distance, as a share of the cell's size, up to which two cutters are one."""
 MOST_CUTTERS = 24
 """Cutters of one cell at edges in the way that are tried."""
+TOWARDS_CUT = 0.5
+"""Price of rims that are carried on to a cut."""
 MOST_BETWEEN = 4
 """Planes between its holes that are tried before these."""
 MOST_NORMALS = 12
@@ -125,10 +128,14 @@ class _Cutters:
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        others = [*self.batches(columns), *single][:MOST_CUTTERS]
+        rims, others = list(self.rims()), [*self.batches(columns), *single]
         cones = list(under_circles(self.solid, FLAT))
-        first = [*through_centers(self.solid), *self.between(), *at_crossings(self.solid)]
-        return [*first, *others, *cones, *through_axes(self.solid)]
+        boxes = into_boxes(self.solid, FLAT)
+        first = [*through_centers(self.solid), *boxes, *self.between(), *at_crossings(self.solid)]
+        # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
+        early = cones if any(rim.price for rim in rims) else []
+        late = [] if early else cones
+        return [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
@@ -212,6 +219,33 @@ class _Cutters:
         """An edge carried into the material."""
         made = BRepPrimAPI_MakePrism(_shapes(self.solid).edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
         return subshapes(made.Shape(), FACE)
+
+    def rims(self) -> Iterator[Cutter]:
+        """The rims on all faces across a direction carried on at once, where that leaves columns along it."""
+        for direction in self.directions():
+            tools, weight = [], 0.0
+            for face in self.solid.faces:
+                if face.kind != "plane" or abs(face.normal @ direction) < 1 - 1e-9:
+                    continue
+                for edge in (self.solid.edges[e] for e in face.edges):
+                    if edge.dihedral > pi - FLAT:
+                        tools += self.prism(edge, face.normal)
+                        weight += edge.length
+            if len(tools) > 1:
+                place = ", ".join(f"{c:.3g}" for c in direction + 0.0)
+                yield Cutter(
+                    reason=f"all rims carried on along ({place})",
+                    tools=tuple(tools),
+                    weight=weight,
+                    price=TOWARDS_CUT * self.ends_on_cut(direction),
+                )
+
+    def ends_on_cut(self, direction: FloatArray) -> bool:
+        """Whether what is carried on along a direction ends on a cut of the cell."""
+        return any(
+            face.kind == "plane" and not face.key and abs(face.normal @ direction) > 1 - 1e-9
+            for face in self.solid.faces
+        )
 
     def batches(self, columns: Sequence[Cutter]) -> Iterator[Cutter]:
         """All floors across a direction at once, and all walls along it."""
