@@ -25,7 +25,7 @@ from .factoring import factor_sweep
 from .like import as_template, mesh_like
 from .refinement import refined
 from .routes import mesh_part
-from .run import Run, silent
+from .run import Run, make_run
 from .template_files import load_mesh, save_template
 
 
@@ -102,7 +102,7 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    run = Run(on_progress=on_progress or silent)
+    run = make_run(on_progress, chosen.decompose_time)
     if like is not None:
         return mesh_like(source, as_template(like), chosen, run)
     return refined(mesh_part(source, chosen, run), chosen, run)
@@ -156,7 +156,7 @@ def write_factors(
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
-    run = Run(on_progress=on_progress or silent)
+    run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
     mesh = mesh_part(source, chosen, run)
     with replaced_file(place) as stream:
@@ -221,7 +221,7 @@ def stream_mesh(
     if Path(path).suffix != ".vtkhdf":
         raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
     place = check_place(Path(path))
-    run = Run(on_progress=on_progress or silent)
+    run = make_run(on_progress, chosen.decompose_time)
     part, sweeps = find_candidates(source, chosen, run)
     with replaced_file(place) as stream:
         written: FactoredMesh | None = None
