@@ -17,8 +17,9 @@ from ..contacts import say_leave_out
 from ..errors import CadError, CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .groups import make_group, put_together
+from .groups import as_blocks, blocks_together, make_group, put_together
 from .local_sizes import for_all_solids
+from .origin import AnyMesh
 from .run import Run
 from .several import mesh_complex, plan_cells
 from .shared_hints import check_words, has_face, local_biases, local_hints, resolve_wishes
@@ -26,14 +27,14 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
 
-MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
+MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
 """Meshes a part of one solid by whatever way applies."""
 
 
-def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """Mesh all cells of a part, conformally where they touch unless the user wants them separate.
 
     Raises
@@ -51,18 +52,22 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
             )
     check_words(part, options)
     _check_periodic(part, options)
+    for word in options.wall_layers or {}:
+        if not has_face(part, word):
+            raise InputError(f"wall_layers: no face of any solid is called '{word}'")
     options = for_all_solids(part, options)
     if options.interfaces == "separate":
         part = separated(part)
-    made = []
+    made: list[tuple[Part, AnyMesh]] = []
     asked = options
     for cells in touching_groups(part):
         own = subset(part, cells)
-        options = replace(asked, periodic=_about(own, asked.periodic))
+        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
+        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
         alone = len(cells) == 1
         try:
             if not alone:
-                mesh = _mesh_together(own, options, run)
+                mesh: AnyMesh = _mesh_together(own, options, run)
             elif options.interfaces == "separate":
                 mesh = _mesh_separate(own, options, run, mesh_one)
             else:
@@ -72,8 +77,11 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
                 raise  # what the user asked for, and no solid, is at fault
             at_fault = error.solids or ((own.models[0].name,) if alone else ())
             raise _proposing(error, at_fault, [model.name for model in part.models]) from error
-        made.append(make_group(own, mesh))
-    return put_together(part, made, asked, run)
+        made.append((own, mesh))
+    if run.in_blocks:
+        return blocks_together(part, [(own, as_blocks(mesh)) for own, mesh in made], asked, run)
+    groups = [make_group(own, mesh) for own, mesh in made if isinstance(mesh, HexMesh)]
+    return put_together(part, groups, asked, run)
 
 
 def _about(part: Part, periodic: Mapping[str, str] | None) -> dict[str, str] | None:
@@ -106,14 +114,14 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
     return found
 
 
-def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     with run.stage("recognition"):
         found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options)
     return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
 
 
-def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """One solid by itself, with the outlines of its contacts or, where these are in the way, without.
 
     Cuts come last: a solid is not cut for an outline that nothing needs.
@@ -137,7 +145,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
     raise first
 
 
-def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)

@@ -18,12 +18,12 @@ from .. import cad, decomposition
 from ..brep import Part
 from ..decomposition.curved import CellSearch
 from ..errors import CadSweepError, InputError, NotSweepableError
-from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..plan import Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
 from .local_sizes import for_all_solids
+from .origin import AnyMesh
 from .parts import load, only_solid
 from .run import Run, silent
 from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise
@@ -40,7 +40,6 @@ _ONE_SWEEP = (
     "fractions",
     "rail_layers",
     "tolerance",
-    "wall_layers",
 )
 
 
@@ -54,7 +53,7 @@ def may_decompose(part: Part, options: SweepOptions) -> bool:
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Cut a solid into cells and mesh them.
 
     Raises
@@ -78,7 +77,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     raise decomposition.explain(search, refused)
 
 
-def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them.
 
     Raises
@@ -109,9 +108,9 @@ def _planned(part: Part, search: decomposition.Search, state: decomposition.Stat
 
 def _best_of(
     solutions: Iterator[Complex], options: SweepOptions, run: Run
-) -> tuple[HexMesh | None, CadSweepError | None]:
+) -> tuple[AnyMesh | None, CadSweepError | None]:
     """The first mesh that does well, or the best of a few, and why the first that was given up was."""
-    best: HexMesh | None = None
+    best: AnyMesh | None = None
     failure: CadSweepError | None = None
     for _ in range(MOST_MESHED):
         with run.stage("decomposition"):
@@ -133,12 +132,12 @@ def _best_of(
     return best, failure
 
 
-def _ended_early(mesh: HexMesh, run: Run) -> HexMesh:
+def _ended_early(mesh: AnyMesh, run: Run) -> AnyMesh:
     note = f"the search for cuts was ended after {run.decompose_time:g} s (decompose_time): the best found are taken"
     return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
 
 
-def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """Cut a part as its user asks, and mesh the cells; those that no sweep fits are cut further.
 
     Raises
@@ -222,7 +221,7 @@ def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
     raise decomposition.explain(search, refused)
 
 
-def _worst(mesh: HexMesh) -> float:
+def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 
