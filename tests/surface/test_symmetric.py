@@ -36,7 +36,7 @@ def flange(n_holes, bore):
 
 def test_mirrors_of_nodes_are_found():
     hexagonal = [ring_of_nodes(3, 24), ring_of_nodes(1, 12)[::-1]]
-    assert [wedge.n for wedge in find_wedges(hexagonal)][0] == 6  # diameters through 12 nodes; others meet segments
+    assert next(wedge.n for wedge in find_wedges(hexagonal)) == 6  # diameters through 12 nodes; others meet segments
     assert find_wedges([ring_of_nodes(3, 24), ring_of_nodes(1, 12, (0.3, 0.2))[::-1]]) == []
     one = find_wedges([ring_of_nodes(3, 24), ring_of_nodes(1, 12, (0.3, 0.0))[::-1]])
     assert [wedge.n for wedge in one] == [1]
