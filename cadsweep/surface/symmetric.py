@@ -179,11 +179,11 @@ def _assembled(  # noqa: PLR0917
             if current not in left:
                 return None
         places = {v: points[v] if v != _CENTRE else wedge.centre for _, ray in pieces if ray for v in ray}
+        at_nodes = {v: largest if v == _CENTRE else float(sizes[v]) for v in places}
         steps = [
-            _steps(places[a], places[b], *(largest if v == _CENTRE else float(sizes[v]) for v in (a, b)), largest)
+            _steps(places[ray[0]], places[ray[1]], at_nodes[ray[0]], at_nodes[ray[1]], largest)
             for _, ray in pieces
             if ray
-            for a, b in [ray]
         ]
         counts = [max(1, round(float(run[-1]))) for run in steps]
         fixed = sum(len(chain) - 1 for chain, _ in pieces if chain)
