@@ -91,6 +91,8 @@ class Wishes:
     edge_sizes : mapping of edge key to float
     most_sizes : mapping of edge key to float
         What edges may have at most, where nothing else makes them finer.
+    least_counts : mapping of edge key to int
+        Segments that edges should have at least.
     demands : sequence of KeyDemand
     alike : sequence of (int, int, bool)
         Edges with as many segments as each other, by key, and whether they run alike.
@@ -101,6 +103,7 @@ class Wishes:
     cell_sizes: Mapping[int, float] = field(default_factory=dict)
     edge_sizes: Mapping[int, float] = field(default_factory=dict)
     most_sizes: Mapping[int, float] = field(default_factory=dict)
+    least_counts: Mapping[int, int] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
     alike: Sequence[tuple[int, int, bool]] = ()
 
@@ -120,11 +123,9 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     """
     sizes = cell_sizes(cells, wishes)
     wanted, firm = _wanted(cells, sizes, wishes)
-    counts = _settled(cells, wanted, firm, wishes.demands, wishes.alike)
+    counts = _settled(cells, wanted, firm, wishes.demands, wishes)
     if counts is None:
-        guilty = find_conflict(
-            wishes.demands, lambda some: _settled(cells, wanted, firm, some, wishes.alike) is not None
-        )
+        guilty = find_conflict(wishes.demands, lambda some: _settled(cells, wanted, firm, some, wishes) is not None)
         if guilty:
             named = "; ".join(demand.label for demand in guilty)
             raise SurfaceMeshError(f"no mesh of the whole part has the counts demanded: {named}; drop one of them")
@@ -180,6 +181,9 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
         for edge in cell.solid.edges:
             key = int(keys[edge.id])
+            if key in wishes.least_counts:
+                wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
+                firm.add(key)
             if key in wishes.most_sizes and edge.length / wishes.most_sizes[key] > wanted[key]:
                 wanted[key] = edge.length / wishes.most_sizes[key]
                 firm.add(key)
@@ -210,11 +214,11 @@ def _settled(
     wanted: Mapping[int, float],
     firm: Collection[int],
     demands: Sequence[KeyDemand],
-    same: Sequence[tuple[int, int, bool]],
+    wishes: Wishes,
 ) -> dict[int, int] | None:
     """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
     for align in (True, False):
-        counts = _Equations(cells, wanted, same, align=align).solve(wanted, firm, demands)
+        counts = _Equations(cells, wanted, wishes, align=align).solve(wanted, firm, demands)
         if counts is not None:
             return counts
     return None
@@ -227,12 +231,13 @@ class _Equations:
         self,
         cells: Sequence[CellSweep],
         wanted: Mapping[int, float],
-        same: Sequence[tuple[int, int, bool]],
+        wishes: Wishes,
         *,
         align: bool,
     ) -> None:
+        self.least = wishes.least_counts
         self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
-        for a, b, _ in same:
+        for a, b, _ in wishes.alike:
             self.classes.merge(a, b)
         self.opposite: list[tuple[list[int], list[int]]] = []
         self.crossed: list[tuple[list[int], tuple[int, int], tuple[int, int]]] = []
@@ -314,6 +319,7 @@ class _Equations:
         for keys in members.values():
             leading = [key for key in keys if key in firm] or keys
             mean = float(np.exp(np.mean(np.log([wanted[key] for key in leading]))))
+            mean = max(mean, *(float(self.least.get(key, 0)) for key in keys))
             want.append(max(1.0, round(mean)) if of[keys[0]] in kept else mean)
             weight.append(len(keys) / mean * (FIRM if of[keys[0]] in kept else 1.0))
         rows: list[dict[int, float]] = []

@@ -27,7 +27,7 @@ from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
 
 MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
@@ -52,6 +52,9 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
             )
     check_words(part, options)
     _check_periodic(part, options)
+    for word in options.wall_layers or {}:
+        if not has_face(part, word):
+            raise InputError(f"wall_layers: no face of any solid is called '{word}'")
     options = for_all_solids(part, options)
     if options.interfaces == "separate":
         part = separated(part)
@@ -59,7 +62,8 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     asked = options
     for cells in touching_groups(part):
         own = subset(part, cells)
-        options = replace(asked, periodic=_about(own, asked.periodic))
+        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
+        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
         alone = len(cells) == 1
         try:
             if not alone:

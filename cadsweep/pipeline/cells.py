@@ -18,7 +18,7 @@ from ..arrays import FloatArray, IntArray
 from ..blocks.cells import CellBlocks, FilledCell, SweptCell, number_blocks
 from ..brep import Part
 from ..corner_blocks import CornerBlocks
-from ..errors import CadSweepError, InputError, ProjectionError, SurfaceMeshError
+from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
@@ -27,13 +27,11 @@ from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
 from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads
 from ..sweep import Intervals, Sweep
-from .biases import resolve_biases, single_segments
-from .cell_periodic import find_cell_matches, partners_of
+from .biases import single_segments
+from .cell_asks import resolve_asks
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
-from .local_sizes import size_field
 from .run import Run
-from .size_divisions import divide_by_sizes
 
 
 def mesh_cells(  # noqa: PLR0917
@@ -55,20 +53,8 @@ def mesh_cells(  # noqa: PLR0917
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
-    partners = partners_of(part, find_cell_matches(part, model, options))
-    wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
-    divisions, field_ = resolve_biases(part, options), None
-    if options.local_sizes is not None:
-        if options.layers is not None:
-            raise InputError("local_sizes divide edges along the sweep, too: without layers")
-        cells = cell_sweeps(part, plan)
-        field_ = size_field(part, options, max(cell_sizes(cells, wishes)))
-        assert field_ is not None, "sizes are asked for"
-        sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
-        grids = [(own.solid, grid) for own in cells for grid in own.grids]
-        most, divided = divide_by_sizes(part.solids, sweeps, grids, field_, alike=wishes.alike)
-        wishes = replace(wishes, most_sizes=most)
-        divisions = divided | divisions
+    asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
+    wishes, divisions = asks.wishes, asks.divisions
     asked = wishes
     _check_budget(part, cell_sweeps(part, plan), options, wishes, streamed=run.in_blocks)
     for halving in range(1 + MOST_HALVINGS):
@@ -76,7 +62,14 @@ def mesh_cells(  # noqa: PLR0917
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
             fractions = _graded(part, plan, counts, divisions, wishes.alike)
-            skeleton = Skeleton(part.solids, counts, fractions=fractions, sizes=field_, partners=partners)
+            skeleton = Skeleton(
+                part.solids,
+                counts,
+                fractions=fractions,
+                sizes=asks.field,
+                partners=asks.partners,
+                walls=asks.walls.layers,
+            )
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -106,9 +99,8 @@ def mesh_cells(  # noqa: PLR0917
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    graded = resolve_biases(part, options)
-    single = single_segments([len(skeleton.edges[key]) - 1 for key in graded])
-    return builder.built(), counts, [*finer, *single, *skeleton.notes]
+    single = single_segments([len(skeleton.edges[key]) - 1 for key in asks.biased])
+    return builder.built(), counts, [*finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
 def _graded(

@@ -40,7 +40,6 @@ _ONE_SWEEP = (
     "fractions",
     "rail_layers",
     "tolerance",
-    "wall_layers",
 )
 
 

@@ -33,6 +33,7 @@ from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
+from .stack_walls import StackWalls, plan_stack_walls
 
 log = logging.getLogger(__name__)
 
@@ -191,14 +192,14 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers"):
+    for name in ("fractions", "bias", "tolerance"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     sheets = stacks.find_sheets(stack)
     hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
     memory = surface.Memory()
-    matches = match_walls(part, stack, options)
+    matches, walls = match_walls(part, stack, options), StackWalls()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
@@ -212,6 +213,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             counts,
             sizes=hints.inside,
             divisions=with_images(matches, hints.divisions),
+            alone=walls.plan.divisions(stack.plan),
+            walls=walls.walls(stack),
             matched=side_motions(stack.plan, matches),
             memory=memory,
         )
@@ -219,6 +222,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     counts, _ = attempt(hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     hints = by_place(part, stack, sheets, options, hints, counts.size)
+    walls = plan_stack_walls(part, stack, sheets, options, counts)
+    hints = walls.added_to(hints)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
@@ -245,7 +250,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         joined,
         options,
         run,
-        notes=[*stack.notes, *finer],
+        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *finer],
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..asked import WallLayers
 from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
@@ -26,6 +27,7 @@ from .partners import Partners, image_nodes
 from .quads import CapBuilder
 from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
+from .walls import Walls
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,11 +83,12 @@ class Skeleton:
         fractions: Mapping[int, FloatArray] | None = None,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         partners: Sequence[Partners] = (),
+        walls: Mapping[int, WallLayers] | None = None,
     ) -> None:
         """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
 
         `sizes`: wanted lengths (m,) at points (m, 3) inside caps, where they are not the same everywhere.
-        `partners`: edges and faces that are images of others.
+        `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
         """
         self.solids = solids
         self.intervals = intervals
@@ -96,6 +99,7 @@ class Skeleton:
             int(key): (cell, f) for cell, solid in enumerate(solids) for f, key in enumerate(solid.face_keys)
         }
         self._edge_of: dict[int, tuple[Solid, Intervals, int]] = {}
+        self.walls = walls or {}
         self.edges: dict[int, IntArray] = {}
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
@@ -246,10 +250,24 @@ class Skeleton:
             np.full(len(ring), np.nan),
             sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
             graded=fractions,
+            walls=self._walls_at(solid, face),
         )
         made = builder.build()
+        self.notes += builder.notes
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
         self._take(key, FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell))
+
+    def _walls_at(self, solid: Solid, face: int) -> Walls | None:
+        """The edges of a cap at which walls with layers stand."""
+        layers: dict[int, WallLayers] = {}
+        faces = set()
+        for e in solid.faces[face].edges:
+            for other in solid.edges[e].faces:
+                key = int(solid.face_keys[other])
+                if other != face and key in self.walls:
+                    layers[e] = self.walls[key]
+                    faces.add(other)
+        return Walls(layers=layers, faces=frozenset(faces)) if layers else None
 
     def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
         """Keep the patches of a star, each turned outward as seen from the cell."""
