@@ -62,7 +62,14 @@ def arm_on_post():
     return assembly(post=post, arm=arm)
 
 
+def lap_joint():
+    """Two lapped plates and a rivet on them: the upper one is imprinted differently from below and from above."""
+    rivet = cq.Workplane().circle(2.5).extrude(2).translate((9, 4, 4))
+    return assembly(low=block(12, 8, 2), high=block(12, 8, 2, (6, 0, 2)), rivet=rivet)
+
+
 MODELS = {
+    "lap": lap_joint,
     "two plates": two_plates,
     "pin": pin_in_plate,
     "sectors": sectors,
