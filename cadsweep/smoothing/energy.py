@@ -37,7 +37,7 @@ DIRECTIONS = np.array([[0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2], [1, 0, 2], [0
 def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, power, shape_weight):  # type: ignore[no-untyped-def]  # noqa: PLR0915, PLR0917
     """Sum the energy over the corners of hexes (m, 8) that have a free node, add its gradient to `gradient` (n, 3).
 
-    ``inverse_lengths`` (m, 3): one over the wanted edge length along xi, eta, zeta. ``power``, a power of two from 2 on, or 0: the
+    ``inverse_lengths`` (m, 3): one over the wanted edge length along xi, eta, zeta. ``power``: a power of two; 0: the
     energy ``shape`` alone. Returns the energy and the least determinant of the scaled edges.
     """
     total, least = 0.0, np.inf
