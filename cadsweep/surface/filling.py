@@ -27,6 +27,7 @@ from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .structured import fill_lattice, fill_round_core
+from .symmetric import fill_symmetric
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
 
@@ -140,6 +141,32 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     return best
 
 
+def mesh_with_mirrors(outline: Outline) -> FaceQuads:
+    """Quads with the mirrors of the outline, unless a mesher's of the whole are clearly better.
+
+    Raises
+    ------
+    SurfaceMeshError
+        As :func:`mesh_freely`, where there are no mirrors.
+    """
+    made = fill_symmetric(outline)
+    if made is not None and made.expected >= _SYMMETRIC:
+        return made
+    try:
+        free = mesh_freely(outline)
+    except SurfaceMeshError:
+        if made is None:
+            raise
+        return made
+    return made if made is not None and made.worst > 0 and made.expected >= free.expected - _LOST else free
+
+
+_SYMMETRIC = 0.6
+"""Worst corner sine from which on symmetric quads are as good as those that a mesher makes of the whole."""
+_LOST = 0.02
+"""Worst corner sine that symmetry may cost."""
+
+
 @dataclass(frozen=True)
 class Filling:
     """A way to fill a face, and the worst corner sine from which on no further way is asked."""
@@ -159,7 +186,7 @@ FILLINGS = (
     Filling(fill_round_core, lambda _: 0.7),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
-    Filling(mesh_freely, lambda _: GOOD_ENOUGH),
+    Filling(mesh_with_mirrors, lambda _: GOOD_ENOUGH),
     Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
 )
 
