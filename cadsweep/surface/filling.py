@@ -43,12 +43,27 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
     south, east, north, west = (outline.chain_uv(chain) for chain in chains)
     rim = (outline.known[bottom], outline.known[right], outline.known[top], outline.known[left])
     points, _, worst = fill(outline.face.surface, (south, east, north, west), rim, side=-1.0)
+    if outline.sizes is not None and _too_coarse(points, outline.sizes):
+        return None
     h, w = points.shape[0] - 1, points.shape[1] - 1
     ids = np.empty((h + 1, w + 1), dtype=np.int64)
     ids[1:-1, 1:-1] = len(outline.known) + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
     ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
     quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
     return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
+
+
+def _too_coarse(points: FloatArray, sizes: Callable[[FloatArray], FloatArray]) -> bool:
+    """Whether a grid (h, w, 3) has cells far larger than what is wanted there: its rows go by its edges alone."""
+    middles = (points[:-1, :-1] + points[1:, :-1] + points[1:, 1:] + points[:-1, 1:]) / 4
+    across = np.linalg.norm(points[:-1, 1:] - points[:-1, :-1], axis=-1)
+    along = np.linalg.norm(points[1:, :-1] - points[:-1, :-1], axis=-1)
+    wanted = sizes(middles.reshape(-1, 3)).reshape(across.shape)
+    return bool((np.sqrt(across * along) > _COARSE * wanted).any())
+
+
+_COARSE = 1.5
+"""Size of a grid's cell over the one wanted in its middle beyond which the grid is not what is asked for."""
 
 
 def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
