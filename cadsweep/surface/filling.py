@@ -62,6 +62,8 @@ def _too_coarse(points: FloatArray, sizes: Callable[[FloatArray], FloatArray]) -
     return bool((np.sqrt(across * along) > _COARSE * wanted).any())
 
 
+_FEW = 0.7
+"""Quads, of those that the sizes at places ask for, below which a mesher has missed some of these."""
 _COARSE = 1.5
 """Size of a grid's cell over the one wanted in its middle beyond which the grid is not what is asked for."""
 
@@ -130,6 +132,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     limit = min((np.sin(a) for loop in outline.loops for a in outline.angles(loop) if a < np.pi / 2), default=1.0)
     reasons: list[str] = []
     best: FaceQuads | None = None
+    missed: FaceQuads | None = None
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
@@ -141,12 +144,18 @@ def mesh_freely(outline: Outline) -> FaceQuads:
                 reasons.append(str(error))
                 continue
             made = outline.lift(chart, inner, quads, boundary)
+            # Advancing fronts pass by what is fine in the middle alone.
+            asked = 0.0 if outline.sizes is None or background is None else background.count_quads(chart.boundary)
+            if len(quads) < _FEW * asked:
+                missed = made if missed is None or made.better_than(missed) else missed
+                continue
             if best is None or made.better_than(best):
                 best = made
             if best.expected >= min(setting.good_enough, 0.95 * limit):
                 return best
         if best is not None and best.expected >= GOOD_ENOUGH / 2:
             return best
+    best = best or missed
     if best is None:
         why = (
             "; ".join(list(dict.fromkeys(reasons))[:3])
