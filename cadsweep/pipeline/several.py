@@ -29,6 +29,7 @@ from ..order2.elevate import elevate
 from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
+from ..stack import Slides
 from ..sweep import Intervals, Sweep
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
@@ -200,6 +201,7 @@ def finish(
     *,
     notes: Sequence[str] = (),
     sweeps: Sequence[dict[str, Any]] = (),
+    slides: Callable[[], Slides] | None = None,
 ) -> HexMesh:
     """Name, check, smooth and check again a mesh of the cells of a part.
 
@@ -223,8 +225,9 @@ def finish(
     }
     check_coarse_solids(part, joined, names, options)
     mesh = checked_cells(
-        part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
-    )
+        part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
+        slides=slides,
+    )  # fmt: skip
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
@@ -248,6 +251,7 @@ def checked_cells(
     info: dict[str, Any],
     smooth_below: float = SMOOTH_BELOW,
     kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
 ) -> HexMesh:
     """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
 
@@ -259,6 +263,8 @@ def checked_cells(
         Worst scaled Jacobian below which it is smoothed, valid or not.
     kept : (n,) bool or None
         Nodes that smoothing must not move, besides those on the model's faces.
+    slides : callable or None
+        Gives the nodes on the model's faces that smoothing may move on these.
 
     Returns
     -------
@@ -281,6 +287,7 @@ def checked_cells(
                 joined.points,
                 Blocks(joined.hexes, len(joined.points)),
                 fixed=fixed if kept is None else fixed | kept,
+                slides=None if slides is None else slides(),
             )
         info["notes"] += better.steps
         if len(better.nodes):

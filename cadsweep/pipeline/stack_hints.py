@@ -32,6 +32,8 @@ class StackHints:
     ----------
     sizes : dict of int to float
         Wanted edge length of edges of the arrangement, working units.
+    finer : dict of int to float
+        The same, where nobody asked for it: at narrow places.
     counts : dict of tuple of int to int
         Demanded segments of edges of the arrangement together.
     layer_sizes : dict of (int, int) to float
@@ -45,6 +47,7 @@ class StackHints:
     """
 
     sizes: dict[int, float] = field(default_factory=dict)
+    finer: dict[int, float] = field(default_factory=dict)
     counts: dict[tuple[int, ...], int] = field(default_factory=dict)
     layer_sizes: dict[tuple[int, int], float] = field(default_factory=dict)
     layers: dict[tuple[int, int], int] = field(default_factory=dict)

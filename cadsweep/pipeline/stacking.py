@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from .parts import only_solid
 from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
+from .stack_merging import merged_stack
 from .stack_plane import mesh_plane
 
 log = logging.getLogger(__name__)
@@ -189,9 +191,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic", "local_sizes"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
-    sheets = stacks.find_sheets(stack)
-    hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
+    with run.stage("recognition"):
+        stack = merged_stack(stack, intervals.default_size(stack.plan) if size is None else size)
+        sheets = stacks.find_sheets(stack)
+    hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
@@ -202,7 +206,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions, memory=memory)
 
     counts, _ = attempt(hints.sizes)
-    hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
+    finer, divisions = stacks.grade_edges(stack, counts.size)
+    asked = {e for edges in hints.counts for e in edges} | hints.sizes.keys()
+    divisions = {e: division for e, division in divisions.items() if e not in asked}
+    across = stacks.sizes_across(stack, counts.size)
+    hints = replace(hints, finer=finer, sizes=across | hints.sizes, divisions=divisions | hints.divisions)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
@@ -230,6 +238,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         options,
         run,
         notes=[*stack.notes, *finer],
+        slides=partial(stacks.find_slides, stack, levels, quads, built),
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 import scipy
+from numba import njit
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
@@ -39,18 +40,69 @@ _REACHES = (0.4, 0.12, 0.03)
 
 def corner_sines(points: FloatArray, quads: IntArray, normals: FloatArray) -> FloatArray:
     """Sines (q, 4) of the corner angles of quads, seen along the nodes' normals (n, 3)."""
-    return _sines_of_corners(points[quads], normals[quads])
+    return np.asarray(_sines(points, quads, normals))
 
 
-def _sines_of_corners(corners: FloatArray, normals: FloatArray) -> FloatArray:
-    """Sines (..., 4) at corners (..., 4, 3) with normals (..., 4, 3)."""
-    step = np.roll(corners, -1, axis=-2) - corners
-    step /= np.sqrt(np.maximum(np.einsum("...d,...d->...", step, step), 1e-300))[..., None]
-    back = np.roll(step, 1, axis=-2)
-    ax, ay, az = back[..., 0], back[..., 1], back[..., 2]
-    bx, by, bz = step[..., 0], step[..., 1], step[..., 2]
-    nx, ny, nz = normals[..., 0], normals[..., 1], normals[..., 2]
-    return np.asarray((ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz)
+@njit(cache=True, error_model="numpy")
+def _sines(points, quads, normals):  # type: ignore[no-untyped-def]
+    """The loop of `corner_sines`: on the short rows of a quad numpy spends its time on calls."""
+    found = np.empty((len(quads), 4))
+    for q in range(len(quads)):
+        for c in range(4):
+            o, a, b = quads[q, c], quads[q, c - 1], quads[q, (c + 1) % 4]
+            found[q, c] = _sine(points[o], points[a], points[b], normals[o])
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _sine(corner, before, after, normal):  # type: ignore[no-untyped-def]
+    """Sine of the angle at a corner between those before and after it."""
+    ax, ay, az = corner[0] - before[0], corner[1] - before[1], corner[2] - before[2]
+    bx, by, bz = after[0] - corner[0], after[1] - corner[1], after[2] - corner[2]
+    length = np.sqrt(max(ax * ax + ay * ay + az * az, 1e-300)) * np.sqrt(max(bx * bx + by * by + bz * bz, 1e-300))
+    value = (ay * bz - az * by) * normal[0] + (az * bx - ax * bz) * normal[1] + (ax * by - ay * bx) * normal[2]
+    return value / length
+
+
+@njit(cache=True, error_model="numpy")
+def _look_around(points, normals, quads, sines, nodes, starts, uses, first, second, offsets):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """The loop of `_State._best_places`; `uses` are the quads of all nodes, those of node j from ``starts[j]`` on."""
+    best_off, gain = np.zeros((len(nodes), 3)), np.zeros(len(nodes))
+    place = np.empty(3)
+    for j in range(len(nodes)):
+        node = nodes[j]
+        around = uses[starts[node] : starts[node + 1]]
+        size, now = np.inf, np.inf
+        for q in around:
+            for c in range(4):
+                a, b = points[quads[q, c]], points[quads[q, (c + 1) % 4]]
+                size = min(size, np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
+                now = min(now, sines[q, c])
+        best = -np.inf
+        for k in range(len(offsets)):
+            for d in range(3):
+                place[d] = points[node, d] + size * (offsets[k, 0] * first[j, d] + offsets[k, 1] * second[j, d])
+            worst = np.inf
+            for q in around:
+                for c in range(4):
+                    o, a, b = quads[q, c], quads[q, c - 1], quads[q, (c + 1) % 4]
+                    value = _sine(
+                        place if o == node else points[o],
+                        place if a == node else points[a],
+                        place if b == node else points[b],
+                        normals[o],
+                    )
+                    worst = min(worst, value)
+                    if worst <= best:
+                        break
+                if worst <= best:
+                    break
+            if worst > best:
+                best = worst
+                for d in range(3):
+                    best_off[j, d] = place[d] - points[node, d]
+        gain[j] = best - now
+    return best_off, gain
 
 
 def relax_quads(
@@ -190,27 +242,16 @@ class _State:
 
     def _best_places(self, nodes: IntArray, offsets: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Best of the offsets (m, 3) for each node in its tangent plane, and how much its worst corner gains."""
-        starts, ends = self.uses.indptr[nodes], self.uses.indptr[nodes + 1]
-        degree = int(np.max(ends - starts))
-        at = np.minimum(starts[:, None] + np.arange(degree), (ends - 1)[:, None])
-        around = self.uses.indices[at]  # the last quad again where a node has fewer
         normals = self.normals[nodes]
         axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
         first = np.cross(normals, axis)
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         second = np.cross(normals, first)
-        quads = self.quads[around]
-        corners = self.points[quads]
-        sizes = np.linalg.norm(np.roll(corners, -1, axis=2) - corners, axis=3).min(axis=(1, 2))
-        off = sizes[:, None, None] * (offsets[:, :1] * first[:, None] + offsets[:, 1:] * second[:, None])
-        mine = quads == nodes[:, None, None]
-        trial = corners[:, None] + np.where(mine[:, None, ..., None], off[:, :, None, None], 0.0)
-        sines = _sines_of_corners(trial, np.broadcast_to(self.normals[quads][:, None], trial.shape))
-        worst = sines.min(axis=(2, 3))
-        best = np.argmax(worst, axis=1)
-        rows = np.arange(len(nodes))
-        gain = worst[rows, best] - self.sines[around].min(axis=(1, 2))
-        return off[rows, best], gain
+        found = _look_around(
+            self.points, self.normals, self.quads, self.sines, nodes,
+            self.uses.indptr, self.uses.indices, first, second, offsets,
+        )  # fmt: skip
+        return np.asarray(found[0]), np.asarray(found[1])
 
 
 def _least(rows: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
