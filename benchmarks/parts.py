@@ -1,6 +1,8 @@
-"""How many parts of a folder mesh, how well and how fast: parts.py FOLDER [--every N] [--from K] [--json OUT]
+"""How many parts of a set mesh, how well and how fast: parts.py (FOLDER | --machined N) [--from K] [--limit S]
 
-Every STEP, BREP and script file is meshed as it is, without a hint. A line a part: hexahedra, worst scaled Jacobian,
+The set is a folder, or the first N random parts of `machined.py`, written as STEP files to --keep or a folder that is
+deleted. Every STEP, BREP and script file is meshed as it is, without a hint, each in a process of its own, which is
+ended after --limit seconds of processor time (0: never). A line a part: hexahedra, worst scaled Jacobian,
 cells, seconds of processor time, or the refusal; then the rates. The finished mesh is checked again from its hexes
 alone: every corner Jacobian positive, every quad used once or twice, the volume within 2 % of the CAD's.
 """
@@ -8,10 +10,14 @@ alone: every corner Jacobian positive, every quad used once or twice, the volume
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import logging
-import sys
+import multiprocessing
+import resource
+import tempfile
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -57,25 +63,77 @@ def mesh_one(path: Path) -> dict[str, object]:
     return row | {"seconds": round(time.process_time() - start, 1)}
 
 
+def _child(path: Path, limit: int, answer: Connection) -> None:
+    logging.disable(logging.WARNING)
+    if limit:
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+    answer.send(mesh_one(path))
+
+
+def mesh_apart(path: Path, limit: int) -> dict[str, object]:
+    """The same in a process of its own: what crashes or does not end costs one part."""
+    ours, theirs = multiprocessing.Pipe(duplex=False)
+    child = multiprocessing.get_context("spawn").Process(target=_child, args=(path, limit, theirs))
+    child.start()
+    theirs.close()
+    row: dict[str, object] | None = None
+    with contextlib.suppress(EOFError):  # it ended without an answer: said below
+        row = ours.recv()
+    child.join()
+    if row is None:
+        row = {"part": path.stem, "ok": False, "fault": f"ended by {child.exitcode}", "seconds": float(limit)}
+    return row
+
+
+def write_machined(folder: Path, seeds: range) -> list[Path]:
+    """Random machined parts as STEP files."""
+    import cadquery as cq
+    from machined import machined
+
+    paths = []
+    for seed in seeds:
+        paths.append(folder / f"machined_{seed:03d}.step")
+        cq.exporters.export(machined(seed), str(paths[-1]))
+    return paths
+
+
 def main() -> None:
-    """Mesh the folder and print what came of it."""
+    """Mesh the set and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--machined", type=int, default=0)
+    parser.add_argument("--keep", type=Path)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--from", type=int, default=0, dest="first")
+    parser.add_argument("--limit", type=int, default=0)
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
-    logging.disable(logging.WARNING)
-    files = sorted(path for path in arguments.folder.iterdir() if path.suffix in SUFFIXES)
-    rows = []
-    for path in files[arguments.first :: arguments.every]:
-        row = mesh_one(path)
-        rows.append(row)
-        if row["ok"]:
-            what = f"{row['n_hexes']} hexes, worst {row['min_scaled_jacobian']:.3f}, {row['n_cells']} cells"
+    if (arguments.folder is None) == (not arguments.machined):
+        parser.error("either a folder or --machined N")
+    with tempfile.TemporaryDirectory() as scratch:
+        if arguments.machined:
+            folder = arguments.keep or Path(scratch)
+            folder.mkdir(parents=True, exist_ok=True)
+            files = write_machined(folder, range(arguments.first, arguments.machined, arguments.every))
         else:
-            what = str(row["fault"])
-        print(f"{'ok' if row['ok'] else '--'} {row['part']}: {what}, {row['seconds']} s", flush=True)
+            files = sorted(path for path in arguments.folder.iterdir() if path.suffix in SUFFIXES)
+            files = files[arguments.first :: arguments.every]
+        rows = []
+        for path in files:
+            row = mesh_apart(path, arguments.limit)
+            rows.append(row)
+            if row["ok"]:
+                what = f"{row['n_hexes']} hexes, worst {row['min_scaled_jacobian']:.3f}, {row['n_cells']} cells"
+            else:
+                what = str(row["fault"])
+            print(f"{'ok' if row['ok'] else '--'} {row['part']}: {what}, {row['seconds']} s", flush=True)
+    report(rows)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(rows, indent=1))
+
+
+def report(rows: list[dict[str, object]]) -> None:
+    """Print the rates."""
     good = [row for row in rows if row["ok"]]
     worst = sorted(float(str(row["min_scaled_jacobian"])) for row in good)
     seconds = sorted(float(str(row["seconds"])) for row in rows)
@@ -83,9 +141,6 @@ def main() -> None:
     if good:
         print(f"worst scaled Jacobian: least {worst[0]:.3f}, median {worst[len(worst) // 2]:.3f}")
     print(f"seconds: median {seconds[len(seconds) // 2]:.1f}, most {seconds[-1]:.1f}")
-    if arguments.json:
-        arguments.json.write_text(json.dumps(rows, indent=1))
-    sys.exit(0)
 
 
 if __name__ == "__main__":

@@ -116,3 +116,20 @@ def side_quads(loops: Sequence[IntArray], n_nodes: int, n_layers: int, *, period
     if periodic:
         upper[-1] = 0
     return np.stack([starts + layers, ends + layers, ends + upper, starts + upper], axis=-1)
+
+
+def quads_of_segments(quads: IntArray, loops: tuple[IntArray, ...], n_nodes: int) -> IntArray:
+    """The quad (b,) of a layer that has each segment of its loops as an edge."""
+    starts, ends = np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])
+    edges = quads * n_nodes + np.roll(quads, -1, axis=1)
+    order = np.argsort(edges, axis=None)
+    found = np.searchsorted(edges.reshape(-1), starts * n_nodes + ends, sorter=order)
+    return order[found] // 4
+
+
+def hexes_at_faces(quads: IntArray, loops: tuple[IntArray, ...], n_nodes: int, n_layers: int) -> list[IntArray]:
+    """The hexahedron, of those of one sweep, at every quad of its source, of its target and of its sides."""
+    q = len(quads)
+    beside = quads_of_segments(quads, loops, n_nodes)
+    sides = np.arange(n_layers)[:, None] * q + beside
+    return [np.arange(q), (n_layers - 1) * q + np.arange(q), sides.reshape(-1)]

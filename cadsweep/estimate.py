@@ -153,7 +153,12 @@ def estimate_size(
 
 
 def estimate_cells(
-    fills: Sequence[Sweep | CornerBlocks], sizes: Sequence[float], *, layers: int | None = None, scale: float = 1.0
+    fills: Sequence[Sweep | CornerBlocks],
+    sizes: Sequence[float],
+    *,
+    layers: int | None = None,
+    scale: float = 1.0,
+    streamed: bool = False,
 ) -> Estimate:
     """Estimate the cost of a part of several cells, before their intervals are assigned.
 
@@ -167,12 +172,14 @@ def estimate_cells(
         Layers of every cell; None: as its size asks for.
     scale : float
         Model units per working unit.
+    streamed : bool
+        See `Estimate.streamed`.
     """
     cells = [
         _of_corners(fill, size, scale=scale)
         if isinstance(fill, CornerBlocks)
         else _from_counts(
-            fill, size, layers or max(1, _bounded(_sweep_length(fill) / size)), 0, scale=scale, streamed=False
+            fill, size, layers or max(1, _bounded(_sweep_length(fill) / size)), 0, scale=scale, streamed=streamed
         )
         for fill, size in zip(fills, sizes, strict=True)
     ]
@@ -183,10 +190,11 @@ def estimate_cells(
         n_quads=n_quads,
         n_hexes=n_hexes,
         n_layers=max(1, n_hexes // n_quads),
-        n_bytes=int(_bytes(n_quads, n_hexes, False)),
+        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
         seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
         largest=max(cell.largest for cell in cells),
         layers_follow=layers is None,
+        streamed=streamed,
     )
 
 

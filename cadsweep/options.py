@@ -13,8 +13,8 @@ from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any
 
+from .asked import LocalSize, edge_bias, local_size, wall_layers
 from .asked import check_positive as _positive
-from .asked import edge_bias, local_size, wall_layers
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
@@ -58,8 +58,10 @@ class SweepOptions:
 
     Attributes
     ----------
-    size : float or None
-        Wanted edge length of the quads on the source cap; None derives it from the part.
+    size : float, None, callable, or sequence of LocalSize or mapping
+        Wanted edge length of the quads on the source cap; None derives it from the part. A function of points (n, 3)
+        that gives lengths (n,), model units, or places with a size each are kept as `local_sizes`; a number among the
+        places is the size away from them.
     tolerance : float or None
         Greatest distance of the mesh's boundary from the CAD faces, measured; edges, sides and caps are divided as
         finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
@@ -180,6 +182,7 @@ class SweepOptions:
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
+        self._take_places(self.size)
         for name in ("size", "tolerance", "max_memory"):
             if getattr(self, name) is not None:
                 _positive(name, getattr(self, name))
@@ -218,6 +221,27 @@ class SweepOptions:
         _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)
+
+    def _take_places(self, asked: Any) -> None:
+        """Keep a `size` that is a function, or places, as local sizes."""
+        if asked is None or isinstance(asked, Real):
+            return
+        if self.local_sizes is not None:
+            raise InputError("size is a function or a list of places: without local_sizes, which is another")
+        wished: list[Any] = []
+        if not callable(asked):
+            if isinstance(asked, str) or not isinstance(asked, Sequence | Mapping | LocalSize):
+                raise InputError(f"size must be a number, a function or a list of places, not {asked!r}")
+            wished = list(asked) if isinstance(asked, Sequence) else [asked]
+        numbers = [value for value in wished if isinstance(value, Real)]
+        if len(numbers) > 1:
+            raise InputError(f"size: one number beside the places is the size away from them, not {numbers!r}")
+        places = [value for value in wished if not isinstance(value, Real)]
+        if not callable(asked) and not places:
+            raise InputError(f"size must be a number, a function or a list of places, not {asked!r}")
+        # The value is frozen for its users; here it is still being made.
+        object.__setattr__(self, "size", numbers[0] if numbers else None)
+        object.__setattr__(self, "local_sizes", asked if callable(asked) else places)
 
     @staticmethod
     def _check_local_sizes(asked: Any) -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..cells import SweptStructure, side_quads, sweep_hexes
+from ..cells import SweptStructure, hexes_at_faces, side_quads, sweep_hexes
 from ..mesh import HexMesh, SurfaceMesh
 from ..record import MeshRecord
 from ..sweep import Sweep
@@ -110,20 +110,28 @@ class FactoredMesh:
     def owned_quads(self) -> list[tuple[tuple[str, ...], IntArray]]:
         """Names and outward quads (m, 4) of the owners: source, target, sides; an owner may come more than once."""
         s = self.structure
-        sides = side_quads(s.loops, s.n_nodes, s.n_layers, periodic=s.periodic).reshape(-1, 4)
+        return self._owned(
+            s.quads[:, ::-1],
+            s.quads + s.n_layers * s.n_nodes,
+            side_quads(s.loops, s.n_nodes, s.n_layers, periodic=s.periodic).reshape(-1, 4),
+        )
+
+    def owned_hexes(self) -> list[tuple[tuple[str, ...], IntArray]]:
+        """Names of the owners as :meth:`owned_quads`, and the hexahedron (m,) at each of their quads."""
+        s = self.structure
+        return self._owned(*hexes_at_faces(s.quads, s.loops, s.n_nodes, s.n_layers))
+
+    def _owned(self, source: IntArray, target: IntArray, sides: IntArray) -> list[tuple[tuple[str, ...], IntArray]]:
+        """Names of the owners, and the rows that each has of what stands for the quads of source, target and sides."""
         blocks = [(sides, self.side_owners.reshape(-1))]
-        if not s.periodic:
-            blocks = [
-                (s.quads[:, ::-1], self.source_owners),
-                (s.quads + s.n_layers * s.n_nodes, self.target_owners),
-                *blocks,
-            ]
+        if not self.structure.periodic:
+            blocks = [(source, self.source_owners), (target, self.target_owners), *blocks]
         found = []
-        for quads, owners in blocks:
+        for rows, owners in blocks:
             order = np.argsort(owners, kind="stable")
             ids, starts = np.unique(owners[order], return_index=True)
             for owner, chosen in zip(ids, np.split(order, starts[1:]), strict=True):
-                found.append((self.owner_names[int(owner)], quads[chosen]))
+                found.append((self.owner_names[int(owner)], rows[chosen]))
         return found
 
     def boundaries(self) -> dict[str, IntArray]:

@@ -8,19 +8,23 @@ cut, which is neither.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..brep import Face, Part
+from ..brep import Face, Part, Units
+from ..io.sides import find_sides
 from ..mesh import HexMesh
-from ..quality import CadReference
+from ..quality import CadReference, fit_surfaces
 from .block import unite_quads
+from .block_mesh import BlockMesh, Faces
+from .cells import CellBlocks, SweptCell
 from .joined import JoinedMesh, neighbours_of
 from .reference import area_doubt, volume_doubt
+from .slabs import ArrayBlock, Block
 
 Place = tuple[int, int]
 """A cell, and its id of a face."""
@@ -107,7 +111,55 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     )
 
 
-def by_face(mesh: JoinedMesh) -> list[tuple[Place, IntArray]]:
+def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[str, Any]) -> BlockMesh:
+    """The mesh of :func:`to_hex_mesh`, its cells left in blocks."""
+    units = Units(part.scale, part.offset)
+    points = units.to_model(mesh.points)
+    starts = np.cumsum([0, *(own.n_hexes for own in mesh.cells)])
+    blocks: list[Block] = []
+    beside = []
+    for number, own in enumerate(mesh.cells):
+        first = int(starts[number])
+        if isinstance(own, SweptCell):
+            blocks.append(mesh.swept_block(number, units, first))
+            beside.append(own.quad_hexes() + first)
+        else:
+            blocks.append(ArrayBlock(points=points, nodes=mesh.numbers, hexes=own.hexes, first_hex=first))
+            quads = mesh.quads[mesh.quad_cells == own.cell]
+            beside.append(find_sides(own.hexes, quads, len(points))[0] + first)
+    owners = [part.owners[own.cell] for own in mesh.cells]
+    present = [j for j in range(len(part.models)) if j in owners]
+    of_quad = np.array(part.owners, dtype=np.int64)[mesh.quad_cells]
+    surfaces, problems = [], list[str]()
+    for owner in present:
+        quads = mesh.quads[of_quad == owner]
+        rows, unfit = fit_surfaces(quads)
+        surfaces.append(mesh.numbers[quads[rows]])
+        problems += [f"part '{part.models[owner].name}': {problem}" for problem in unfit]
+    with_hexes = replace(mesh, quads=np.column_stack([mesh.numbers[mesh.quads], np.concatenate(beside)]))
+
+    def faces(labels: dict[Place, tuple[str, ...]]) -> dict[str, Faces]:
+        rows = unite_quads((labels[place], own) for place, own in by_face(with_hexes) if place in labels)
+        return {name: Faces(own[:, :4], own[:, 4]) for name, own in rows.items()}
+
+    return BlockMesh(
+        blocks=tuple(blocks),
+        block_parts=tuple(present.index(owner) for owner in owners),
+        parts=tuple(part.models[owner].name for owner in present),
+        n_nodes=mesh.n_nodes,
+        kept_nodes=mesh.numbers,
+        kept_points=points,
+        surface_nodes=mesh.numbers,
+        surface_points=points,
+        part_quads=tuple(surfaces),
+        boundaries=faces(names.outside),
+        interfaces=faces({place: given for place, given in names.between.items() if names.first[place]}),
+        problems=tuple(problems),
+        info=info,
+    )
+
+
+def by_face(mesh: JoinedMesh | CellBlocks) -> list[tuple[Place, IntArray]]:
     """Quads of every face of every cell, outward from the cell."""
     width = int(mesh.quad_faces.max(initial=0)) + 1
     keys = mesh.quad_cells * width + mesh.quad_faces

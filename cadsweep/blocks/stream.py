@@ -1,198 +1,162 @@
-"""A mesh larger than memory: made, checked and written slab by slab from its factors.
+"""A mesh larger than memory: made, checked and written slab by slab from its blocks.
 
-Place in the flow: ``pipeline`` hands over a :class:`~cadsweep.blocks.block.FactoredMesh`; each slab of layers is
-multiplied out, measured, and written, and the memory is used again. The boundary, which is small beside
-the inside, is checked as a whole: closed, outward, on its CAD faces, with the CAD's areas and volume.
+Place in the flow: ``pipeline`` hands over a :class:`~cadsweep.blocks.block_mesh.BlockMesh`; each slab of layers is
+multiplied out, measured, and written, and the memory is used again. The surfaces, which are small beside
+the inside, are checked as a whole: closed, outward, on their CAD faces, with the CAD's areas and volumes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
-from ..cells import sweep_hexes
+from ..arrays import IntArray
 from ..io.vtk_cells import color_fields
 from ..quality import (
     CadReference,
+    PartSurface,
     QualityAccumulator,
     QualityReport,
+    Skin,
     boundary_limit,
-    check_surface,
+    check_skin,
+    enclosed_volume,
+    fit_surfaces,
     make_report,
-    structure_problems,
+    name_quads,
+    shared_problems,
 )
-from ..quality.check import POOR, SurfaceFindings
-from .block import FactoredMesh, unite_quads
+from ..quality.boundary import boundary_problems
+from ..quality.check import POOR
+from .block_mesh import BlockMesh, Faces
+from .slabs import Block, Slab
 
 if TYPE_CHECKING:
     from ..io.slabs import SlabWriter
 
-SLAB_NODES = 200_000
-"""Nodes of a slab: large enough for the arithmetic, small enough for the cache and for flat memory."""
+Run = tuple[Block, int, int]
+"""A block, and which of its layers: stop exclusive."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Slab:
-    """Some layers of hexahedra.
-
-    Attributes
-    ----------
-    start, stop : int
-        Layers of hexahedra, stop exclusive.
-    points : (stop - start + 1, n, 3) float64
-        Nodes of the layers start to stop; on a closed ring the last may be the first layer again. Valid until the
-        next slab is made.
-    """
-
-    start: int
-    stop: int
-    points: FloatArray
+def all_runs(mesh: BlockMesh) -> list[Run]:
+    """Every layer of every block."""
+    return [(block, 0, block.n_layers) for block in mesh.blocks]
 
 
-def make_slabs(factored: FactoredMesh, *, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
-    """Multiply the layers of hexahedra `start` to `stop` out, a slab at a time, into one buffer."""
-    structure = factored.structure
-    stop = structure.n_layers if stop is None else stop
-    step = max(1, min(stop - start, SLAB_NODES // structure.n_nodes))
-    buffer = np.empty((step + 1, structure.n_nodes, 3))
-    for first in range(start, stop, step):
-        last = min(first + step, stop)
-        inner = min(last + 1, factored.n_node_layers)
-        factored.points(first, inner, out=buffer[: inner - first])
-        if inner == last:  # a closed ring: its last layer of hexahedra ends on the first layer of nodes
-            factored.points(0, 1, out=buffer[last - first : last - first + 1])
-        yield Slab(start=first, stop=last, points=buffer[: last - first + 1])
-
-
-def measure_slab(seen: QualityAccumulator, factored: FactoredMesh, slab: Slab, hexes: IntArray) -> None:
-    """Add a slab's hexahedra, given in its own node numbers, to running metrics."""
-    q = len(factored.structure.quads)
-    seen.add_hexes(slab.points.reshape(-1, 3), hexes, first_hex=slab.start * q, per_layer=q, layer=slab.start)
-
-
-def measure(factored: FactoredMesh, *, start: int = 0, stop: int | None = None) -> QualityAccumulator:
-    """Measure the layers of hexahedra `start` to `stop`, without keeping them."""
-    seen, structure = QualityAccumulator(), factored.structure
-    hexes = np.empty((0, 8), dtype=np.int64)
-    for slab in make_slabs(factored, start=start, stop=stop):
-        m = slab.stop - slab.start
-        if len(hexes) != m * len(structure.quads):
-            hexes = sweep_hexes(structure.quads, structure.n_nodes, m)
-        measure_slab(seen, factored, slab, hexes)
+def measure(mesh: BlockMesh, runs: list[Run]) -> QualityAccumulator:
+    """Measure some layers of hexahedra, without keeping them."""
+    seen = QualityAccumulator()
+    for block, start, stop in runs:
+        for slab in block.slabs(start, stop):
+            measure_slab(seen, mesh, slab)
     return seen
 
 
-def check_boundary(factored: FactoredMesh, reference: CadReference | None, *, volume: float) -> SurfaceFindings:
-    """Check the whole boundary, which is known from the rings and the caps alone.
+def measure_slab(seen: QualityAccumulator, mesh: BlockMesh, slab: Slab) -> None:
+    """Add a slab's hexahedra to running metrics; a mesh of one sweep alone has layers to speak of."""
+    layers = {} if mesh.structure is None else {"per_layer": slab.per_layer, "layer": slab.layer}
+    seen.add_hexes(slab.points, slab.hexes, first_hex=slab.first_hex, **layers)
+
+
+def check_blocks(
+    mesh: BlockMesh, cad: CadReference | Mapping[str, CadReference] | None, seen: QualityAccumulator
+) -> QualityReport:
+    """Check the structure and the surfaces of a mesh whose hexahedra have been measured.
 
     Parameters
     ----------
-    volume : float
-        Sum of the volumes of the hexahedra, to be held against that of the CAD model.
+    cad : CadReference, mapping of part name to CadReference, or None
+        Of a mesh of several parts, of each.
     """
-    structure = factored.structure
-    n, ring = structure.n_nodes, np.concatenate(structure.loops)
-    b, n_rings = len(ring), factored.n_node_layers
-    points = factored.to_model(factored.sweep.rings[:n_rings].copy()).reshape(-1, 3)
-    inside = np.empty(0, dtype=np.int64)
-    if not structure.periodic:
-        inside = np.setdiff1d(np.arange(n), ring)
-        caps = [factored.points(k, k + 1)[0, inside] for k in (0, structure.n_layers)]
-        points = np.concatenate([points, *caps])
-    # Boundary nodes get numbers of their own: the rings layer by layer, then what the caps have inside.
-    on_ring, on_cap = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
-    on_ring[ring] = np.arange(b)
-    on_cap[inside] = n_rings * b + np.arange(len(inside))
-
-    def renumbered(nodes: IntArray) -> IntArray:
-        layer, node = np.divmod(nodes, n)
-        return np.where(on_ring[node] >= 0, layer * b + on_ring[node], on_cap[node] + (layer > 0) * len(inside))
-
-    owned = [(names, renumbered(quads)) for names, quads in factored.owned_quads()]
-    quads = np.concatenate([quads for _, quads in owned])
-    return check_surface(points, quads, unite_quads(owned), cad=reference, volume=volume)
-
-
-def make_slab_report(factored: FactoredMesh, seen: QualityAccumulator, surface: SurfaceFindings) -> QualityReport:
-    """Join what the slabs and the boundary showed."""
-    structure = factored.structure
-    problems = [*structure_problems(structure, factored.n_node_layers * structure.n_nodes), *surface.problems]
+    problems = [*mesh.problems, *(problem for block in mesh.blocks for problem in block.problems())]
+    quads = [mesh.rows(own) for own in mesh.part_quads]
+    every = np.concatenate(quads)
+    rows, unfit = fit_surfaces(every)
+    outside = every[rows]
+    problems += unfit
+    flat = mesh.skin()
+    named = name_quads(quads, {**flat.boundaries, **flat.interfaces})
+    surfaces = [
+        PartSurface(name=name, quads=own, named=own_named, volume=enclosed_volume(flat.points, own))
+        for name, own, own_named in zip(mesh.parts, quads, named, strict=True)
+    ]
+    skin = Skin(
+        points=flat.points,
+        quads=outside,
+        boundaries=flat.boundaries,
+        interfaces=flat.interfaces,
+        parts=mesh.parts,
+        surfaces=lambda: surfaces,
+        between=lambda: shared_problems(flat.points, surfaces, flat.interfaces),
+        numbers=mesh.surface_nodes,
+    )
+    surface = check_skin(skin, cad, volume=seen.volume)
     if not np.isfinite(seen.volume):
         problems.insert(0, "there are nodes that are not finite")
+    factored = mesh.factored
     return make_report(
         seen,
-        n_nodes=factored.n_node_layers * structure.n_nodes,
-        problems=problems,
+        n_nodes=mesh.n_nodes,
+        problems=[*problems, *boundary_problems(flat, outside), *surface.problems],
         areas=surface.areas,
         euler=surface.euler,
         crossings=surface.crossings,
-        limit=boundary_limit(lambda k: factored.points(k, k + 1)[0], structure)
-        if seen.min_scaled_jacobian < POOR
+        limit=boundary_limit(lambda k: factored.points(k, k + 1)[0], factored.structure)
+        if factored is not None and seen.min_scaled_jacobian < POOR
         else None,
     )
 
 
 class BoundaryMarks:
-    """Which boundary each hexahedron touches: the first by number, -1 inside."""
+    """Which of some named sets of quads each hexahedron touches: the first by number, -1 inside."""
 
-    def __init__(self, factored: FactoredMesh, order: tuple[str, ...]) -> None:
-        structure = factored.structure
-        rank = {name: i for i, name in enumerate(order)}
-        number = np.array(
-            [min(rank.get(name, len(order)) for name in names) for names in factored.owner_names], dtype=np.int32
-        )
-        self._none = np.int32(len(order))
-        self._structure = structure
-        self._source, self._target = number[factored.source_owners], number[factored.target_owners]
-        self._sides = number[factored.side_owners]
-        self._quad_of_segment = _quads_of_segments(structure.quads, structure.loops, structure.n_nodes)
+    def __init__(self, faces: Mapping[str, Faces]) -> None:
+        hexes = np.concatenate([np.empty(0, dtype=np.int64), *(own.hexes for own in faces.values())])
+        number = np.repeat(np.arange(len(faces), dtype=np.int32), [len(own.hexes) for own in faces.values()])
+        self._hexes, first = np.unique(hexes, return_index=True)  # of several the first, which has the least number
+        self._numbers = number[first]
 
-    def of_layer(self, k: int) -> np.ndarray:
-        """Marks (q,) of the hexahedra of layer `k`."""
-        marks = np.full(len(self._structure.quads), self._none)
-        np.minimum.at(marks, self._quad_of_segment, self._sides[k])
-        if not self._structure.periodic:
-            if k == 0:
-                np.minimum(marks, self._source, out=marks)
-            if k == self._structure.n_layers - 1:
-                np.minimum(marks, self._target, out=marks)
-        return np.where(marks == self._none, np.int32(-1), marks)
+    def of(self, hexes: IntArray) -> np.ndarray:
+        """Marks (m,) of ascending hexahedra."""
+        marks = np.full(len(hexes), -1, dtype=np.int32)
+        if len(hexes):
+            a, b = np.searchsorted(self._hexes, [hexes[0], hexes[-1] + 1])
+            at = np.searchsorted(hexes, self._hexes[a:b])
+            there = at < len(hexes)
+            there[there] = hexes[at[there]] == self._hexes[a:b][there]
+            marks[at[there]] = self._numbers[a:b][there]
+        return marks
 
 
-def _quads_of_segments(quads: IntArray, loops: tuple[IntArray, ...], n_nodes: int) -> IntArray:
-    """The quad (b,) that has each segment of the loops as an edge."""
-    starts, ends = np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])
-    edges = quads * n_nodes + np.roll(quads, -1, axis=1)
-    order = np.argsort(edges, axis=None)
-    found = np.searchsorted(edges.reshape(-1), starts * n_nodes + ends, sorter=order)
-    return order[found] // 4
+def field_arrays(mesh: BlockMesh, quads: Mapping[str, IntArray]) -> dict[str, np.ndarray]:
+    """Names and colours of a mesh, and named quads."""
+    names = tuple(mesh.faces)
+    return {
+        "part_names": np.array(mesh.parts, dtype=str),
+        "boundary_names": np.array(names, dtype=str),
+        **{f"boundary:{name}": own for name, own in quads.items()},
+        **color_fields(mesh.info.get("colors", {}), names, mesh.parts),
+    }
 
 
-def open_writer(stream: BinaryIO, factored: FactoredMesh) -> tuple[SlabWriter, BoundaryMarks]:
+def open_writer(stream: BinaryIO, mesh: BlockMesh) -> SlabWriter:
     """Make the file of a serial mesh, all sizes known."""
     from ..io.slabs import PieceSizes, SlabWriter  # and HDF5, which hardly any run writes
 
-    boundaries = factored.boundaries()
-    names = tuple(boundaries)
-    structure = factored.structure
-    fields = {
-        "part_names": np.array([factored.part], dtype=str),
-        "boundary_names": np.array(names, dtype=str),
-        **{f"boundary:{name}": quads for name, quads in boundaries.items()},
-        **color_fields(factored.info.get("colors", {}), names, [factored.part]),
-    }
-    sizes = PieceSizes(
-        n_points=factored.n_node_layers * structure.n_nodes, n_hexes=structure.n_layers * len(structure.quads)
+    sizes = mesh.part_sizes() if len(mesh.parts) > 1 else {}
+    return SlabWriter(
+        stream,
+        [PieceSizes(n_points=mesh.n_nodes, n_hexes=mesh.n_hexes)],
+        fields=field_arrays(mesh, {name: own.quads for name, own in mesh.faces.items()}),
+        lists={f"part:{name}": n for name, n in sizes.items()},
+        cell_arrays={"part": np.int32, "boundary": np.int32},
     )
-    writer = SlabWriter(stream, [sizes], fields=fields, cell_arrays={"part": np.int32, "boundary": np.int32})
-    return writer, BoundaryMarks(factored, names)
 
 
-def write_slabs(stream: BinaryIO, factored: FactoredMesh, *, on_slab: Callable[[float], None]) -> QualityAccumulator:
+def write_slabs(stream: BinaryIO, mesh: BlockMesh, *, on_slab: Callable[[float], None]) -> QualityAccumulator:
     """Write a mesh slab by slab, and measure it on the way.
 
     Parameters
@@ -202,27 +166,34 @@ def write_slabs(stream: BinaryIO, factored: FactoredMesh, *, on_slab: Callable[[
     on_slab : callable
         Called with the fraction that is done.
     """
-    structure = factored.structure
-    n, q = structure.n_nodes, len(structure.quads)
-    writer, marks = open_writer(stream, factored)
+    writer, marks = open_writer(stream, mesh), BoundaryMarks(mesh.faces)
     seen = QualityAccumulator()
-    hexes = np.empty((0, 8), dtype=np.int64)
-    for slab in make_slabs(factored):
-        m = slab.stop - slab.start
-        if len(hexes) != m * q:
-            hexes = sweep_hexes(structure.quads, n, m)
-        measure_slab(seen, factored, slab, hexes)
-        numbered = hexes + slab.start * n
-        if structure.periodic and slab.stop == structure.n_layers:
-            numbered.reshape(m, q, 8)[-1, :, 4:] = structure.quads
-        own = slab.stop + (slab.stop == structure.n_layers and not structure.periodic) - slab.start
-        writer.add_points(slab.start * n, slab.points[:own].reshape(-1, 3))
-        writer.add_hexes(
-            slab.start * q,
-            numbered,
-            part=np.zeros(m * q, dtype=np.int32),
-            boundary=np.concatenate([marks.of_layer(k) for k in range(slab.start, slab.stop)]),
-        )
-        on_slab(slab.stop / structure.n_layers)
+    n_hexes, written = mesh.n_hexes, dict.fromkeys(mesh.parts, 0)
+    for start, stop in _consecutive(mesh.kept_nodes):
+        writer.add_points(int(mesh.kept_nodes[start]), mesh.kept_points[start:stop])
+    for block, part in zip(mesh.blocks, mesh.block_parts, strict=True):
+        for slab in block.slabs():
+            measure_slab(seen, mesh, slab)
+            m = len(slab.hexes)
+            ids = np.arange(slab.first_hex, slab.first_hex + m)
+            if len(slab.own):
+                writer.add_points(slab.first_node, slab.points[slab.own])
+            marked = marks.of(ids)
+            writer.add_hexes(
+                slab.first_hex, slab.nodes[slab.hexes], part=np.full(m, part, dtype=np.int32), boundary=marked
+            )
+            if len(mesh.parts) > 1:
+                name = mesh.parts[part]
+                writer.add_list(f"part:{name}", written[name], ids)
+                written[name] += m
+            on_slab((slab.first_hex + m) / n_hexes)
     writer.close()
     return seen
+
+
+def _consecutive(numbers: IntArray) -> Iterator[tuple[int, int]]:
+    """Places (start, stop) of runs of ascending numbers that follow each other without a gap."""
+    if len(numbers):
+        breaks = np.flatnonzero(np.diff(numbers) != 1) + 1
+        ends = [0, *breaks.tolist(), len(numbers)]
+        yield from pairwise(ends)

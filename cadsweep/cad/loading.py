@@ -22,7 +22,7 @@ from .read.model import Model
 logger = logging.getLogger(__name__)
 
 SCRIPTS = (".py",)
-FILES = (".step", ".stp", ".brep", ".brp", ".iges", ".igs")
+FILES = (".step", ".stp", ".brep", ".brp", ".iges", ".igs", ".fcstd", ".fcstd1")
 
 
 def load(
@@ -40,9 +40,10 @@ def load(
     Parameters
     ----------
     source : path, CadQuery object or shape
-        A ``.step``, ``.stp``, ``.brep``, ``.iges`` or ``.igs`` file; a CadQuery script (``.py``)
-        that calls ``show_object``; a ``cq.Workplane``, ``cq.Shape`` or ``cq.Assembly``, or a list of them; anything
-        whose ``.wrapped`` is an OpenCASCADE shape, or such a shape itself. A script is a program
+        A ``.step``, ``.stp``, ``.brep``, ``.iges`` or ``.igs`` file, a FreeCAD document (``.FCStd``); a CadQuery
+        script (``.py``) that calls ``show_object``; a ``cq.Workplane``, ``cq.Shape`` or ``cq.Assembly``; anything
+        whose ``.wrapped`` is an OpenCASCADE shape, or ``.part`` is such an object (build123d), or such a shape
+        itself; a list of them, in which a face with a ``.label`` names that face of the solids. A script is a program
         and runs with the rights of the caller.
     params : mapping, optional
         Values for the parameters of a script.
@@ -89,10 +90,6 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
         if path.is_dir():
             raise InputError(f"{path}: this is a folder; name a file in it.")
         suffix = path.suffix.lower()
-        if suffix in (".fcstd", ".fcstd1"):
-            raise InputError(
-                f"{path}: FreeCAD documents are not read: export the part as STEP (File, Export) and take that."
-            )
         if suffix not in SCRIPTS + FILES:
             raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")
         if not path.is_file():

@@ -288,7 +288,7 @@ def mesh(
     verbose: bool,
     **given: Any,
 ) -> None:
-    """Mesh the part INPUT (.step .stp .brep .iges .igs, or a CadQuery script .py, which is executed)."""
+    """Mesh the part INPUT (.step .stp .brep .iges .igs .FCStd, or a CadQuery script .py, which is executed)."""
     check_suffix(output)
     writing = take_writing_options(output, given)
     options = checked_options(input_file, given)

@@ -89,14 +89,23 @@ class Wishes:
         Layers that every cell should have along its own sweep.
     cell_sizes : mapping of cell to float
     edge_sizes : mapping of edge key to float
+    most_sizes : mapping of edge key to float
+        What edges may have at most, where nothing else makes them finer.
+    least_counts : mapping of edge key to int
+        Segments that edges should have at least.
     demands : sequence of KeyDemand
+    alike : sequence of (int, int, bool)
+        Edges with as many segments as each other, by key, and whether they run alike.
     """
 
     size: float | None = None
     layers: int | None = None
     cell_sizes: Mapping[int, float] = field(default_factory=dict)
     edge_sizes: Mapping[int, float] = field(default_factory=dict)
+    most_sizes: Mapping[int, float] = field(default_factory=dict)
+    least_counts: Mapping[int, int] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
+    alike: Sequence[tuple[int, int, bool]] = ()
 
 
 def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[Intervals]:
@@ -114,9 +123,9 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     """
     sizes = cell_sizes(cells, wishes)
     wanted, firm = _wanted(cells, sizes, wishes)
-    counts = _settled(cells, wanted, firm, wishes.demands)
+    counts = _settled(cells, wanted, firm, wishes.demands, wishes)
     if counts is None:
-        guilty = find_conflict(wishes.demands, lambda some: _settled(cells, wanted, firm, some) is not None)
+        guilty = find_conflict(wishes.demands, lambda some: _settled(cells, wanted, firm, some, wishes) is not None)
         if guilty:
             named = "; ".join(demand.label for demand in guilty)
             raise SurfaceMeshError(f"no mesh of the whole part has the counts demanded: {named}; drop one of them")
@@ -172,6 +181,12 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
         for edge in cell.solid.edges:
             key = int(keys[edge.id])
+            if key in wishes.least_counts:
+                wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
+                firm.add(key)
+            if key in wishes.most_sizes and edge.length / wishes.most_sizes[key] > wanted[key]:
+                wanted[key] = edge.length / wishes.most_sizes[key]
+                firm.add(key)
             if key in wishes.edge_sizes:
                 wanted[key] = max(1.0, edge.length / wishes.edge_sizes[key])
                 firm.add(key)
@@ -195,11 +210,15 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) 
 
 
 def _settled(
-    cells: Sequence[CellSweep], wanted: Mapping[int, float], firm: Collection[int], demands: Sequence[KeyDemand]
+    cells: Sequence[CellSweep],
+    wanted: Mapping[int, float],
+    firm: Collection[int],
+    demands: Sequence[KeyDemand],
+    wishes: Wishes,
 ) -> dict[int, int] | None:
     """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
     for align in (True, False):
-        counts = _Equations(cells, wanted, align=align).solve(wanted, firm, demands)
+        counts = _Equations(cells, wanted, wishes, align=align).solve(wanted, firm, demands)
         if counts is not None:
             return counts
     return None
@@ -208,8 +227,18 @@ def _settled(
 class _Equations:
     """Which keys are one unknown, which sums vanish, and which are even."""
 
-    def __init__(self, cells: Sequence[CellSweep], wanted: Mapping[int, float], *, align: bool) -> None:
+    def __init__(
+        self,
+        cells: Sequence[CellSweep],
+        wanted: Mapping[int, float],
+        wishes: Wishes,
+        *,
+        align: bool,
+    ) -> None:
+        self.least = wishes.least_counts
         self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
+        for a, b, _ in wishes.alike:
+            self.classes.merge(a, b)
         self.opposite: list[tuple[list[int], list[int]]] = []
         self.crossed: list[tuple[list[int], tuple[int, int], tuple[int, int]]] = []
         for i, cell in enumerate(cells):
@@ -290,6 +319,7 @@ class _Equations:
         for keys in members.values():
             leading = [key for key in keys if key in firm] or keys
             mean = float(np.exp(np.mean(np.log([wanted[key] for key in leading]))))
+            mean = max(mean, *(float(self.least.get(key, 0)) for key in keys))
             want.append(max(1.0, round(mean)) if of[keys[0]] in kept else mean)
             weight.append(len(keys) / mean * (FIRM if of[keys[0]] in kept else 1.0))
         rows: list[dict[int, float]] = []

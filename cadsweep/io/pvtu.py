@@ -1,7 +1,7 @@
 """A grid in several ``.vtu`` files, one a rank, and the ``.pvtu`` file that lists them.
 
 Place in the flow: ``distributed`` writes the pieces and the list; reading joins the pieces to the serial mesh again.
-Every piece holds the rank's own layers of hexes and one ghost layer on either side:
+Every piece holds the rank's own layers of hexes, and those of others around them as ghosts:
 
 | array | of | holds |
 |---|---|---|
@@ -9,8 +9,9 @@ Every piece holds the rank's own layers of hexes and one ghost layer on either s
 | ``GlobalHexIds`` | cells | number of the hex in the whole mesh |
 | ``vtkGhostType`` | points, cells | 1 where another piece owns it (``DUPLICATEPOINT``, ``DUPLICATECELL``) |
 
-A node on the layer between two ranks belongs to the lower one. The other arrays are those of :mod:`cadsweep.io.vtu`;
-``boundary:<name>`` lists the piece's own quads in its own node numbers, so that a piece is a mesh file by itself.
+A node of several ranks belongs to the lowest of them. The other arrays are those of :mod:`cadsweep.io.vtu`;
+``boundary:<name>`` lists the piece's own quads in its own node numbers, so that a piece is a mesh file by itself;
+``boundary_places:<name>`` which quads of the whole boundary they are.
 
 Not handled on reading: pieces without global ids, as other programs write them.
 
@@ -33,7 +34,7 @@ from ..arrays import FloatArray, IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
 from . import vtu
-from .vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, colors_of_fields, hexes_of_cells
+from .vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, QUAD_PLACES, colors_of_fields, hexes_of_cells
 
 _POINT_ARRAYS = ((NODE_IDS, "Int64"), (GHOSTS, "UInt8"))
 _CELL_ARRAYS = ((HEX_IDS, "Int64"), (GHOSTS, "UInt8"), ("part", "Int32"), ("boundary", "Int32"))
@@ -89,7 +90,9 @@ def read(stream: BinaryIO) -> HexMesh:
     folder = Path(str(getattr(stream, "name", "."))).parent
     node_ids, hex_ids, points, hexes = [], [], [], []
     boundaries: dict[str, list[IntArray]] = {}
-    part = "volume"
+    places: dict[str, list[IntArray]] = {}
+    parts: list[str] = ["volume"]
+    part_of: list[IntArray] = []
     info: dict[str, Any] = {}
     for element in root.findall("./PUnstructuredGrid/Piece"):
         path = folder / element.get("Source", "")
@@ -100,6 +103,8 @@ def read(stream: BinaryIO) -> HexMesh:
             raise InputError(f"its piece {path} is missing") from None
         if NODE_IDS not in arrays["point_data"] or HEX_IDS not in arrays["cell_data"]:
             raise InputError(f"its piece {path} has no {NODE_IDS} or no {HEX_IDS}")
+        if not len(arrays["types"]):
+            continue  # of a rank that had nothing to do
         ids = arrays["point_data"][NODE_IDS]
         local, _ = hexes_of_cells(arrays["connectivity"], arrays["offsets"], arrays["types"])
         own = arrays["cell_data"].get(GHOSTS, np.zeros(len(local))) == 0
@@ -108,22 +113,28 @@ def read(stream: BinaryIO) -> HexMesh:
         hex_ids.append(arrays["cell_data"][HEX_IDS][own])
         hexes.append(ids[local[own]])
         fields = arrays["field_data"]
-        part = next(iter(fields.get("part_names", [part])))
+        parts = [str(name) for name in fields.get("part_names", parts)]
+        part_of.append(np.asarray(arrays["cell_data"].get("part", np.zeros(len(local))))[own])
         info = colors_of_fields(fields)
         for name in fields.get("boundary_names", []):
             quads = np.asarray(fields.get(f"boundary:{name}", ()), dtype=np.int64).reshape(-1, 4)
             boundaries.setdefault(str(name), []).append(ids[quads])
+            known = np.asarray(fields.get(f"{QUAD_PLACES}{name}", np.arange(len(quads))), dtype=np.int64)
+            places.setdefault(str(name), []).append(known)
     if not points:
-        raise InputError("it lists no pieces")
+        raise InputError("it lists no pieces that hold hexahedra")
     ids = np.concatenate(node_ids)
     all_points = np.full((int(np.max(ids)) + 1, 3), np.nan)
     all_points[ids] = np.concatenate(points)
     order = np.argsort(np.concatenate(hex_ids), kind="stable")
-    all_hexes = np.concatenate(hexes)[order]
+    all_hexes, all_parts = np.concatenate(hexes)[order], np.concatenate(part_of)[order]
     return HexMesh(
         points=all_points,
         hexes=all_hexes,
-        boundaries={name: np.concatenate(quads) for name, quads in boundaries.items()},
-        parts={str(part): np.arange(len(all_hexes), dtype=np.int64)},
+        boundaries={
+            name: np.concatenate(quads)[np.argsort(np.concatenate(places[name]), kind="stable")]
+            for name, quads in boundaries.items()
+        },
+        parts={name: np.flatnonzero(all_parts == j) for j, name in enumerate(parts)},
         info=info,
     )

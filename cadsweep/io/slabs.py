@@ -1,6 +1,6 @@
 """A ``.vtkhdf`` file written slab by slab, for meshes that never exist as a whole.
 
-Place in the flow: ``streaming`` and ``distributed`` fill it from the factors; nothing else knows that the
+Place in the flow: ``blocks.stream`` and ``pipeline.ranks`` fill it from the factors; nothing else knows that the
 file was not written at once. Sizes are known beforehand, so every array has its place from the start and any
 slab can be written at any time. The arrays are those of :mod:`cadsweep.io.vtkhdf`.
 
@@ -52,6 +52,8 @@ class SlabWriter:
         Field data: names, and the quads of every boundary.
     cell_arrays, point_arrays : mapping of str to dtype
         Data arrays that the slabs will fill.
+    lists : mapping of str to int
+        Field data that the slabs will fill: lists of int64, and how long they are.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class SlabWriter:
         fields: Mapping[str, np.ndarray],
         cell_arrays: Mapping[str, Any],
         point_arrays: Mapping[str, Any] | None = None,
+        lists: Mapping[str, int] | None = None,
     ) -> None:
         self._file = h5py.File(stream, "w", libver=("v108", "v110"))
         root = open_grid(self._file)
@@ -82,7 +85,9 @@ class SlabWriter:
         self._nodes = {
             name: nodes.create_dataset(name, (total_points,), dtype=t) for name, t in (point_arrays or {}).items()
         }
-        write_arrays(root.create_group("FieldData"), dict(fields))
+        known = root.create_group("FieldData")
+        write_arrays(known, dict(fields))
+        self._lists = {name: known.create_dataset(name, (n,), dtype=np.int64) for name, n in (lists or {}).items()}
         self._sums: dict[tuple[str, int], tuple[int, int]] = {}
 
     def add_points(self, start: int, points: FloatArray, *, piece: int = 0, **arrays: np.ndarray) -> None:
@@ -101,6 +106,10 @@ class SlabWriter:
         self._write(self._types, at, np.full(m, CELL_TYPES[8], dtype=np.uint8))
         for name, values in arrays.items():
             self._write(self._cells[name], at, values)
+
+    def add_list(self, name: str, start: int, values: IntArray) -> None:
+        """Write some of a list of the field data, from place `start` on."""
+        self._write(self._lists[name], start, values)
 
     def close(self, *, verify: bool = True) -> None:
         """Flush; read back what was written and compare.

@@ -23,6 +23,9 @@ CELL_TYPES = {8: 12, 20: 25, 27: 29}
 NODE_IDS, HEX_IDS, GHOSTS = "GlobalNodeIds", "GlobalHexIds", "vtkGhostType"
 """Data arrays of a grid in pieces; see :mod:`cadsweep.io.pvtu`."""
 
+QUAD_PLACES = "boundary_places:"
+"""What stands before the name of a boundary where a piece says which of its quads the piece's own are."""
+
 _COLOR = re.compile(r"#[0-9a-f]{6}([0-9a-f]{2})?\Z")
 
 _FLAT_TYPES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 68, 69, 70}
@@ -177,6 +180,7 @@ __all__ = [
     "GHOSTS",
     "HEX_IDS",
     "NODE_IDS",
+    "QUAD_PLACES",
     "color_fields",
     "colors_of_fields",
     "find_sides",

@@ -25,12 +25,12 @@ run        seconds by stage, progress
 """
 
 from ..progress import Progress
-from .candidates import SMOOTH_BELOW, figures, smoothed
+from .candidates import SMOOTH_BELOW, smoothed
 from .decomposing import decompose_part as decompose
 from .derivatives import Sensitivity, sensitivity
 from .directions import find_sweeps
 from .family import Family, make_family
-from .meshing import expand, make_options, stream_mesh, sweep_mesh, write_factors
+from .meshing import expand, figures, make_options, stream_mesh, sweep_mesh, write_factors
 from .parts import load
 from .refinement import refine
 

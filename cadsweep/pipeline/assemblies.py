@@ -7,7 +7,7 @@ by its own surfaces); those that share faces, edges or vertices are planned toge
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -17,23 +17,24 @@ from ..contacts import say_leave_out
 from ..errors import CadError, CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .groups import make_group, put_together
-from .origin import made_of
+from .groups import as_blocks, blocks_together, make_group, put_together
+from .local_sizes import for_all_solids
+from .origin import AnyMesh
 from .run import Run
 from .several import mesh_complex, plan_cells
-from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
+from .shared_hints import check_words, has_face, local_biases, local_hints, resolve_wishes
 from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
 
-_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers", "wall_layers", "periodic", "local_sizes")
+_ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
 
-MeshOne = Callable[[Part, SweepOptions, Run], HexMesh]
+MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
 """Meshes a part of one solid by whatever way applies."""
 
 
-def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """Mesh all cells of a part, conformally where they touch unless the user wants them separate.
 
     Raises
@@ -50,15 +51,23 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
                 "or use sizes and counts"
             )
     check_words(part, options)
+    _check_periodic(part, options)
+    for word in options.wall_layers or {}:
+        if not has_face(part, word):
+            raise InputError(f"wall_layers: no face of any solid is called '{word}'")
+    options = for_all_solids(part, options)
     if options.interfaces == "separate":
         part = separated(part)
-    made = []
+    made: list[tuple[Part, AnyMesh]] = []
+    asked = options
     for cells in touching_groups(part):
         own = subset(part, cells)
+        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
+        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
         alone = len(cells) == 1
         try:
             if not alone:
-                mesh = made_of(_mesh_together(own, options, run), own)
+                mesh: AnyMesh = _mesh_together(own, options, run)
             elif options.interfaces == "separate":
                 mesh = _mesh_separate(own, options, run, mesh_one)
             else:
@@ -68,8 +77,31 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
                 raise  # what the user asked for, and no solid, is at fault
             at_fault = error.solids or ((own.models[0].name,) if alone else ())
             raise _proposing(error, at_fault, [model.name for model in part.models]) from error
-        made.append(make_group(own, mesh))
-    return put_together(part, made, options, run)
+        made.append((own, mesh))
+    if run.in_blocks:
+        return blocks_together(part, [(own, as_blocks(mesh)) for own, mesh in made], asked, run)
+    groups = [make_group(own, mesh) for own, mesh in made if isinstance(mesh, HexMesh)]
+    return put_together(part, groups, asked, run)
+
+
+def _about(part: Part, periodic: Mapping[str, str] | None) -> dict[str, str] | None:
+    """The matched faces of which both are on solids of this part."""
+    both = {one: other for one, other in (periodic or {}).items() if has_face(part, one) and has_face(part, other)}
+    return both or None
+
+
+def _check_periodic(part: Part, options: SweepOptions) -> None:
+    """Refuse matched faces that are nowhere, or on solids that do not hang together."""
+    together = part if options.interfaces == "shared" else separated(part)
+    groups = [subset(together, cells) for cells in touching_groups(together)]
+    for one, other in (options.periodic or {}).items():
+        for word in (one, other):
+            if not has_face(part, word):
+                raise InputError(f"periodic: no face of any solid is called '{word}'")
+        if not any(has_face(own, one) and has_face(own, other) for own in groups):
+            raise InputError(
+                f"periodic: '{one}' and '{other}' are on solids that share no nodes: match faces of solids that touch"
+            )
 
 
 def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]) -> CadSweepError:
@@ -82,14 +114,14 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
     return found
 
 
-def _mesh_together(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     with run.stage("recognition"):
         found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options)
     return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
 
 
-def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """One solid by itself, with the outlines of its contacts or, where these are in the way, without.
 
     Cuts come last: a solid is not cut for an outline that nothing needs.
@@ -113,7 +145,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
     raise first
 
 
-def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> HexMesh:
+def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """One solid by itself, with what is asked of it."""
     name = part.models[0].name
     hints = local_hints(part, options)

@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import recognition
 from ..brep import Part
-from ..errors import InputError, NotSweepableError
+from ..errors import NotSweepableError
 from ..options import SweepOptions
 from ..sweep import Sweep
 from . import changes
@@ -178,12 +178,10 @@ def _is_sweepable(so_far: Search) -> bool:
 
 
 def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part, list[Sweep]]:
-    """Load one solid, and find its sweeps: for meshes that one sweep makes, in memory, slab by slab or over ranks.
+    """Load one solid, and find its sweeps: for meshes that one sweep makes.
 
     Raises
     ------
-    InputError
-        There are several solids: their blocks are joined in one memory.
     NotSweepableError
     """
     with run.stage("cad"):
@@ -196,11 +194,6 @@ def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part,
             skip=options.skip,
             touch=options.touch,
             on_progress=lambda share: run.on_progress("cad", share),
-        )
-    if len(part.models) > 1:
-        raise InputError(
-            f"'{part.name}' has {len(part.models)} solids: slabs (--stream) and ranks (mpiexec) are of one sweep, "
-            "and several solids are joined in one memory; mesh them without, or choose one with part= (--part)"
         )
     with run.stage("recognition"):
         part, sweeps = open_and_find(part, options.source, options.target)

@@ -1,8 +1,8 @@
 """From several candidate sweeps to the best mesh: one loop, whoever makes, keeps and measures the mesh.
 
-Place in the flow: after recognition. :mod:`.making` makes a candidate in memory, :mod:`.meshing` slab by slab,
-:mod:`.ranks` over many processes; which candidates are tried, what is smoothed, refused and noted is decided here, so
-that a part has the same mesh, refusal and notes whichever way it is made.
+Place in the flow: after recognition. :mod:`.making` makes a candidate in memory or in blocks; which candidates are
+tried, what is smoothed, refused and noted is decided here, so that a part has the same mesh, refusal and notes
+whichever way it is made.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
+from ..blocks.block_mesh import BlockMesh
 from ..brep import Part
 from ..errors import CadError, CadSweepError, CoarseMeshError, InputError, NotSweepableError
 from ..mesh import HexMesh
@@ -23,6 +23,7 @@ from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
 from .accuracy import check_curved
+from .local_sizes import with_largest_size
 from .refusing import refusal
 from .run import Run
 
@@ -46,18 +47,16 @@ MOST_CANDIDATES = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Made:
-    """One candidate sweep, made and checked; `mesh` where it is in memory."""
+    """One candidate sweep, made and checked."""
 
     factored: FactoredMesh
     report: QualityReport
-    mesh: HexMesh | None = None
+    mesh: HexMesh | BlockMesh
 
     def noted(self, notes: Sequence[str]) -> Made:
         """The same with more notes."""
         factored = self.factored.noted(notes)
-        mesh = self.mesh
-        if mesh is not None:
-            mesh = replace(mesh, info={**mesh.info, "notes": factored.info["notes"]})
+        mesh = replace(self.mesh, info={**self.mesh.info, "notes": factored.info["notes"]})
         return replace(self, factored=factored, mesh=mesh)
 
 
@@ -88,8 +87,6 @@ def first_good(
     options: SweepOptions,
     run: Run,
     make: Make,
-    *,
-    explain: Callable[[Sweep, CadSweepError], CadSweepError] = explained,
 ) -> Made:
     """Make the first candidate that does well, or the best of those tried.
 
@@ -99,6 +96,7 @@ def first_good(
         No candidate gave a mesh; says why the first one did not. What is wrong with the user's own wishes is raised
         at once.
     """
+    options = with_largest_size(part, options)
     tried: list[Made] = []
     failures: list[CadSweepError] = []
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
@@ -115,7 +113,7 @@ def first_good(
         if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
             break
     if not tried:
-        raise explain(sweeps[0], failures[0])
+        raise explained(sweeps[0], failures[0])
     best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
     given_up = [f"a better ranked sweep was given up: {error}" for error in failures]
     return best.noted([*volume_notes(best.report, best.factored), *given_up])
@@ -127,8 +125,6 @@ def checked(
     options: SweepOptions,
     run: Run,
     reached: float,
-    *,
-    smooth: Callable[[FactoredMesh], FactoredMesh] | None = None,
 ) -> tuple[FactoredMesh, QualityReport]:
     """Check a candidate, and mend it where that may be worth its while.
 
@@ -138,13 +134,11 @@ def checked(
         Multiplies out and measures.
     reached : float
         Worst scaled Jacobian of the best candidate so far.
-    smooth : callable, optional
-        Stands in for :func:`smoothed`.
     """
     report = check(factored)
     if options.smoothing and may_gain(report, options, reached):
         with run.stage("smoothing"):
-            factored = (smooth or smoothed)(factored)
+            factored = smoothed(factored)
         if factored.is_changed:
             report = check(factored)
     return factored, report
@@ -204,26 +198,3 @@ def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
             f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
         )
     return notes
-
-
-def figures(factored: FactoredMesh, report: QualityReport) -> dict[str, Any]:
-    """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
-    info = factored.info
-    return {
-        "n_nodes": report.n_nodes,
-        "n_hexes": report.n_hexes,
-        "min_scaled_jacobian": report.min_scaled_jacobian,
-        "mean_scaled_jacobian": report.mean_scaled_jacobian,
-        "n_inverted": report.n_inverted,
-        "valid": report.valid,
-        "boundaries": {name: len(quads) for name, quads in factored.boundaries().items()},
-        "interfaces": {},
-        "parts": {factored.part: report.n_hexes},
-        "volume": report.volume,
-        "cad_volume": info["cad_volume"],
-        "distance": info["distance"],
-        "seconds": info["seconds"],
-        "sweeps": info["sweeps"],
-        "material": info.get("material"),
-        "notes": info["notes"],
-    }

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from .. import estimate
 from ..arrays import FloatArray, IntArray
-from ..blocks.joined import JoinedMesh
+from ..blocks.cells import CellBlocks, FilledCell, SweptCell, number_blocks
 from ..brep import Part
-from ..cells import side_quads, sweep_hexes
 from ..corner_blocks import CornerBlocks
 from ..errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ..intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
@@ -27,20 +27,21 @@ from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
 from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads
 from ..sweep import Intervals, Sweep
-from .biases import resolve_biases, single_segments
+from .biases import single_segments
+from .cell_asks import resolve_asks
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
 from .run import Run
 
 
-def mesh_cells(
-    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes
-) -> tuple[JoinedMesh, list[Intervals], list[str]]:
-    """Mesh all cells of a part conformally.
+def mesh_cells(  # noqa: PLR0917
+    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
+) -> tuple[CellBlocks, list[Intervals], list[str]]:
+    """Mesh all cells of a part conformally; `model` is the part before it was cut, as its user knows it.
 
     Returns
     -------
-    mesh : JoinedMesh
+    mesh : CellBlocks
     counts : list of Intervals
         By cell.
     notes : list of str
@@ -52,14 +53,23 @@ def mesh_cells(
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
+    asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
+    wishes, divisions = asks.wishes, asks.divisions
     asked = wishes
-    divisions = resolve_biases(part, options)
-    _check_budget(part, cell_sweeps(part, plan), options, wishes)
+    _check_budget(part, cell_sweeps(part, plan), options, wishes, streamed=run.in_blocks)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
-            skeleton = Skeleton(part.solids, counts, fractions=_graded(part, plan, counts, divisions))
+            fractions = _graded(part, plan, counts, divisions, wishes.alike)
+            skeleton = Skeleton(
+                part.solids,
+                counts,
+                fractions=fractions,
+                sizes=asks.field,
+                partners=asks.partners,
+                walls=asks.walls.layers,
+            )
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
                     skeleton.lay_grid(cell, side)
@@ -89,12 +99,16 @@ def mesh_cells(
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    single = single_segments([len(skeleton.edges[key]) - 1 for key in divisions])
-    return builder.joined(), counts, [*finer, *single, *skeleton.notes]
+    single = single_segments([len(skeleton.edges[key]) - 1 for key in asks.biased])
+    return builder.built(), counts, [*finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
 def _graded(
-    part: Part, plan: Plan, counts: Sequence[Intervals], divisions: Mapping[int, Division]
+    part: Part,
+    plan: Plan,
+    counts: Sequence[Intervals],
+    divisions: Mapping[int, Division],
+    alike: Sequence[tuple[int, int, bool]],
 ) -> dict[int, FloatArray]:
     """Fractions of all edges that are graded or answer one that is, by key."""
     if not divisions:
@@ -110,7 +124,7 @@ def _graded(
     grids = [
         (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
     ]
-    return graded_together(part.solids, list(sweeps.values()), grids, n, asked)
+    return graded_together(part.solids, list(sweeps.values()), grids, n, asked, alike)
 
 
 def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
@@ -123,11 +137,12 @@ def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
     return found
 
 
-def _check_budget(part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes) -> None:
+def _check_budget(
+    part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes, *, streamed: bool
+) -> None:
     """Refuse a size that is a slip before anything is made of it."""
-    expected = estimate.estimate_cells(
-        [cell.fill for cell in cells], cell_sizes(cells, wishes), layers=wishes.layers, scale=part.scale
-    )
+    fills, sizes = [cell.fill for cell in cells], cell_sizes(cells, wishes)
+    expected = estimate.estimate_cells(fills, sizes, layers=wishes.layers, scale=part.scale, streamed=streamed)
     estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
 
 
@@ -175,7 +190,7 @@ class _Builder:
         self.skeleton = skeleton
         self.options = options
         self.run = run
-        self.hexes: list[tuple[int, IntArray]] = []
+        self.cells: list[SweptCell | FilledCell] = []
         self.quads: list[tuple[int, IntArray, IntArray]] = []
         self.roles: dict[tuple[int, int], str] = {}
 
@@ -192,7 +207,7 @@ class _Builder:
         """Mesh one cell that has a block at every corner."""
         with self.run.stage("projection"):
             hexes, quads, faces = fill_corners(self.skeleton, cell, blocks, sheets)
-        self.hexes.append((cell, hexes))
+        self.cells.append(FilledCell(cell=cell, hexes=hexes))
         self.take(cell, "side", quads, faces)
 
     def fill(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> None:
@@ -209,7 +224,6 @@ class _Builder:
         else:
             cap = place_target(sweep, surfaces)
             ends, faces = self.carried(cell, sweep, boundary, cap), cap.faces
-        n_ring, n_layers = rings.shape[1], len(rings) - 1
         placed = project_layers(
             source.points,
             source.quads,
@@ -220,22 +234,16 @@ class _Builder:
             target_points=skeleton.points[ends],
             residual=self.options.residual,
         )
-        ids = np.empty((n_layers + 1, len(boundary.nodes)), dtype=np.int64)
-        ids[0], ids[-1] = boundary.nodes, ends
-        ring = np.concatenate(source.loops)
-        ids[:, ring] = rings
-        inside = np.setdiff1d(np.arange(len(boundary.nodes)), ring)
-        if n_layers > 1:
-            inner = placed.points(slice(1, n_layers))[:, inside]
-            ids[1:-1, inside] = skeleton.add(inner.reshape(-1, 3)).reshape(n_layers - 1, len(inside))
-        flat = ids.reshape(-1)
-        self.hexes.append((cell, flat[sweep_hexes(source.quads, len(boundary.nodes), n_layers)]))
-        sides = side_quads(source.loops, len(boundary.nodes), n_layers).reshape(-1, 4)
-        side_faces = _side_faces(boundary)
+        assert rings.shape[1] == len(placed.ring_nodes), "the loops are the ring"
+        self.cells.append(
+            SweptCell(cell=cell, sweep=placed, bottom=boundary.nodes, top=ends, rings=rings, after=skeleton.n_nodes)
+        )
+        starts = np.cumsum([0, *(len(loop) for loop in source.loops)])
+        following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts)])
+        sides = np.stack([rings[:-1], rings[:-1, following], rings[1:, following], rings[1:]], axis=-1)
         self.take(cell, "source", boundary.nodes[source.quads][:, ::-1], source.faces)
         self.take(cell, "target", ends[source.quads], faces)
-        self.take(cell, "side", flat[sides], side_faces.reshape(-1))
-        assert n_ring == len(ring), "the loops are the ring"
+        self.take(cell, "side", sides.reshape(-1, 4), _side_faces(boundary).reshape(-1))
 
     def take(self, cell: int, role: str, quads: IntArray, faces: IntArray) -> None:
         """Keep boundary quads, outward from their cell."""
@@ -277,15 +285,16 @@ class _Builder:
         faces = np.array([owner[tuple(sorted(q))] for q in ends[source.quads].tolist()], dtype=np.int64)
         return ends, faces
 
-    def joined(self) -> JoinedMesh:
+    def built(self) -> CellBlocks:
         """All cells together."""
-        order = sorted(range(len(self.hexes)), key=lambda j: self.hexes[j][0])
-        hexes = [self.hexes[j] for j in order]
+        numbers, firsts = number_blocks(self.skeleton.n_nodes, self.cells)
+        cells = sorted(self.cells, key=lambda own: own.cell)
         quads = sorted(self.quads, key=lambda piece: piece[0])
-        return JoinedMesh(
+        return CellBlocks(
             points=self.skeleton.points,
-            hexes=np.concatenate([own for _, own in hexes]),
-            hex_cells=np.repeat([cell for cell, _ in hexes], [len(own) for _, own in hexes]),
+            cells=tuple(cells),
+            firsts=tuple(firsts.get(own.cell, -1) for own in cells),
+            numbers=numbers,
             quads=np.concatenate([own for _, own, _ in quads]),
             quad_cells=np.repeat([cell for cell, _, _ in quads], [len(own) for _, own, _ in quads]),
             quad_faces=np.concatenate([faces for _, _, faces in quads]),

@@ -14,6 +14,7 @@ from math import ceil
 import numpy as np
 
 from ..arrays import FloatArray
+from ..blocks.cells import CellBlocks
 from ..blocks.finish import NamedFaces, by_face, make_references
 from ..blocks.joined import JoinedMesh, neighbours_of
 from ..brep import Part, Surface
@@ -32,7 +33,7 @@ _LEAST_MORE = 2
 _SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
-Meshed = tuple[JoinedMesh, list[Intervals], list[str]]
+Meshed = tuple[CellBlocks, list[Intervals], list[str]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,15 +45,17 @@ class _Found:
     distance: float
 
 
-def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes) -> Meshed:
-    """Mesh all cells of a part as near to the CAD faces as is asked for.
+def accurate_cells(  # noqa: PLR0917
+    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
+) -> Meshed:
+    """Mesh all cells of a part as near to the CAD faces as is asked for; `model` is the part before it was cut.
 
     Raises
     ------
     InputError, SurfaceMeshError, ProjectionError
         As by :func:`~.cells.mesh_cells`.
     """
-    best = mesh_cells(part, plan, options, run, wishes)
+    best = mesh_cells(part, plan, options, run, wishes, model)
     if options.tolerance is None and options.size is not None:
         return best
     found = _measure(part, best, options)
@@ -61,11 +64,11 @@ def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wish
         finer = _finer(part, best[1], found.factors, wishes)
         if found.shortfall <= 1.0 or not finer:
             break
-        if options.tolerance is None and len(best[0].hexes) * max(found.factors.values()) > MOST_HEXES:
+        if options.tolerance is None and best[0].n_hexes * max(found.factors.values()) > MOST_HEXES:
             break
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **finer})
         try:
-            made = mesh_cells(part, plan, options, run, wishes)
+            made = mesh_cells(part, plan, options, run, wishes, model)
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break
@@ -84,7 +87,7 @@ def accurate_cells(part: Part, plan: Plan, options: SweepOptions, run: Run, wish
     return best[0], best[1], [*best[2], *notes]
 
 
-def check_coarse_solids(part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions) -> None:
+def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces, options: SweepOptions) -> None:
     """Refuse a mesh of which a solid is another one; what is still to be curved or refined comes nearer.
 
     Raises
@@ -110,7 +113,7 @@ def check_coarse_solids(part: Part, joined: JoinedMesh, names: NamedFaces, optio
         raise coarse(said)
 
 
-def _lost(part: Part, joined: JoinedMesh) -> dict[int, tuple[float, float]]:
+def _lost(part: Part, joined: JoinedMesh | CellBlocks) -> dict[int, tuple[float, float]]:
     """By solid of the model: its mesh's volume and area over the CAD's, less one."""
     beyond = neighbours_of(part)
     found = {}
@@ -166,7 +169,7 @@ def _sag(surface: Surface, corners: FloatArray) -> float:
     return float(np.max(surface.distance(middles)))
 
 
-def _edge_sag(part: Part, joined: JoinedMesh, cell: int, edge: int) -> float:
+def _edge_sag(part: Part, joined: CellBlocks, cell: int, edge: int) -> float:
     """Greatest distance of the middles of an edge's segments from it."""
     solid = part.solids[cell]
     if solid.edges[edge].kind == "line":

@@ -22,6 +22,7 @@ from ..brep import Part
 from ..mesh import HexMesh
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import find_rows, place_lattice
+from .cell_periodic import with_cell_pairs
 from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
@@ -63,7 +64,7 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
         if not report.valid and not origin.options.allow_inverted:
             raise refusal(report)
         joined = fine.origin.joined
-    return replace(fine, origin=replace(origin, joined=joined)), parents
+    return with_cell_pairs(replace(fine, origin=replace(origin, joined=joined))), parents
 
 
 def _first_order(mesh: HexMesh, part: Part, joined: JoinedMesh) -> HexMesh:

@@ -18,12 +18,12 @@ from .. import cad, decomposition
 from ..brep import Part
 from ..decomposition.curved import CellSearch
 from ..errors import CadSweepError, InputError, NotSweepableError
-from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..plan import Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
-from .origin import made_of
+from .local_sizes import for_all_solids
+from .origin import AnyMesh
 from .parts import load, only_solid
 from .run import Run, silent
 from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise
@@ -40,9 +40,6 @@ _ONE_SWEEP = (
     "fractions",
     "rail_layers",
     "tolerance",
-    "wall_layers",
-    "periodic",
-    "local_sizes",
 )
 
 
@@ -56,7 +53,7 @@ def may_decompose(part: Part, options: SweepOptions) -> bool:
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Cut a solid into cells and mesh them.
 
     Raises
@@ -67,6 +64,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
         Cells were found, and none of their meshes is valid.
     """
     solid = only_solid(part)
+    options = for_all_solids(part, options)
     refused = refused or NotSweepableError("its columns make poor hexahedra")
     if not may_decompose(part, options):
         raise refused
@@ -79,7 +77,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     raise decomposition.explain(search, refused)
 
 
-def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them.
 
     Raises
@@ -89,12 +87,13 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
     SurfaceMeshError, ProjectionError, InvertedHexError
         Cells were found, and none of their meshes is valid.
     """
+    options = for_all_solids(part, options)
     refused = refused or NotSweepableError("its columns make poor hexahedra")
     if not may_decompose(part, options):
         raise refused
     with run.stage("decomposition"):
         search = CellSearch(part, cutting_tools(run))
-    best, failure = _best_of((as_complex(found) for found in search.solutions()), options, run)
+    best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
         return best
     if failure is not None or not isinstance(refused, NotSweepableError):
@@ -104,14 +103,14 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
 
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
     assert isinstance(state.plan, Plan)
-    return Complex(part=cells_of(part, search, state), plan=state.plan)
+    return Complex(part=cells_of(part, search, state), plan=state.plan, model=part)
 
 
 def _best_of(
     solutions: Iterator[Complex], options: SweepOptions, run: Run
-) -> tuple[HexMesh | None, CadSweepError | None]:
+) -> tuple[AnyMesh | None, CadSweepError | None]:
     """The first mesh that does well, or the best of a few, and why the first that was given up was."""
-    best: HexMesh | None = None
+    best: AnyMesh | None = None
     failure: CadSweepError | None = None
     for _ in range(MOST_MESHED):
         with run.stage("decomposition"):
@@ -133,7 +132,7 @@ def _best_of(
     return best, failure
 
 
-def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """Cut a part as its user asks, and mesh the cells; those that no sweep fits are cut further.
 
     Raises
@@ -148,7 +147,8 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
         found = plan_cells(cad.apply_cuts(part, options.cuts or ()), run, decompose=options.decompose)
-    return made_of(mesh_complex(found, options, run, resolve_wishes(found.part, options)), part)
+    options = for_all_solids(part, options)
+    return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options))
 
 
 def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
@@ -216,7 +216,7 @@ def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
     raise decomposition.explain(search, refused)
 
 
-def _worst(mesh: HexMesh) -> float:
+def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 

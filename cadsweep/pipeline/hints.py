@@ -14,8 +14,9 @@ from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
 from .biases import biases_of, resolve_biases, whole_edges
-from .local_sizes import divide_by_sizes, size_field
+from .local_sizes import size_field
 from .periodic import Match, find_matches, with_images
+from .size_divisions import divide_by_sizes
 
 _SPAN = re.compile(r"span\s+(\d+)")
 
@@ -65,8 +66,11 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
     if field_ is not None:
         if options.fractions is not None or options.layers is not None:
             raise InputError("local_sizes divide edges along the sweep, too: without layers and fractions")
-        by_place, divided = divide_by_sizes(sweep, field_)
-        sizes, divisions = by_place | sizes, divided | divisions
+        sides = [(sweep.solid, side) for side in sweep.linking_sides]
+        by_key, divided_by_key = divide_by_sizes([sweep.solid], [sweep], sides, field_)
+        keys = sweep.solid.edge_keys.tolist()
+        sizes = {e: by_key[key] for e, key in enumerate(keys)} | sizes
+        divisions = {e: divided_by_key[key] for e, key in enumerate(keys) if key in divided_by_key} | divisions
     return Hints(
         sizes=sizes,
         counts=_counts(part, sweep, options),

@@ -1,13 +1,13 @@
 """Sizes that change from place to place: a function of the points, or places with a size each.
 
-Around a place the size grows at `GROWTH` up to that of the part. Edges get as many segments as the sizes along them
-ask for, and are divided by them; edges of the two caps that answer each other, and rails of one span, by the least
-size of them all at one height, so that rows and layers stay straight.
+Around a place the size grows at `GROWTH` up to that of the part. How edges are divided by such sizes is the subject of
+:mod:`.size_divisions`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -17,11 +17,9 @@ import scipy
 from .. import cad
 from ..arrays import FloatArray
 from ..asked import LocalSize, local_size
-from ..brep import Part, Solid
+from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
-from ..surface import Division
-from ..sweep import Sweep
 from .biases import everywhere
 
 Field = Callable[[FloatArray], FloatArray]
@@ -30,11 +28,7 @@ Field = Callable[[FloatArray], FloatArray]
 GROWTH = 1.3
 """Length of a segment over that of its neighbour towards a place."""
 _SAMPLES = 400
-"""Places along an edge where the size is asked for."""
-_ACROSS = 33
-"""Places across a side at which the size is looked at."""
-_VARIES = 1.05
-"""Greatest size along an edge over the least from which on it is divided unevenly."""
+"""Places along an edge among which the nearest one is looked for."""
 _LEAST = 1e-4
 """Size, in sizes of the part, below which a function is taken to be wrong."""
 
@@ -85,98 +79,47 @@ def _places(part: Part, word: str | int) -> FloatArray:
     if str(word).startswith("vertices:"):
         found = everywhere(part, word, cad.select_vertices, lambda solid, v: (solid.vertex_keys[v], solid.vertices[v]))
         return np.array(list(dict(found).values()))
-    edges = everywhere(
-        part, word, lambda own, name: cad.select_edges_of(own, name)[1], lambda solid, e: (e, solid.edges[e])
-    )
+
+    def select(own: Part, name: Any) -> tuple[int, ...]:
+        return cad.select_edges_of(own, name)[1]
+
+    edges = everywhere(part, word, select, lambda solid, e: (solid.edge_keys[e], solid.edges[e]))
     at = np.linspace(0.0, 1.0, _SAMPLES + 1)
     return np.concatenate([edge.curve.evaluate(at) for edge in dict(edges).values()])
 
 
-def divide_by_sizes(sweep: Sweep, field: Field) -> tuple[dict[int, float], dict[int, Division]]:
-    """Mean sizes of all edges of a sweep, and the divisions of those along which the size changes."""
-    solid = sweep.solid
-    sizes: dict[int, float] = {}
-    divisions: dict[int, Division] = {}
-    on_sides = _along_sides(sweep, field)
-    for group in _groups(sweep):
-        rows = [_along(solid, e, forward, field) for e, forward in group.items()]
-        rows += [row if forward == up else row[::-1] for e, forward in group.items() for up, row in on_sides.get(e, ())]
-        along = np.min(rows, axis=0)
-        steps = 2.0 / (along[1:] + along[:-1])
-        run = np.concatenate([[0.0], np.cumsum(steps)]) / len(steps)  # segments a unit length
-        for e, forward in group.items():
-            sizes[e] = 1.0 / float(run[-1])
-            if along.max() > _VARIES * along.min():
-                places = run / run[-1]
-                divisions[e] = partial(_by_density, places=places if forward else 1.0 - places[::-1])
-    return sizes, divisions
+@dataclass(frozen=True, kw_only=True)
+class FoundSizes:
+    """The sizes of a whole model as a function of points (n, 3), model units: its names mean nothing in one solid."""
+
+    part: Part
+    field: Field
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Lengths (n,) in model units; infinite where no place asks for any."""
+        return self.field((points - self.part.offset) / self.part.scale) * self.part.scale
 
 
-def _along_sides(sweep: Sweep, field: Field) -> dict[int, list[tuple[bool, FloatArray]]]:
-    """Least sizes across each side at every height, by its left rail, and whether that runs upwards."""
-    found: dict[int, list[tuple[bool, FloatArray]]] = {}
-    t = np.linspace(0.0, 1.0, _SAMPLES + 1)
-    s = np.linspace(0.0, 1.0, _ACROSS)[:, None, None]
-    for side in sweep.linking_sides:
-        chains = (side.bottom, side.right, side.top, side.left)
-        if any(len(chain) != 1 for chain in chains):
-            continue
-        curves = [sweep.solid.edges[chain[0][0]].curve for chain in chains]
-        forward = [chain[0][1] for chain in chains]
-        left, right = (curves[j].evaluate(t if forward[j] else 1.0 - t) for j in (3, 1))
-        bottom, top = (curves[j].evaluate((s if forward[j] else 1.0 - s).ravel())[:, None] for j in (0, 2))
-        high = t[:, None]
-        corners = (1 - s) * ((1 - high) * left[0] + high * left[-1]) + s * ((1 - high) * right[0] + high * right[-1])
-        patch = (1 - s) * left + s * right + (1 - high) * bottom + high * top - corners  # Coons
-        least = field(patch.reshape(-1, 3)).reshape(_ACROSS, -1).min(axis=0)
-        found.setdefault(side.left[0][0], []).append((forward[3], least))
-    return found
+def for_all_solids(part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with places that are found in the whole model, before its solids are meshed one by one."""
+    if options.local_sizes is None or callable(options.local_sizes):
+        return options
+    field = size_field(part, options, np.inf)
+    assert field is not None, "there are places"
+    return replace(options, local_sizes=FoundSizes(part=part, field=field))
 
 
-def _by_density(n: int, *, places: FloatArray) -> FloatArray:
-    fractions = np.interp(np.linspace(0.0, 1.0, n + 1), places, np.linspace(0.0, 1.0, len(places)))
-    fractions[0], fractions[-1] = 0.0, 1.0
-    return np.asarray(fractions)
+def with_largest_size(part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with the largest value of a function as the size, where none is given: it is the function's all over.
 
-
-def _along(solid: Solid, edge: int, forward: bool, field: Field) -> FloatArray:
-    found = field(solid.edges[edge].curve.evaluate(np.linspace(0.0, 1.0, _SAMPLES + 1)))
-    return found if forward else found[::-1]
-
-
-def _groups(sweep: Sweep) -> list[Mapping[int, bool]]:
-    """Edges that divide themselves alike, and whether each runs the way of the first."""
-    pairs: list[tuple[tuple[int, bool], tuple[int, bool]]] = []
-    for side in sweep.linking_sides:
-        for one, other in ((side.bottom, side.top), (side.left, side.right)):
-            if len(one) == len(other) == 1:
-                pairs.append((one[0], other[0]))
-    for loops in zip(*sweep.spans, strict=False):  # rails of different loops
-        directions = _directions(sweep)
-        whole = [span[0] for span in loops if span and span[0] in directions]
-        pairs += [((whole[0], directions[whole[0]]), (e, directions[e])) for e in whole[1:]]
-    neighbours: dict[int, list[tuple[int, bool]]] = {edge.id: [] for edge in sweep.solid.edges}
-    for (a, a_forward), (b, b_forward) in pairs:
-        neighbours[a].append((b, a_forward == b_forward))
-        neighbours[b].append((a, a_forward == b_forward))
-    groups: list[Mapping[int, bool]] = []
-    seen: set[int] = set()
-    for edge in neighbours:
-        if edge in seen:
-            continue
-        group = {edge: True}
-        waiting = [edge]
-        while waiting:
-            present = waiting.pop()
-            for other_edge, same in neighbours[present]:
-                if other_edge not in group:
-                    group[other_edge] = group[present] == same
-                    waiting.append(other_edge)
-        seen |= group.keys()
-        groups.append(group)
-    return groups
-
-
-def _directions(sweep: Sweep) -> dict[int, bool]:
-    """Whether each rail runs from the source to the target."""
-    return {e: forward for side in sweep.linking_sides for e, forward in (*side.left, *side.right)}
+    Raises
+    ------
+    InputError
+        The function gives no positive numbers.
+    """
+    if options.size is not None or not callable(options.local_sizes):
+        return options
+    at = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    places = np.concatenate([edge.curve.evaluate(at) for solid in part.solids for edge in solid.edges])
+    most = float(_by_function(places, part=part, function=options.local_sizes, size=np.inf).max())
+    return replace(options, size=most * part.scale) if np.isfinite(most) else options

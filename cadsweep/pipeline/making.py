@@ -1,10 +1,11 @@
-"""A candidate sweep as a mesh in memory, of order 1 or 2."""
+"""A candidate sweep as a mesh: in memory, of order 1 or 2, or in blocks."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from ..blocks.block import FactoredMesh
+from ..blocks.block_mesh import mesh_of_sweep
 from ..blocks.reference import make_reference
 from ..brep import Part
 from ..mesh import HexMesh
@@ -17,7 +18,7 @@ from .candidates import Made, checked, refuse
 from .factoring import factor_sweep
 from .origin import Origin
 from .periodic import with_pairs
-from .run import Run
+from .run import Run, measured
 
 
 def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
@@ -43,6 +44,24 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
     return Made(factored=factored, report=report, mesh=with_pairs(mesh))
+
+
+def make_blocks(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
+    """The same mesh as a block, measured as the run says; raises as :func:`make_mesh`."""
+    factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+    reference = make_reference(part, sweep)
+    mesh = mesh_of_sweep(factored)
+
+    def check(present: FactoredMesh) -> QualityReport:
+        nonlocal mesh
+        if present.is_changed:
+            mesh = mesh_of_sweep(present)
+        with run.stage("quality"):
+            return measured(mesh, reference, run)
+
+    factored, report = checked(factored, check, options, run, reached)
+    refuse(report, options, part, sweep)
+    return Made(factored=factored, report=report, mesh=replace(mesh, info={**factored.info, "quality": report}))
 
 
 def raised(mesh: HexMesh, origin: Origin) -> HexMesh:

@@ -8,23 +8,17 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..blocks.block import FactoredMesh
-from ..blocks.reference import make_reference
-from ..blocks.stream import check_boundary, make_slab_report, write_slabs
-from ..brep import Part
+from ..blocks.block_mesh import BlockMesh
+from ..blocks.stream import write_slabs
 from ..errors import InputError
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..progress import Progress
-from ..quality import QualityAccumulator, QualityReport, check_mesh
-from ..sweep import Sweep
-from .attempts import find_candidates
-from .candidates import Made, checked, figures, first_good, refuse
-from .factoring import factor_sweep
+from ..quality import QualityAccumulator, check_mesh
 from .like import as_template, mesh_like
 from .refinement import refined
-from .routes import mesh_part
+from .routes import mesh_in_blocks, mesh_in_memory
 from .run import Run, silent
 from .template_files import load_mesh, save_template
 
@@ -105,7 +99,7 @@ def sweep_mesh(
     run = Run(on_progress=on_progress or silent)
     if like is not None:
         return mesh_like(source, as_template(like), chosen, run)
-    return refined(mesh_part(source, chosen, run), chosen, run)
+    return refined(mesh_in_memory(source, chosen, run), chosen, run)
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:
@@ -158,7 +152,7 @@ def write_factors(
     _not_refined(chosen, "factors are written")
     run = Run(on_progress=on_progress or silent)
     place = check_place(Path(path))
-    mesh = mesh_part(source, chosen, run)
+    mesh = mesh_in_memory(source, chosen, run)
     with replaced_file(place) as stream:
         save_template(mesh, stream)
     return mesh
@@ -191,8 +185,10 @@ def stream_mesh(
 ) -> dict[str, Any]:
     """Mesh a part into a ``.vtkhdf`` file slab by slab, with flat memory, however large the mesh is.
 
-    Every check is made on the way; the file appears only when the mesh is valid. A mesh that needs
-    smoothing has its nodes, but not its hexahedra, in memory at once while it is mended.
+    The file holds the mesh that :func:`sweep_mesh` makes, bit for bit, of one solid or of several. Every check is made
+    on the way; the file appears only when the mesh is valid. What several sweeps share is in memory: faces between
+    cells, and the surface. A mesh that needs smoothing is in memory at once while it is mended (of one sweep its nodes
+    alone); so is one of columns between caps.
 
     Parameters
     ----------
@@ -221,34 +217,42 @@ def stream_mesh(
     if Path(path).suffix != ".vtkhdf":
         raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
     place = check_place(Path(path))
-    run = Run(on_progress=on_progress or silent)
-    part, sweeps = find_candidates(source, chosen, run)
     with replaced_file(place) as stream:
-        written: FactoredMesh | None = None
+        written: BlockMesh | None = None
 
-        def write(factored: FactoredMesh) -> QualityAccumulator:
+        def write(mesh: BlockMesh) -> QualityAccumulator:
             nonlocal written
             stream.seek(0)
             stream.truncate()
-            written = factored
+            written = mesh
             with run.stage("write"):
-                return write_slabs(stream, factored, on_slab=lambda fraction: run.on_progress("write", fraction))
+                return write_slabs(stream, mesh, on_slab=lambda fraction: run.on_progress("write", fraction))
 
-        def make(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
-            factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
-            reference = make_reference(part, sweep)
+        run = Run(on_progress=on_progress or silent, measure=write)
+        mesh = mesh_in_blocks(source, chosen, run)
+        if written is None or not mesh.is_same(written):
+            write(mesh)  # another candidate was written last, or nothing under these names
+    return figures(mesh)
 
-            def check(present: FactoredMesh) -> QualityReport:
-                seen = write(present)
-                with run.stage("quality"):
-                    surface = check_boundary(present, reference, volume=seen.volume)
-                    return make_slab_report(present, seen, surface)
 
-            factored, report = checked(factored, check, options, run, reached)
-            refuse(report, options, part, sweep)
-            return Made(factored=factored, report=report)
-
-        made = first_good(part, sweeps, chosen, run, make)
-        if written is None or written.sweep is not made.factored.sweep:
-            write(made.factored)  # the best candidate is not the one that was written last
-    return figures(made.factored, made.report)
+def figures(mesh: BlockMesh) -> dict[str, Any]:
+    """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
+    info, report = mesh.info, mesh.info["quality"]
+    return {
+        "n_nodes": report.n_nodes,
+        "n_hexes": report.n_hexes,
+        "min_scaled_jacobian": report.min_scaled_jacobian,
+        "mean_scaled_jacobian": report.mean_scaled_jacobian,
+        "n_inverted": report.n_inverted,
+        "valid": report.valid,
+        "boundaries": {name: len(own.quads) for name, own in mesh.boundaries.items()},
+        "interfaces": {name: len(own.quads) for name, own in mesh.interfaces.items()},
+        "parts": mesh.part_sizes(),
+        "volume": report.volume,
+        "cad_volume": info.get("cad_volume"),
+        "distance": info.get("distance"),
+        "seconds": info.get("seconds", {}),
+        "sweeps": info.get("sweeps", []),
+        "material": info.get("material"),
+        "notes": info.get("notes", []),
+    }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ..blocks.block import FactoredMesh
+from ..blocks.block_mesh import BlockMesh
 from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
@@ -96,6 +97,9 @@ class GroupsOrigin:
 
 
 AnyOrigin = Origin | CellsOrigin | GroupsOrigin
+
+AnyMesh = HexMesh | BlockMesh
+"""What the ways to a mesh make: one in memory, or one that stays in blocks."""
 
 
 def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:

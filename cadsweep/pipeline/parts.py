@@ -27,7 +27,7 @@ def load(
     Parameters
     ----------
     source : path, CadQuery object, or anything with ``.wrapped``
-        A ``.step``, ``.stp``, ``.brep``, ``.iges``, ``.igs`` or ``.py`` file; a ``cq.Workplane``,
+        A ``.step``, ``.stp``, ``.brep``, ``.iges``, ``.igs``, ``.FCStd`` or ``.py`` file; a ``cq.Workplane``,
         ``cq.Shape`` or ``cq.Assembly``. A CadQuery script is executed.
     params : dict or None
         Parameters of a script.

@@ -16,17 +16,19 @@ import scipy
 from .. import cad
 from ..arrays import FloatArray, IntArray
 from ..blocks.naming import pieces_by_name
-from ..brep import Face, Part, Solid
+from ..brep import Edge, Face, Part, Solid
 from ..errors import InputError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..surface import Division, Motion, turned_round
 from ..sweep import Intervals, Sweep
 
-_SAME = 1e-5
+SAME = 1e-5
 """Distance, in sizes of the part, up to which a face carried to another one lies on it."""
 _SAMPLES = 5
 """Places along an edge that must answer places on the other face."""
+_PARALLEL = 1e-9
+"""Sine of the angle of two normals below which they are parallel."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,18 +83,22 @@ def _check_roles(sweep: Sweep, first: frozenset[int], second: frozenset[int], wo
 
 def _match(solid: Solid, faces: tuple[frozenset[int], frozenset[int]], words: tuple[str, str]) -> Match:
     one, other = ([solid.faces[f] for f in sorted(own)] for own in faces)
-    near = _SAME * solid.size + solid.tolerance
-    for motion in _motions(one, other):
-        edges = _edge_images(solid, one, other, motion, near)
-        if edges is not None:
+    near = SAME * solid.size + solid.tolerance
+    for motion in motions_between(one, other):
+        ours, theirs = ({e: solid.edges[e] for face in own for e in face.edges} for own in (one, other))
+        edges, alone = edge_images(ours, theirs, motion, near)
+        if not alone:
             return Match(words=words, faces=faces, motion=motion, edges=edges)
     raise InputError(
         f"periodic: no translation or rotation carries '{words[0]}' to '{words[1]}': their outlines differ"
     )
 
 
-def _motions(one: Sequence[Face], other: Sequence[Face]) -> list[Motion]:
-    """Translation, and rotation, from the centres and normals of two groups of faces of equal areas."""
+def motions_between(one: Sequence[Face], other: Sequence[Face]) -> list[Motion]:
+    """Translation, and rotation, from the centres and normals of two groups of faces of equal areas.
+
+    The rotation comes first where both face the same way: matched faces look away from each other.
+    """
     areas = [np.array([face.area for face in faces]) for faces in (one, other)]
     centers = [
         (np.array([f.center for f in faces]) * a[:, None]).sum(axis=0) / a.sum()
@@ -102,34 +108,35 @@ def _motions(one: Sequence[Face], other: Sequence[Face]) -> list[Motion]:
     for faces, a in zip((one, other), areas, strict=True):
         total = (np.array([f.normal for f in faces]) * a[:, None]).sum(axis=0)
         normals.append(total / max(float(np.linalg.norm(total)), 1e-300))
-    found = [Motion(matrix=np.eye(3), shift=centers[1] - centers[0])]
+    way = centers[1] - centers[0]
+    found = [Motion(matrix=np.eye(3), shift=way)]
     axis = np.cross(normals[0], -normals[1])
+    cosine = float(-normals[0] @ normals[1])
+    if np.linalg.norm(axis) < _PARALLEL and cosine < 0:
+        axis = np.cross(normals[0], way)  # half a turn: across the way from the one to the other
     sine = float(np.linalg.norm(axis))
     if sine > 1e-9:
-        axis /= sine
-        angle = float(np.arctan2(sine, -normals[0] @ normals[1]))
-        matrix = scipy.spatial.transform.Rotation.from_rotvec(angle * axis).as_matrix()
-        found.append(Motion(matrix=matrix, shift=centers[1] - matrix @ centers[0]))
+        angle = float(np.arctan2(np.linalg.norm(np.cross(normals[0], normals[1])), cosine))
+        matrix = scipy.spatial.transform.Rotation.from_rotvec(angle * axis / sine).as_matrix()
+        found.insert(0 if cosine < 0 else 1, Motion(matrix=matrix, shift=centers[1] - matrix @ centers[0]))
     return found
 
 
-def _edge_images(
-    solid: Solid, one: Sequence[Face], other: Sequence[Face], motion: Motion, near: float
-) -> dict[int, tuple[int, bool]] | None:
-    """Which edge every edge of a face is carried to; None where one has no image."""
+def edge_images(
+    ours: Mapping[int, Edge], theirs: Mapping[int, Edge], motion: Motion, near: float
+) -> tuple[dict[int, tuple[int, bool]], list[int]]:
+    """Which edge every edge is carried to, and whether they run alike; and those of either side without partner."""
     at = np.linspace(0.0, 1.0, _SAMPLES)
-    sources = list(dict.fromkeys(e for face in one for e in face.edges))
-    targets = {e: solid.edges[e].curve.evaluate(at) for face in other for e in face.edges}
-    if len(sources) != len(targets):
-        return None
+    targets = {e: edge.curve.evaluate(at) for e, edge in theirs.items()}
     found: dict[int, tuple[int, bool]] = {}
-    for e in sources:
-        image = motion(solid.edges[e].curve.evaluate(at))
+    for e, edge in ours.items():
+        image = motion(edge.curve.evaluate(at))
         for t, points in targets.items():
             for same, seen in ((True, points), (False, points[::-1])):
                 if np.linalg.norm(image - seen, axis=1).max() <= near:
                     found.setdefault(e, (t, same))
-    return found if len(found) == len(sources) and len({t for t, _ in found.values()}) == len(found) else None
+    alone = [e for e in ours if e not in found]
+    return found, alone + [t for t in theirs if t not in {image for image, _ in found.values()}]
 
 
 def tied_counts(
@@ -206,7 +213,9 @@ def with_pairs(mesh: HexMesh) -> HexMesh:
         names = tuple(_boundary(mesh, sweep, faces) for faces in match.faces)
         nodes = [np.unique(np.concatenate([mesh.boundaries[name] for name in own])) for own in names]
         motion = match.motion.in_units(part.scale, part.offset)
-        pairs["__".join("_and_".join(own) for own in names)] = _pairs(mesh.points, nodes[0], nodes[1], motion, match)
+        pairs["__".join("_and_".join(own) for own in names)] = pair_nodes(
+            mesh.points, (nodes[0], nodes[1]), motion, match.words
+        )
     return replace(mesh, periodic=pairs)
 
 
@@ -219,13 +228,23 @@ def _boundary(mesh: HexMesh, sweep: Sweep, faces: frozenset[int]) -> tuple[str, 
     return tuple(name for name, covered in own.items() if covered <= set(faces))
 
 
-def _pairs(points: FloatArray, first: IntArray, second: IntArray, motion: Motion, match: Match) -> IntArray:
+def pair_nodes(
+    points: FloatArray, nodes: tuple[IntArray, IntArray], motion: Motion, words: tuple[str, str]
+) -> IntArray:
+    """Nodes (p, 2) of which the motion, in model units, carries the first to the second.
+
+    Raises
+    ------
+    SurfaceMeshError
+        A node has no partner.
+    """
+    first, second = nodes
     tree = scipy.spatial.cKDTree(points[second])
     far, index = tree.query(motion(points[first]))
     size = float(np.max(np.ptp(points, axis=0)))
-    if len(first) != len(second) or len(np.unique(index)) != len(first) or float(np.max(far)) > _SAME * size:
+    if len(first) != len(second) or len(np.unique(index)) != len(first) or float(np.max(far)) > SAME * size:
         raise SurfaceMeshError(
-            f"periodic: the meshes of '{match.words[0]}' and '{match.words[1]}' do not answer each other: "
+            f"periodic: the meshes of '{words[0]}' and '{words[1]}' do not answer each other: "
             f"{len(first)} and {len(second)} nodes, the farthest {float(np.max(far)):.3g} from its partner"
         )
     return np.column_stack([first, second[index]])

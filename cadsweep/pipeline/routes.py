@@ -19,6 +19,7 @@ from dataclasses import replace
 from typing import Any
 
 from .. import cad
+from ..blocks.block_mesh import BlockMesh
 from ..brep import Part
 from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh
@@ -27,8 +28,10 @@ from .assemblies import mesh_assembly
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
 from .decomposing import is_planar, mesh_cut, mesh_decomposed, mesh_user_cut
-from .making import make_mesh
-from .origin import made_of
+from .groups import as_blocks
+from .local_sizes import with_largest_size
+from .making import make_blocks, make_mesh
+from .origin import AnyMesh, made_of
 from .parts import load
 from .run import Run
 from .stacking import mesh_stacks_instead
@@ -50,9 +53,24 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
         )
 
 
-def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
+def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     """Mesh a part by the first way that applies."""
+    assert not run.in_blocks, "nobody asked for blocks"
+    mesh = mesh_part(source, options, run)
+    assert isinstance(mesh, HexMesh)
+    return mesh
+
+
+def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
+    """The same mesh, which stays in blocks as far as it is made of sweeps; columns between caps are in memory."""
+    assert run.in_blocks, "somebody measures them"
+    return as_blocks(mesh_part(source, options, run))
+
+
+def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
+    """Mesh a part by the first way that applies, in memory or in blocks."""
     part = open_part(source, options, run)
+    options = with_largest_size(part, options)
     chosen = options.only is not None or options.skip is not None
     options = replace(options, params=None, part=None)  # they are about the source, which is open now
     if options.cuts:
@@ -62,12 +80,12 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> HexMesh:
     return mesh_solid(part, options, run)
 
 
-def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
+def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part of one solid by the first way that does."""
     refused: CadSweepError | None = None
     # The search for planes looks at ten times as many cuts as the one for surfaces of any kind does.
     cells = mesh_decomposed if is_planar(part) else mesh_cut
-    best: HexMesh | None = None
+    best: AnyMesh | None = None
     for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
         try:
             mesh = way(part, options, run, refused)
@@ -87,21 +105,19 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> HexMesh:
         if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
             break
     if best is not None:
-        return made_of(best, part)
+        return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
     raise refused
 
 
-def _worst(mesh: HexMesh) -> float:
+def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 
-def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
             return mesh_stacks_instead(part, options, run, NotSweepableError("no sweep of the part as it is"))
-    mesh = first_good(opened, sweeps, options, run, make_mesh).mesh
-    assert mesh is not None
-    return mesh
+    return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh

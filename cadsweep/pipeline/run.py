@@ -1,21 +1,39 @@
-"""The clock and the voice of one run: seconds by stage, progress for whoever asked."""
+"""The clock and the voice of one run: seconds by stage, progress, and how a mesh in blocks is measured."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from ..blocks.block_mesh import BlockMesh
+from ..blocks.stream import check_blocks
 from ..progress import Progress
+from ..quality import CadReference, QualityAccumulator, QualityReport
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Run:
-    """Seconds by stage, and the progress callback."""
+    """Seconds by stage, and the progress callback.
+
+    Attributes
+    ----------
+    on_progress : callable
+    measure : callable or None
+        Measures the hexahedra of a mesh that stays in blocks, because it is streamed or shared by ranks; None: meshes
+        are made in memory.
+    seconds : dict of str to float
+    """
 
     on_progress: Progress
+    measure: Callable[[BlockMesh], QualityAccumulator] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def in_blocks(self) -> bool:
+        """Whether meshes stay in blocks."""
+        return self.measure is not None
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -30,3 +48,9 @@ class Run:
 
 def silent(stage: str, fraction: float | None) -> None:
     """Progress for those who did not ask."""
+
+
+def measured(mesh: BlockMesh, cad: CadReference | Mapping[str, CadReference] | None, run: Run) -> QualityReport:
+    """Measure a mesh that stays in blocks, and check it."""
+    assert run.measure is not None, "meshes stay in blocks"
+    return check_blocks(mesh, cad, run.measure(mesh))

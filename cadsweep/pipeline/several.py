@@ -7,7 +7,7 @@ open, faces merged); those that touch are planned and meshed together.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -15,7 +15,17 @@ from typing import Any
 import numpy as np
 
 from .. import cad, recognition, smoothing
-from ..blocks.finish import NamedFaces, by_face, find_colors, make_references, name_faces, to_hex_mesh
+from ..blocks.block_mesh import BlockMesh
+from ..blocks.cells import CellBlocks
+from ..blocks.finish import (
+    NamedFaces,
+    by_face,
+    find_colors,
+    make_references,
+    name_faces,
+    to_block_mesh,
+    to_hex_mesh,
+)
 from ..blocks.joined import JoinedMesh, neighbours_of
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
@@ -33,10 +43,11 @@ from ..stack import Slides
 from ..sweep import Intervals, Sweep
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
+from .cell_periodic import with_cell_pairs
 from .cells_accuracy import accurate_cells, check_coarse_solids
-from .origin import CellsOrigin
+from .origin import CellsOrigin, made_of
 from .refusing import refusal
-from .run import Run
+from .run import Run, measured
 
 log = logging.getLogger(__name__)
 
@@ -49,10 +60,11 @@ _MOST_CONTACTS = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Complex:
-    """A part of several cells with a sweep for each."""
+    """A part of several cells with a sweep for each; `model` is the part before it was cut."""
 
     part: Part
     plan: Plan
+    model: Part
 
 
 def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
@@ -65,21 +77,21 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     """
     candidates = [_sweeps(solid) for solid in part.solids]
     try:
-        return Complex(part=part, plan=make_plan(part, candidates))
+        return Complex(part=part, plan=make_plan(part, candidates), model=part)
     except PlanError as error:
         if not decompose:
             raise _refused(part, candidates, error) from error
     found = cut_until_planned(part, run)
     if found.plan is None:
         raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
-    return as_complex(found)
+    return as_complex(found, part)
 
 
-def as_complex(found: Found) -> Complex:
-    """A part that has a plan, its notes saying what was cut."""
+def as_complex(found: Found, model: Part) -> Complex:
+    """A part that has a plan, its notes saying what was cut of the model."""
     assert isinstance(found.plan, Plan), "it has one"
     notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
-    return Complex(part=replace(found.part, notes=notes), plan=found.plan)
+    return Complex(part=replace(found.part, notes=notes), plan=found.plan, model=model)
 
 
 def cutting_tools(run: Run) -> Tools:
@@ -160,7 +172,7 @@ def _contacts(part: Part, cell: int) -> list[str]:
     return list(found.values())[:_MOST_CONTACTS]
 
 
-def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh:
+def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh | BlockMesh:
     """Mesh a planned part, check every solid of it, and smooth where that is needed.
 
     Raises
@@ -171,10 +183,10 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         A face or a layer cannot be meshed.
     """
     part, plan = found.part, found.plan
-    joined, counts, notes = accurate_cells(part, plan, options, run, wishes)
-    return finish(
+    cells, counts, notes = accurate_cells(part, plan, options, run, wishes, found.model)
+    mesh = finish(
         part,
-        joined,
+        cells,
         options,
         run,
         notes=notes,
@@ -183,6 +195,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
             for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
         ],
     )
+    return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
 
 
 def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
@@ -195,22 +208,22 @@ def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
 
 def finish(
     part: Part,
-    joined: JoinedMesh,
+    cells: JoinedMesh | CellBlocks,
     options: SweepOptions,
     run: Run,
     *,
     notes: Sequence[str] = (),
     sweeps: Sequence[dict[str, Any]] = (),
     slides: Callable[[], Slides] | None = None,
-) -> HexMesh:
-    """Name, check, smooth and check again a mesh of the cells of a part.
+) -> HexMesh | BlockMesh:
+    """Name, check, smooth and check again a mesh of the cells of a part; of blocks in memory, or as blocks.
 
     Raises
     ------
     InvertedHexError
         The mesh is not valid, and the user does not allow that.
     """
-    names = name_faces(part, joined.roles)
+    names = name_faces(part, cells.roles)
     volume = sum(model.volume for j, model in enumerate(part.models) if j in part.owners) * part.scale**3
     info: dict[str, Any] = {
         "part": part.name,
@@ -223,11 +236,17 @@ def finish(
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }
-    check_coarse_solids(part, joined, names, options)
-    mesh = checked_cells(
-        part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
-        slides=slides,
-    )  # fmt: skip
+    check_coarse_solids(part, cells, names, options)
+    mesh: HexMesh | BlockMesh
+    if isinstance(cells, CellBlocks) and run.in_blocks:
+        mesh = checked_blocks(part, cells, names, options, run, info=info)
+    else:
+        with run.stage("assembly"):
+            joined = cells.joined() if isinstance(cells, CellBlocks) else cells
+        mesh = checked_cells(
+            part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
+            slides=slides,
+        )  # fmt: skip
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
@@ -238,6 +257,30 @@ def finish(
         if abs(off) > COARSE:
             raise coarse(f"its volume is {off:+.1%} off the CAD's")
     return mesh
+
+
+def checked_blocks(
+    part: Part, cells: CellBlocks, names: NamedFaces, options: SweepOptions, run: Run, *, info: dict[str, Any]
+) -> BlockMesh:
+    """Check cells that stay in blocks, and smooth them where that is needed, as :func:`checked_cells` does.
+
+    While it is smoothed the mesh is in memory: what is to be moved may be anywhere, and have any neighbours.
+    """
+    references = make_references(part, names)
+
+    def checked(cells: CellBlocks) -> tuple[BlockMesh, QualityReport]:
+        with run.stage("assembly"):
+            mesh = to_block_mesh(part, cells, names, info)
+        with run.stage("quality"):
+            return mesh, measured(mesh, references, run)
+
+    mesh, report = checked(cells)
+    if _is_poor(report, options, SMOOTH_BELOW):
+        better = _smoothed(cells.joined(), names, run)
+        info["notes"] += better.steps
+        if len(better.nodes):
+            mesh, report = checked(cells.moved(better.nodes, better.positions))
+    return replace(mesh, info={**mesh.info, "quality": report})
 
 
 def checked_cells(
@@ -280,15 +323,8 @@ def checked_cells(
             return mesh, check_mesh(mesh, cad=references)
 
     mesh, report = checked(joined)
-    if options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted):
-        with run.stage("smoothing"):
-            fixed = fixed_nodes(joined, names)
-            better = smoothing.improve(
-                joined.points,
-                Blocks(joined.hexes, len(joined.points)),
-                fixed=fixed if kept is None else fixed | kept,
-                slides=None if slides is None else slides(),
-            )
+    if _is_poor(report, options, smooth_below):
+        better = _smoothed(joined, names, run, kept, slides)
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
@@ -310,10 +346,36 @@ def checked_cells(
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 
-def _at_fault(mesh: HexMesh, report: QualityReport) -> tuple[str, ...]:
+def _is_poor(report: QualityReport, options: SweepOptions, smooth_below: float) -> bool:
+    """Whether a mesh is to be smoothed."""
+    return options.smoothing and bool(report.min_scaled_jacobian < smooth_below or report.n_inverted)
+
+
+def _smoothed(
+    joined: JoinedMesh,
+    names: NamedFaces,
+    run: Run,
+    kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
+) -> smoothing.Smoothed:
+    with run.stage("smoothing"):
+        fixed = fixed_nodes(joined, names)
+        blocks = Blocks(joined.hexes, len(joined.points))
+        return smoothing.improve(
+            joined.points,
+            blocks,
+            fixed=fixed if kept is None else fixed | kept,
+            slides=None if slides is None else slides(),
+        )
+
+
+def _at_fault(mesh: HexMesh | BlockMesh, report: QualityReport) -> tuple[str, ...]:
     """The parts of a mesh that its problems are about."""
     said = [name for name in mesh.parts if any(problem.startswith(f"part '{name}'") for problem in report.problems)]
     inverted = [bad.id for bad in report.worst if bad.scaled_jacobian <= 0]
+    if isinstance(mesh, BlockMesh):
+        there = {mesh.part_of(number) for number in inverted}
+        return tuple(said) or tuple(name for name in mesh.parts if name in there)
     return tuple(said) or tuple(name for name, ids in mesh.parts.items() if np.isin(inverted, ids).any())
 
 
@@ -330,32 +392,38 @@ def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
     """One mesh of several that share no node; boundaries of one name become one."""
     nodes = np.cumsum([0, *(mesh.n_nodes for mesh in meshes)])
     hexes = np.cumsum([0, *(mesh.n_hexes for mesh in meshes)])
-    groups: dict[str, dict[str, list[np.ndarray]]] = {"boundaries": {}, "interfaces": {}, "parts": {}}
+    kinds = ("boundaries", "interfaces", "periodic", "parts")
+    groups: dict[str, dict[str, list[np.ndarray]]] = {kind: {} for kind in kinds}
     for mesh, node, first in zip(meshes, nodes, hexes, strict=False):
-        for kind, start in (("boundaries", node), ("interfaces", node), ("parts", first)):
+        for kind, start in zip(kinds, (node, node, node, first), strict=True):
             for name, ids in getattr(mesh, kind).items():
                 groups[kind].setdefault(name, []).append(ids + start)
     merged = {kind: {n: np.concatenate(ids) for n, ids in own.items()} for kind, own in groups.items()}
-    infos = [mesh.info for mesh in meshes]
     return HexMesh(
         points=np.concatenate([mesh.points for mesh in meshes]),
         hexes=np.concatenate([mesh.hexes + node for mesh, node in zip(meshes, nodes, strict=False)]),
         boundaries=merged["boundaries"],
         interfaces=merged["interfaces"],
+        periodic=merged["periodic"],
         parts=merged["parts"],
-        info={
-            **infos[0],
-            "material": None,
-            "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
-            "cad_volume": sum(info["cad_volume"] for info in infos),
-            "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
-            "colors": {
-                kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
-                for kind in ("boundaries", "parts")
-            },
-            "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
-        },
+        info=info_of_all([mesh.info for mesh in meshes]),
     )
+
+
+def info_of_all(infos: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What is known of several meshes together."""
+    return {
+        **infos[0],
+        "material": None,
+        "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
+        "cad_volume": sum(info["cad_volume"] for info in infos),
+        "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
+        "colors": {
+            kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
+            for kind in ("boundaries", "parts")
+        },
+        "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
+    }
 
 
 __all__ = [

@@ -49,6 +49,17 @@ def check_words(part: Part, options: SweepOptions) -> None:
             )
 
 
+def has_face(part: Part, word: str | int) -> bool:
+    """Whether a face of any of the solids is called so."""
+    for cell in range(len(part.solids)):
+        try:
+            cad.select_faces(subset(part, [cell]), word)
+        except InputError:
+            continue  # another solid may have it
+        return True
+    return False
+
+
 def local_hints(part: Part, options: SweepOptions) -> LocalHints:
     """Of what is asked for, that which is about the faces and edges of this one solid."""
     names = {model.name for model in part.models}

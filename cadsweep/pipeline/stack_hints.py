@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -32,8 +32,6 @@ class StackHints:
     ----------
     sizes : dict of int to float
         Wanted edge length of edges of the arrangement, working units.
-    finer : dict of int to float
-        The same, where nobody asked for it: at narrow places.
     counts : dict of tuple of int to int
         Demanded segments of edges of the arrangement together.
     layer_sizes : dict of (int, int) to float
@@ -44,15 +42,20 @@ class StackHints:
         How edges of the arrangement divide themselves that are not divided evenly.
     gradings : dict of (int, int) to callable
         How the layers between two sheets divide the height, from the lower one.
+    most_sizes : dict of int to float
+        Edge length of edges of the arrangement that places ask for: they may be divided finer.
+    inside : callable or None
+        Wanted lengths (m,) at points (m, 3) of the plane.
     """
 
     sizes: dict[int, float] = field(default_factory=dict)
-    finer: dict[int, float] = field(default_factory=dict)
     counts: dict[tuple[int, ...], int] = field(default_factory=dict)
     layer_sizes: dict[tuple[int, int], float] = field(default_factory=dict)
     layers: dict[tuple[int, int], int] = field(default_factory=dict)
     divisions: dict[int, Division] = field(default_factory=dict)
     gradings: dict[tuple[int, int], Division] = field(default_factory=dict)
+    most_sizes: dict[int, float] = field(default_factory=dict)
+    inside: Callable[[FloatArray], FloatArray] | None = None
 
 
 def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions) -> StackHints:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Set
+from collections.abc import Callable
 
 from .. import stacks
 from ..errors import SurfaceMeshError
@@ -41,33 +41,37 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
     SurfaceMeshError
         A cell cannot be meshed with shorter segments either.
     """
-    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
-    counts, surfaces, notes = _until_meshed(stack, hints.finer | hints.sizes, fixed, attempt, run)
-    best, sizes = surfaces.source, hints.finer | hints.sizes
+    counts, surfaces, notes = _until_meshed(stack, hints, {}, attempt, run)
+    best, finer = surfaces.source, dict[int, float]()
     poor, worst = stacks.find_poor_edges(stack, best)
+    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
     for _ in range(MOST_REFINED):
         shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
         if not shorter:
             break
-        sizes |= shorter
+        finer |= shorter
         try:
-            counts, surfaces, more = _until_meshed(stack, sizes, fixed | shorter.keys(), attempt, run)
+            counts, surfaces, more = _until_meshed(stack, hints, finer, attempt, run)
         except SurfaceMeshError:
             break  # what there is has been meshed already
         poor, found = stacks.find_poor_edges(stack, surfaces.source)
         if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) or found <= worst:
             break
         best, worst = surfaces.source, found
-        n_finer = len(sizes) - len(hints.finer | hints.sizes)
-        notes = [f"{n_finer} outlines divided finer than their size asks, for better quads", *more]
+        notes = [
+            f"{len(finer)} outlines divided finer than their size asks, for better quads",
+            *more,
+        ]
     return best, notes
 
 
 def _until_meshed(
-    stack: Stack, sizes: dict[int, float], fixed: Set[int], attempt: Attempt, run: Run
+    stack: Stack, hints: StackHints, finer: dict[int, float], attempt: Attempt, run: Run
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
-    wished = dict(sizes)
+    wished = hints.most_sizes | hints.sizes | finer
+    sizes = dict(wished)
+    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes) | set(finer)
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
         counts, mesh = _blunted(stack, wished, fixed, attempt)
@@ -83,14 +87,14 @@ def _until_meshed(
                 raise first from None
             wished |= shorter
             continue
-        finer = len(wished) - len(sizes)
-        return counts, surfaces, [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
+        n = sum(e not in sizes or size < sizes[e] for e, size in wished.items())
+        return counts, surfaces, [f"{n} edges at narrow places divided finer than their size asks"] if n else []
     assert first is not None
     raise first
 
 
 def _blunted(
-    stack: Stack, wished: dict[int, float], fixed: Set[int], attempt: Attempt
+    stack: Stack, wished: dict[int, float], fixed: set[int], attempt: Attempt
 ) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
     """Counts with which no two outlines cross that part at a sharp corner; `wished` gets the sizes for them."""
     counts, mesh = attempt(wished)

@@ -24,12 +24,17 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
+from .cell_periodic import with_cell_pairs
 from .parts import only_solid
+from .periodic import side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
 from .stack_merging import merged_stack
+from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
+from .stack_sizes import at_narrow_places, by_place
+from .stack_walls import StackWalls, plan_stack_walls
 
 log = logging.getLogger(__name__)
 
@@ -188,7 +193,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance", "wall_layers", "periodic", "local_sizes"):
+    for name in ("fractions", "bias", "tolerance"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     size = None if options.size is None else options.size / part.scale
@@ -197,20 +202,32 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         sheets = stacks.find_sheets(stack)
     hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
+    matches, walls = match_walls(part, stack, options), StackWalls()
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
-            counts = intervals.assign_intervals(
-                stack.plan, size=size, layers=1, edge_sizes=sizes, edge_counts=hints.counts
-            )
-        return counts, lambda: surface.mesh_surfaces(stack.plan, counts, divisions=hints.divisions, memory=memory)
+            assign = partial(intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes)
+            counts = assign(edge_counts=hints.counts)
+            tied = tied_counts(stack.plan, matches, counts, hints.counts)
+            if tied:
+                counts = assign(edge_counts=hints.counts | tied)
+        return counts, lambda: surface.mesh_surfaces(
+            stack.plan,
+            counts,
+            sizes=hints.inside,
+            divisions=with_images(matches, hints.divisions),
+            alone=walls.plan.divisions(stack.plan),
+            walls=walls.walls(stack),
+            matched=side_motions(stack.plan, matches),
+            memory=memory,
+        )
 
     counts, _ = attempt(hints.sizes)
-    finer, divisions = stacks.grade_edges(stack, counts.size)
-    asked = {e for edges in hints.counts for e in edges} | hints.sizes.keys()
-    divisions = {e: division for e, division in divisions.items() if e not in asked}
-    across = stacks.sizes_across(stack, counts.size)
-    hints = replace(hints, finer=finer, sizes=across | hints.sizes, divisions=divisions | hints.divisions)
+    hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
+    hints = by_place(part, stack, sheets, options, hints, counts.size)
+    hints = at_narrow_places(stack, hints, counts.size)
+    walls = plan_stack_walls(part, stack, sheets, options, counts)
+    hints = walls.added_to(hints)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
@@ -237,8 +254,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         joined,
         options,
         run,
-        notes=[*stack.notes, *finer],
-        slides=partial(stacks.find_slides, stack, levels, quads, built),
+        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *finer],
+        # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
+        slides=None
+        if options.periodic or options.wall_layers
+        else partial(stacks.find_slides, stack, levels, quads, built),
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],
@@ -248,6 +268,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             }
         ],
     )
+    assert isinstance(mesh, HexMesh), "its arrays are in memory"
+    mesh = with_cell_pairs(mesh)
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"

@@ -6,7 +6,7 @@ divided so that the rows end at their nodes. A wall that is a cap gets its layer
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -15,16 +15,18 @@ import numpy as np
 from .. import cad
 from ..arrays import FloatArray
 from ..asked import WallLayers, layer_heights, wall_layers
-from ..brep import Edge, Part
+from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
 from ..surface import Division, Walls, turned_round
 from ..sweep import Intervals, Sweep
 
-_STRAIGHT_ON = np.radians(135)
+STRAIGHT_ON = np.radians(135)
 """Angle of a section from which on a wall goes on along its neighbour: its rows could not end there."""
-_MOST_OF_EDGE = 0.8
+MOST_OF_EDGE = 0.8
 """Part of an edge that rows which end at it may take."""
+LEAST_SLANT = 0.2
+"""Sine of the angle between an edge and the wall that it leaves below which its layers get no longer."""
 _MOST_GROWTH = 1e3
 """Growth up to which one is looked for that fills a length."""
 
@@ -55,11 +57,11 @@ class WallPlan:
 
     def divisions(self, sweep: Sweep) -> dict[int, Division]:
         """How the edges at which rows end divide themselves."""
-        return {e: self._division(sweep.solid.edges[e]) for e in self.ends}
-
-    def _division(self, edge: Edge) -> Division:
-        begin, end = (self.ends[edge.id].get(side, np.empty(0)) / edge.length for side in (True, False))
-        return partial(_layered, begin=begin, end=end, growth=self.growths[edge.id], label=edge.label())
+        found = {}
+        for e, ends in self.ends.items():
+            edge = sweep.solid.edges[e]
+            found[e] = layered(ends, self.growths[e], length=edge.length, label=edge.label())
+        return found
 
     @property
     def walls(self) -> Walls:
@@ -86,10 +88,15 @@ def plan_walls(part: Part, sweep: Sweep, options: SweepOptions, counts: Interval
                     f"wall layers of '{word}': {label} is a cap, and fractions place the layers along the sweep"
                 )
             _take_face(sweep, plan, f, own, word)
+    end_rows(sweep, plan, counts, options)
+    return plan
+
+
+def end_rows(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
+    """Find where the rows along the edges of a plan end, and the segments that this asks for."""
     _go_on(sweep, plan)
     _end_rows(sweep, plan)
     _need_segments(sweep, plan, counts, options)
-    return plan
 
 
 def _take_face(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, word: str) -> None:
@@ -147,8 +154,8 @@ def _layers_at_cap(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, *, 
                 continue
             normal = surface.normals(surface.project(solid.vertices[vertex][None]))[0]
             slant = abs(float(edge.tangents[0 if at_start else 1] @ normal))
-            distances = _heights(own) / max(slant, 0.2)
-            if distances[-1] > _MOST_OF_EDGE * edge.length:
+            distances = heights_of(own) / max(slant, LEAST_SLANT)
+            if distances[-1] > MOST_OF_EDGE * edge.length:
                 taken, length = distances[-1] * solid.units.scale, edge.length * solid.units.scale
                 raise InputError(
                     f"wall layers: {own.n} layers at {solid.faces[face].label()} take {taken:.3g} of {edge.label()}, "
@@ -158,17 +165,17 @@ def _layers_at_cap(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, *, 
             plan.growths[e] = max(own.growth, 1.05)
 
 
-def _heights(own: WallLayers) -> FloatArray:
+def heights_of(own: WallLayers) -> FloatArray:
     return layer_heights(np.array([own.first]), np.array([own.growth]), own.n, np.array([np.inf]))[0]
 
 
-def _joints(sweep: Sweep) -> Iterator[tuple[tuple[int, bool], tuple[int, bool], float]]:
-    """Pairs of directed edges of the source's faces that follow each other, and the face's angle between them."""
+def joints(sweep: Sweep) -> Iterator[tuple[int, tuple[int, bool], tuple[int, bool], float]]:
+    """Faces of the source, pairs of their directed edges that follow each other, and the face's angle between them."""
     for f in sweep.source:
         for loop in sweep.solid.faces[f].loops:
             directed = loop.directed
             for j, angle in enumerate(loop.angles):
-                yield directed[j - 1], directed[j], angle
+                yield f, directed[j - 1], directed[j], angle
 
 
 def _go_on(sweep: Sweep, plan: WallPlan) -> None:
@@ -177,8 +184,8 @@ def _go_on(sweep: Sweep, plan: WallPlan) -> None:
     changed = True
     while changed:
         changed = False
-        for (a, _), (b, _), angle in _joints(sweep):
-            if (a in plan.edges) == (b in plan.edges) or angle < _STRAIGHT_ON:
+        for _, (a, _), (b, _), angle in joints(sweep):
+            if (a in plan.edges) == (b in plan.edges) or angle < STRAIGHT_ON:
                 continue
             wall, other = (a, b) if a in plan.edges else (b, a)
             if other not in on_rim:
@@ -192,7 +199,7 @@ def _go_on(sweep: Sweep, plan: WallPlan) -> None:
 
 def _end_rows(sweep: Sweep, plan: WallPlan) -> None:
     """Find the edges at which rows end, and where their nodes are to be."""
-    for (a, a_forward), (b, b_forward), angle in _joints(sweep):
+    for _, (a, a_forward), (b, b_forward), angle in joints(sweep):
         one, other = plan.edges.get(a), plan.edges.get(b)
         if one is not None and other is not None:
             if one.n != other.n:
@@ -207,15 +214,15 @@ def _end_rows(sweep: Sweep, plan: WallPlan) -> None:
         assert own is not None
         # The edge that is no wall ends at the joint where it is the first of the two.
         edge, at_start = (b, b_forward) if one is not None else (a, not a_forward)
-        plan.ends.setdefault(edge, {})[at_start] = _heights(own) / max(float(np.sin(angle)), 0.2)
+        plan.ends.setdefault(edge, {})[at_start] = heights_of(own) / max(float(np.sin(angle)), LEAST_SLANT)
         plan.growths[edge] = max(own.growth, 1.05)
     for e, ends in plan.ends.items():
         if e in sweep.rails:
             continue
         whole = sweep.solid.edges[e]
         taken = sum(float(d[-1]) for d in ends.values())
-        if taken > _MOST_OF_EDGE * whole.length:
-            plan.ends[e] = {side: d * (_MOST_OF_EDGE * whole.length / taken) for side, d in ends.items()}
+        if taken > MOST_OF_EDGE * whole.length:
+            plan.ends[e] = {side: d * (MOST_OF_EDGE * whole.length / taken) for side, d in ends.items()}
             plan.notes.append(f"wall layers are thinner at {whole.label()}, which is too short for them")
 
 
@@ -227,7 +234,7 @@ def _need_segments(sweep: Sweep, plan: WallPlan, counts: Intervals, options: Swe
         size = edge.length / max(1, int(counts.counts[e]))
         left = edge.length - sum(float(d[-1]) for d in ends.values())
         last = [float(np.diff(d, prepend=0.0)[-1]) for d in ends.values()]
-        needed[e] = sum(len(d) for d in ends.values()) + _count_between(left, last, plan.growths[e], size)
+        needed[e] = sum(len(d) for d in ends.values()) + count_between(left, last, plan.growths[e], size)
     for f in sweep.source:
         for loop in sweep.solid.faces[f].loops:
             if len(loop.edges) == 4:
@@ -245,7 +252,7 @@ def _need_segments(sweep: Sweep, plan: WallPlan, counts: Intervals, options: Swe
     plan.counts |= {(e,): n for e, n in needed.items() if e not in rails}
 
 
-def _count_between(length: float, last: list[float], growth: float, size: float) -> int:
+def count_between(length: float, last: list[float], growth: float, size: float) -> int:
     """Segments that lead on from the last layers, growing up to the size."""
     for n in range(1, 100_000):
         if _grown(n, last, growth, size).sum() >= length:
@@ -258,6 +265,12 @@ def _grown(n: int, last: list[float], growth: float, most: float) -> FloatArray:
     steps = growth ** np.arange(1, n + 1, dtype=float)
     rows = [last[0] * steps, *(own * steps[::-1] for own in last[1:])]
     return np.minimum(np.min(rows, axis=0), max(most, min(last)))
+
+
+def layered(ends: Mapping[bool, FloatArray], growth: float, *, length: float, label: str) -> Division:
+    """The division of a line with nodes at given distances from its start (True) and its end."""
+    begin, end = (ends.get(side, np.empty(0)) / length for side in (True, False))
+    return partial(_layered, begin=begin, end=end, growth=growth, label=label)
 
 
 def _layered(n: int, *, begin: FloatArray, end: FloatArray, growth: float, label: str) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
-from .check import SurfaceFindings, check_mesh, check_surface, make_report
+from .check import check_mesh, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
 from .metrics import (
     HexMetrics,
@@ -14,7 +14,8 @@ from .metrics import (
 )
 from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
-from .several import part_surfaces
+from .several import PartSurface, fit_surfaces, name_quads, part_surfaces, shared_problems
+from .skin import Skin, SurfaceFindings, check_skin, check_surface
 from .structure import structure_problems
 
 __all__ = [
@@ -24,22 +25,28 @@ __all__ = [
     "CadReference",
     "HexMetrics",
     "MetricSummary",
+    "PartSurface",
     "QualityAccumulator",
     "QualityReport",
+    "Skin",
     "SurfaceFindings",
     "WorstHex",
     "boundary_limit",
     "check_mesh",
+    "check_skin",
     "check_surface",
     "corner_limits",
     "enclosed_volume",
     "find_crossings",
+    "fit_surfaces",
     "make_report",
     "measure_hexes",
+    "name_quads",
     "part_surfaces",
     "positive_inside",
     "quad_areas",
     "quad_scaled_jacobians",
     "scaled_jacobians",
+    "shared_problems",
     "structure_problems",
 ]

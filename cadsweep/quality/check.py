@@ -21,29 +21,23 @@ Not handled here: a mesh without any named boundary is not asked for one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..contacts import separate_contacts
 from ..mesh import HexMesh
 from . import conformity
 from .accumulate import QualityAccumulator
-from .boundary import boundary_problems, place
-from .cadcheck import cad_problems
+from .boundary import boundary_problems
 from .limits import BoundaryLimit, boundary_limit
-from .metrics import quad_areas
-from .overlap import BoundaryCrossing, crossing_problems, describe_crossings, find_crossings, nesting_problems
+from .overlap import BoundaryCrossing
 from .report import CadReference, QualityReport
-from .several import crossings_apart, interface_problems, part_surfaces
+from .several import interface_problems, part_surfaces
+from .skin import Skin, check_skin
 from .structure import follows_structure, structure_boundary, structure_problems
 
 POOR = 0.5
 """Worst scaled Jacobian below which the report says how much of it is the boundary's."""
-
-COINCIDENT = 1e-10
-"""Nodes nearer than this times the mesh's diagonal are the same point."""
 
 
 def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] | None = None) -> QualityReport:
@@ -107,7 +101,16 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
         expected = once
         seen.add_hexes(points, hexes)
-    surface = _check_surfaces(mesh, points, expected, cad, volume=seen.volume)
+    skin = Skin(
+        points=points,
+        quads=expected,
+        boundaries=mesh.boundaries,
+        interfaces=mesh.interfaces,
+        parts=mesh.parts,
+        surfaces=lambda: part_surfaces(mesh),
+        between=lambda: interface_problems(mesh),
+    )
+    surface = check_skin(skin, cad if isinstance(cad, Mapping) else cad or _cad_of(mesh), volume=seen.volume)
     problems += boundary_problems(mesh, expected)
     return make_report(
         seen,
@@ -119,40 +122,6 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
         limit=limit,
         crossings=surface.crossings,
     )
-
-
-def _check_surfaces(
-    mesh: HexMesh,
-    points: FloatArray,
-    quads: IntArray,
-    cad: CadReference | Mapping[str, CadReference] | None,
-    *,
-    volume: float,
-) -> SurfaceFindings:
-    """Check the surface of the mesh; of several parts each by itself, since these may touch along an edge."""
-    if not isinstance(cad, Mapping):
-        whole = check_surface(points, quads, mesh.boundaries, cad=cad or _cad_of(mesh), volume=volume)
-        if len(mesh.parts) < 2 or not whole.problems:
-            whole.problems += interface_problems(mesh)
-            return whole
-    contacts = separate_contacts(mesh.boundaries, mesh.parts)
-    surfaces = part_surfaces(mesh)
-    found = check_surface(points, quads, mesh.boundaries, volume=volume, overlap=not (contacts and surfaces))
-    if not surfaces:
-        return found
-    if contacts:
-        found.crossings = crossings_apart(points, surfaces, mesh.boundaries, contacts)
-        found.overlaps = crossing_problems(found.crossings)
-    # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
-    found.problems = [*found.overlaps, *interface_problems(mesh)]
-    for own in surfaces:
-        reference = cad.get(own.name) if isinstance(cad, Mapping) else None
-        alone = check_surface(points, own.quads, own.named, cad=reference, volume=own.volume, overlap=bool(contacts))
-        found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
-        found.areas |= {name: alone.areas[name] for name in own.named if name in mesh.interfaces}
-    if isinstance(cad, Mapping):
-        found.problems += [f"part '{name}' has no hexahedra" for name in cad if name not in mesh.parts]
-    return found
 
 
 def make_report(
@@ -187,109 +156,6 @@ def make_report(
         limit=limit,
         crossings=crossings,
     )
-
-
-@dataclass(kw_only=True, eq=False)
-class SurfaceFindings:
-    """What the checks of a boundary found.
-
-    Attributes
-    ----------
-    areas : dict of str to float
-    euler : int or None
-    problems : list of str
-    crossings : tuple of BoundaryCrossing
-    overlaps : list of str
-        Those of the problems that say where hexahedra overlap.
-    """
-
-    areas: dict[str, float] = field(default_factory=dict)
-    euler: int | None = None
-    problems: list[str] = field(default_factory=list)
-    crossings: tuple[BoundaryCrossing, ...] = ()
-    overlaps: list[str] = field(default_factory=list)
-
-
-def check_surface(
-    points: FloatArray,
-    quads: IntArray,
-    boundaries: Mapping[str, IntArray],
-    *,
-    cad: CadReference | None = None,
-    volume: float | None = None,
-    overlap: bool = True,
-) -> SurfaceFindings:
-    """Check a boundary surface by itself and against the CAD model.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-    quads : (b, 4) int64
-        The whole boundary, outward.
-    boundaries : mapping of name to (q, 4 or more) int64
-        Its named pieces.
-    cad : CadReference or None
-    volume : float or None
-        Volume of the mesh, to be held against ``cad.volume``.
-    overlap : bool
-        Look for crossing and nested pieces; False for a part of a surface that is looked at as a whole.
-    """
-    found = SurfaceFindings()
-    shape = conformity.surface_shape(quads)
-    found.euler = shape.euler
-    if len(shape.open_edges):
-        a, b = shape.open_edges[0].tolist()
-        found.problems.append(
-            f"the boundary is not a closed 2-manifold: {len(shape.open_edges)} edges do not have two quads, "
-            f"the first is between nodes {a} and {b} at {place(points[a])}"
-        )
-    if len(shape.pinched_nodes):
-        a = int(shape.pinched_nodes[0])
-        found.problems.append(
-            f"the boundary is not a 2-manifold: its sheets touch at {len(shape.pinched_nodes)} nodes, "
-            f"the first is node {a} at {place(points[a])}"
-        )
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[quads] = True
-    nodes = np.flatnonzero(used)
-    finite = points[nodes][np.isfinite(points[nodes]).all(axis=1)]
-    size = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
-    pairs = conformity.coincident_pairs(points[nodes], COINCIDENT * size)
-    if pairs:
-        a, b = (int(nodes[i]) for i in pairs[0])
-        found.problems.append(
-            f"{len(pairs)} pairs of boundary nodes coincide, the first are {a} and {b} at {place(points[a])}"
-        )
-    full_usable = {
-        name: q
-        for name, q in ((k, np.asarray(v)) for k, v in boundaries.items())
-        if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
-    }
-    usable = {name: q[:, :4] for name, q in full_usable.items()}
-    found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
-    if overlap:
-        full = _with_middles(quads, boundaries)
-        crossing, places = find_crossings(points, full)
-        found.crossings = describe_crossings(points, full, usable, crossing, places)
-        found.overlaps = crossing_problems(found.crossings)
-        if not found.crossings and not len(shape.open_edges) and len(finite) == len(nodes):
-            found.overlaps = nesting_problems(points, quads)
-        found.problems += found.overlaps
-    if cad is not None:
-        found.problems += cad_problems(
-            points, full_usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
-        )
-    return found
-
-
-def _with_middles(quads: IntArray, boundaries: Mapping[str, IntArray]) -> IntArray:
-    """The boundary's quads with their middle nodes, where a mesh of order 2 names them all; else as they are."""
-    widths = {np.asarray(q).shape[1:] for q in boundaries.values() if len(q)}
-    if widths not in ({(8,)}, {(9,)}):
-        return quads
-    stacked = np.concatenate([np.asarray(q) for q in boundaries.values() if len(q)])
-    _, first = np.unique(np.sort(stacked[:, :4], axis=1), axis=0, return_index=True)
-    return stacked[np.sort(first)] if len(first) == len(quads) else quads
 
 
 def _coordinate_problems(points: FloatArray) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..mesh import HexMesh
 from . import conformity
-from .boundary import place
+from .boundary import place, quad_keys
 from .metrics import enclosed_volume
 from .overlap import BoundaryCrossing, describe_crossings, find_crossings
 
@@ -52,14 +52,14 @@ def part_surfaces(mesh: HexMesh) -> list[PartSurface]:
     for ids in mesh.parts.values():
         own = np.ascontiguousarray(mesh.hexes[ids, :8])
         quads.append(conformity.face_nodes(own, conformity.match_faces(own, n).once))
-    named = _named_quads(quads, {**mesh.boundaries, **mesh.interfaces})
+    named = name_quads(quads, {**mesh.boundaries, **mesh.interfaces})
     return [
         PartSurface(name=name, quads=own, named=own_named, volume=enclosed_volume(mesh.points, own))
         for name, own, own_named in zip(mesh.parts, quads, named, strict=True)
     ]
 
 
-def _named_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> list[dict[str, IntArray]]:
+def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> list[dict[str, IntArray]]:
     """Quads of each of several surfaces that have a name, by name, turned as in the surface.
 
     Names are looked for among the quads of all surfaces, once: of hundreds of parts nearly none has a name.
@@ -128,16 +128,62 @@ def interface_problems(mesh: HexMesh) -> list[str]:
     order = np.argsort(keys)
     keys, owner = keys[order], np.repeat(part, 6)[order]
     pair = np.flatnonzero((keys[1:] == keys[:-1]) & (owner[1:] != owner[:-1]))
-    wanted = keys[pair]
     given = np.unique(conformity.row_keys(np.concatenate([np.asarray(q)[:, :4] for q in mesh.interfaces.values()])))
+    return _hold_interfaces(mesh.points, faces[order[pair]], keys[pair], given)
+
+
+def fit_surfaces(quads: IntArray) -> tuple[IntArray, list[str]]:
+    """Put closed surfaces together at the quads that two of them have, in opposite directions.
+
+    Parameters
+    ----------
+    quads : (q, 4) int64
+        Of all surfaces, outward from each.
+
+    Returns
+    -------
+    rows : (r,) int64
+        Which of them are left, the surface of the whole, ascending.
+    problems : list of str
+        What does not fit.
+    """
+    n = int(quads.max(initial=0)) + 1
+    order = np.argsort(conformity.row_keys(quads), kind="stable")
+    keys = conformity.row_keys(quads)[order]
+    starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
+    uses = np.diff(np.append(starts, len(keys)))
+    problems = []
+    if (uses > 2).any():
+        problems.append(f"{int((uses > 2).sum())} times a face has more than two hexahedra")
+    pairs = starts[uses == 2]
+    one, other = (np.stack(quad_keys(turned, n)) for turned in (quads[order[pairs]], quads[order[pairs + 1]][:, ::-1]))
+    clashing = int((one != other).any(axis=0).sum())
+    if clashing:
+        problems.append(f"{clashing} faces are shared by hexahedra that turn the same way round on them")
+    return np.sort(order[starts[uses == 1]]), problems
+
+
+def shared_problems(
+    points: FloatArray, surfaces: Sequence[PartSurface], interfaces: Mapping[str, IntArray]
+) -> list[str]:
+    """What :func:`interface_problems` says, known from the surfaces of the parts alone."""
+    if not interfaces:
+        return []
+    every = np.concatenate([own.quads for own in surfaces])
+    keys, first, uses = np.unique(conformity.row_keys(every), return_index=True, return_counts=True)
+    given = np.unique(conformity.row_keys(np.concatenate(list(interfaces.values()))))
+    return _hold_interfaces(points, every[first[uses > 1]], keys[uses > 1], given)
+
+
+def _hold_interfaces(points: FloatArray, quads: IntArray, wanted: np.ndarray, given: np.ndarray) -> list[str]:
+    """Hold quads (q, 4) between parts, with their keys, against the keys of those that have a name."""
     missing = ~np.isin(wanted, given)
     foreign = int(np.count_nonzero(~np.isin(given, wanted)))
     problems = []
     if missing.any():
-        quad = faces[order[pair[np.flatnonzero(missing)[0]]]]
         problems.append(
             f"{int(missing.sum())} quads between parts are in no interface, the first is at "
-            f"{place(mesh.points[quad].mean(axis=0))}"
+            f"{place(points[quads[np.flatnonzero(missing)[0]]].mean(axis=0))}"
         )
     if foreign:
         problems.append(f"{foreign} quads of interfaces are not between two parts")

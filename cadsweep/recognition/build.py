@@ -23,6 +23,9 @@ MAX_RIM = 10 * pi / 9
 """Interior angle between a cap and its linking sides beyond which no hex fits."""
 MAX_FOLD = pi / 3
 """Radians from pi beyond which an inner edge of a cap is a fold that the other cap must answer."""
+FLAT = 1e-3
+"""Radians from pi up to which two planes or two lines are one: a hexahedron between them has no volume at its corner,
+its scaled Jacobian is below this figure. Curved faces that are tangent leave facets an angle."""
 
 
 def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep:
@@ -80,7 +83,7 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         span_lengths=tuple(lengths),
     )
     sweep = match_caps(sweep)
-    reason = _reentrant_rim(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep)
+    reason = _reentrant_rim(sweep) or _flat_corner(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep)
     if reason:
         raise NotSweepableError(reason)
     return sweep
@@ -90,9 +93,27 @@ def _reentrant_rim(sweep: Sweep) -> str:
     """Say where a cap and a linking side meet at an angle that no hex fits into."""
     for e in [e for loop in sweep.source_loops + sweep.target_loops for e, _ in loop]:
         edge = sweep.solid.edges[e]
+        faces = [sweep.solid.faces[f] for f in edge.faces]
+        where = " and ".join(face.label() for face in faces)
         if edge.dihedral > MAX_RIM:
-            one, other = (sweep.solid.faces[f].label() for f in edge.faces)
-            return f"cap and linking side meet at a re-entrant edge, between {one} and {other}"
+            return f"cap and linking side meet at a re-entrant edge, between {where}"
+        if abs(edge.dihedral - pi) < FLAT and all(face.kind == "plane" for face in faces):
+            return f"cap and linking side lie in one plane, {where}"
+    return ""
+
+
+def _flat_corner(sweep: Sweep) -> str:
+    """Say which linking side has a corner between two edges that are one straight line."""
+    solid = sweep.solid
+    for side in sweep.linking_sides:
+        ring = [side.bottom, side.right, _reversed(side.top), _reversed(side.left)]
+        loop = solid.faces[side.face].loops[0]
+        place = {edge: k for k, edge in enumerate(loop.directed)}
+        for one, other in zip(ring, [*ring[1:], ring[0]], strict=True):
+            straight = solid.edges[one[-1][0]].kind == solid.edges[other[0][0]].kind == "line"
+            k = place.get(other[0])
+            if straight and k is not None and abs(loop.angles[k] - pi) < FLAT:
+                return f"{solid.faces[side.face].label()} would have a corner within a straight line"
     return ""
 
 

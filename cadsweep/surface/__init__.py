@@ -29,6 +29,7 @@ from .matched import Motion, match_caps, match_sides
 from .matching import match_quads
 from .memory import Memory
 from .opposite import opposite_angles
+from .partners import Partners
 from .quads import CapBuilder
 from .sides import RingBuilder
 from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads
@@ -45,6 +46,7 @@ __all__ = [
     "FaceMesh",
     "Memory",
     "Motion",
+    "Partners",
     "Skeleton",
     "Walls",
     "fractions_from",

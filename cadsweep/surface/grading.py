@@ -112,12 +112,13 @@ def graded_edges(sweep: Sweep, intervals: Intervals, asked: Mapping[int, FloatAr
     )  # fmt: skip
 
 
-def graded_together(
+def graded_together(  # noqa: PLR0917
     solids: Sequence[Solid],
     sweeps: Sequence[tuple[Sweep, Intervals]],
     grids: Sequence[tuple[Solid, LinkingSide]],
     counts: Mapping[int, int],
     asked: Mapping[int, FloatArray],
+    alike: Iterable[tuple[int, int, bool]] = (),
 ) -> dict[int, FloatArray]:
     """Fractions of the edges of several cells that are graded, or answer one that is, by key.
 
@@ -133,11 +134,14 @@ def graded_together(
         Segments of every edge, by key.
     asked : mapping of int to (n + 1,) float64
         By key, from an edge's start to its end, which are the same in all cells.
+    alike : iterable of (int, int, bool)
+        Edges that divide themselves alike besides, by key, and whether they run alike.
     """
     lengths = {int(solid.edge_keys[edge.id]): edge.length for solid in solids for edge in solid.edges}
     pairs = [(sweep.solid, pair) for sweep, own in sweeps for pair in answering_chains(sweep, own.counts)]
     pairs += [(solid, pair) for solid, grid in grids for pair in ((grid.bottom, grid.top), (grid.left, grid.right))]
     answers = [tuple([(int(s.edge_keys[e]), f) for e, f in chain] for chain in pair) for s, pair in pairs]
+    answers += [([(a, True)], [(b, same)]) for a, b, same in alike]
     layouts = [(sweep.solid.edge_keys.tolist(), build_grid(sweep, own)) for sweep, own in sweeps]
     found: dict[int, FloatArray] = dict(asked)
     n = -1

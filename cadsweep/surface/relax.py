@@ -17,10 +17,10 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 import scipy
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
+from .relax_kernels import best_places, quad_sines
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -40,69 +40,9 @@ _REACHES = (0.4, 0.12, 0.03)
 
 def corner_sines(points: FloatArray, quads: IntArray, normals: FloatArray) -> FloatArray:
     """Sines (q, 4) of the corner angles of quads, seen along the nodes' normals (n, 3)."""
-    return np.asarray(_sines(points, quads, normals))
-
-
-@njit(cache=True, error_model="numpy")
-def _sines(points, quads, normals):  # type: ignore[no-untyped-def]
-    """The loop of `corner_sines`: on the short rows of a quad numpy spends its time on calls."""
-    found = np.empty((len(quads), 4))
-    for q in range(len(quads)):
-        for c in range(4):
-            o, a, b = quads[q, c], quads[q, c - 1], quads[q, (c + 1) % 4]
-            found[q, c] = _sine(points[o], points[a], points[b], normals[o])
-    return found
-
-
-@njit(cache=True, error_model="numpy")
-def _sine(corner, before, after, normal):  # type: ignore[no-untyped-def]
-    """Sine of the angle at a corner between those before and after it."""
-    ax, ay, az = corner[0] - before[0], corner[1] - before[1], corner[2] - before[2]
-    bx, by, bz = after[0] - corner[0], after[1] - corner[1], after[2] - corner[2]
-    length = np.sqrt(max(ax * ax + ay * ay + az * az, 1e-300)) * np.sqrt(max(bx * bx + by * by + bz * bz, 1e-300))
-    value = (ay * bz - az * by) * normal[0] + (az * bx - ax * bz) * normal[1] + (ax * by - ay * bx) * normal[2]
-    return value / length
-
-
-@njit(cache=True, error_model="numpy")
-def _look_around(points, normals, quads, sines, nodes, starts, uses, first, second, offsets):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """The loop of `_State._best_places`; `uses` are the quads of all nodes, those of node j from ``starts[j]`` on."""
-    best_off, gain = np.zeros((len(nodes), 3)), np.zeros(len(nodes))
-    place = np.empty(3)
-    for j in range(len(nodes)):
-        node = nodes[j]
-        around = uses[starts[node] : starts[node + 1]]
-        size, now = np.inf, np.inf
-        for q in around:
-            for c in range(4):
-                a, b = points[quads[q, c]], points[quads[q, (c + 1) % 4]]
-                size = min(size, np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
-                now = min(now, sines[q, c])
-        best = -np.inf
-        for k in range(len(offsets)):
-            for d in range(3):
-                place[d] = points[node, d] + size * (offsets[k, 0] * first[j, d] + offsets[k, 1] * second[j, d])
-            worst = np.inf
-            for q in around:
-                for c in range(4):
-                    o, a, b = quads[q, c], quads[q, c - 1], quads[q, (c + 1) % 4]
-                    value = _sine(
-                        place if o == node else points[o],
-                        place if a == node else points[a],
-                        place if b == node else points[b],
-                        normals[o],
-                    )
-                    worst = min(worst, value)
-                    if worst <= best:
-                        break
-                if worst <= best:
-                    break
-            if worst > best:
-                best = worst
-                for d in range(3):
-                    best_off[j, d] = place[d] - points[node, d]
-        gain[j] = best - now
-    return best_off, gain
+    out = np.empty(quads.shape)
+    quad_sines(np.ascontiguousarray(points), np.ascontiguousarray(quads), np.ascontiguousarray(normals), out)
+    return out
 
 
 def relax_quads(
@@ -136,7 +76,7 @@ class _State:
         self.surface = surface
         self.points = points.copy()
         self.uv = uv.copy()
-        self.quads = quads
+        self.quads = np.ascontiguousarray(quads)
         self.n_fixed = n_fixed
         self.normals = -surface.normals(uv)
         self.sines = corner_sines(points, quads, self.normals)
@@ -242,16 +182,12 @@ class _State:
 
     def _best_places(self, nodes: IntArray, offsets: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Best of the offsets (m, 3) for each node in its tangent plane, and how much its worst corner gains."""
-        normals = self.normals[nodes]
-        axis = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-        first = np.cross(normals, axis)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        second = np.cross(normals, first)
-        found = _look_around(
-            self.points, self.normals, self.quads, self.sines, nodes,
-            self.uses.indptr, self.uses.indices, first, second, offsets,
-        )  # fmt: skip
-        return np.asarray(found[0]), np.asarray(found[1])
+        off, gain = np.zeros((len(nodes), 3)), np.empty(len(nodes))
+        uses = self.uses
+        best_places(
+            self.points, self.normals, self.quads, self.sines, uses.indptr, uses.indices, nodes, offsets, off, gain
+        )
+        return off, gain
 
 
 def _least(rows: npt.NDArray[_Number]) -> npt.NDArray[_Number]:

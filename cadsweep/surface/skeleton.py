@@ -9,21 +9,25 @@ Not handled: faces whose nodes should follow the affine image of a source (`side
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..asked import WallLayers
 from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .outline import reversed_loop
+from .partners import Partners, image_nodes
 from .quads import CapBuilder
 from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
+from .walls import Walls
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,10 +81,25 @@ class Skeleton:
         intervals: Sequence[Intervals],
         *,
         fractions: Mapping[int, FloatArray] | None = None,
+        sizes: Callable[[FloatArray], FloatArray] | None = None,
+        partners: Sequence[Partners] = (),
+        walls: Mapping[int, WallLayers] | None = None,
     ) -> None:
-        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly."""
+        """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
+
+        `sizes`: wanted lengths (m,) at points (m, 3) inside caps, where they are not the same everywhere.
+        `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
+        """
         self.solids = solids
         self.intervals = intervals
+        self.sizes = sizes
+        self.partners = [own for one in partners for own in (one, one.inverse())]
+        self._images = {b: (a, same, one.motion) for one in partners for a, (b, same) in one.edges.items() if a != b}
+        self._cell_of = {
+            int(key): (cell, f) for cell, solid in enumerate(solids) for f, key in enumerate(solid.face_keys)
+        }
+        self._edge_of: dict[int, tuple[Solid, Intervals, int]] = {}
+        self.walls = walls or {}
         self.edges: dict[int, IntArray] = {}
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
@@ -90,7 +109,10 @@ class Skeleton:
         self._table = np.empty((0, 3))
         self._vertices: dict[int, int] = {}
         for solid, counts in zip(solids, intervals, strict=True):
-            self._lay_edges(solid, counts)
+            for edge, key in enumerate(solid.edge_keys.tolist()):
+                self._edge_of.setdefault(key, (solid, counts, edge))
+        for solid in solids:
+            self._lay_edges(solid)
 
     @property
     def n_nodes(self) -> int:
@@ -111,19 +133,32 @@ class Skeleton:
         self._n += len(points)
         return np.arange(self._n - len(points), self._n, dtype=np.int64)
 
-    def _lay_edges(self, solid: Solid, intervals: Intervals) -> None:
+    def _lay_edges(self, solid: Solid) -> None:
         for vertex, key in enumerate(solid.vertex_keys.tolist()):
             if key not in self._vertices:
                 self._vertices[key] = int(self.add(solid.vertices[vertex][None])[0])
-        for edge in solid.edges:
-            key = int(solid.edge_keys[edge.id])
-            if key in self.edges:
-                continue
-            n = int(intervals.counts[edge.id])
-            fractions = self.fractions.setdefault(key, np.linspace(0.0, 1.0, n + 1))
-            inner = self.add(np.asarray(edge.curve.evaluate(fractions))[1:-1])
-            ends = [self._vertices[int(solid.vertex_keys[v])] for v in (edge.start, edge.end)]
-            self.edges[key] = np.concatenate([ends[:1], inner, ends[1:]]).astype(np.int64)
+        for key in solid.edge_keys.tolist():
+            self._lay_edge(key)
+
+    def _lay_edge(self, key: int) -> None:
+        if key in self.edges:
+            return
+        solid, intervals, e = self._edge_of[key]
+        edge = solid.edges[e]
+        n = int(intervals.counts[e])
+        fractions = self.fractions.setdefault(key, np.linspace(0.0, 1.0, n + 1))
+        if key in self._images:
+            other, same, motion = self._images[key]
+            self._lay_edge(other)
+            inner = motion(self.points[self.edges[other]])[:: 1 if same else -1][1:-1]
+        else:
+            inner = np.asarray(edge.curve.evaluate(fractions))[1:-1]
+        for v in (edge.start, edge.end):
+            vertex = int(solid.vertex_keys[v])
+            if vertex not in self._vertices:
+                self._vertices[vertex] = int(self.add(solid.vertices[v][None])[0])
+        ends = [self._vertices[int(solid.vertex_keys[v])] for v in (edge.start, edge.end)]
+        self.edges[key] = np.concatenate([ends[:1], self.add(inner), ends[1:]]).astype(np.int64)
 
     def chain(self, cell: int, chain: Sequence[DirectedEdge]) -> IntArray:
         """Nodes along directed edges of a cell."""
@@ -160,7 +195,29 @@ class Skeleton:
         grid = np.empty((h + 1, w + 1), dtype=np.int64)
         grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
         grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        self.faces[key] = FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid)
+        self._take(key, FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid))
+
+    def _take(self, key: int, mesh: FaceMesh) -> None:
+        """Keep the mesh of a face, and its image as that of the face's partner."""
+        self.faces[key] = mesh
+        for own in self.partners:
+            other = own.faces.get(key)
+            if other is None or other in self.faces:
+                continue
+            (cell, f), (there, g) = self._cell_of[key], self._cell_of[other]
+            face, image = self.solids[cell].faces[f], self.solids[there].faces[g]
+            edges = [int(self.solids[cell].edge_keys[e]) for e in face.edges]
+            nodes = image_nodes(mesh.quads, self.points, own, self.edges, edges, self.add)
+            quads = nodes[self.quads_of(cell, f)]
+            faces_away = float((own.motion.matrix @ face.normal) @ image.normal) > 0
+            self._take(
+                other,
+                FaceMesh(
+                    quads=quads if faces_away else quads[:, ::-1],
+                    cell=there,
+                    grid=None if mesh.grid is None else nodes[mesh.grid],
+                ),
+            )
 
     def edge_uv(self, cell: int, face: Face, edge: int) -> FloatArray:
         """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
@@ -186,20 +243,40 @@ class Skeleton:
         local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
         fractions = {e: self.fractions[int(solid.edge_keys[e])] for e in solid.faces[face].edges}
         builder = CapBuilder(
-            alone, self.intervals[cell], self.points[ring], local, np.full(len(ring), np.nan), graded=fractions
+            alone,
+            self.intervals[cell],
+            self.points[ring],
+            local,
+            np.full(len(ring), np.nan),
+            sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
+            graded=fractions,
+            walls=self._walls_at(solid, face),
         )
         made = builder.build()
+        self.notes += builder.notes
         numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
-        self.faces[key] = FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell)
+        self._take(key, FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell))
+
+    def _walls_at(self, solid: Solid, face: int) -> Walls | None:
+        """The edges of a cap at which walls with layers stand."""
+        layers: dict[int, WallLayers] = {}
+        faces = set()
+        for e in solid.faces[face].edges:
+            for other in solid.edges[e].faces:
+                key = int(solid.face_keys[other])
+                if other != face and key in self.walls:
+                    layers[e] = self.walls[key]
+                    faces.add(other)
+        return Walls(layers=layers, faces=frozenset(faces)) if layers else None
 
     def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
         """Keep the patches of a star, each turned outward as seen from the cell."""
         quads = np.concatenate([grid_quads(patch) for patch in patches.values()])
-        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell, patches=patches)
+        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, cell=cell, patches=patches))
 
     def keep(self, cell: int, face: int, quads: IntArray) -> None:
         """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
-        self.faces[int(self.solids[cell].face_keys[face])] = FaceMesh(quads=quads, cell=cell)
+        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, cell=cell))
 
     def quads_of(self, cell: int, face: int) -> IntArray:
         """Quads (q, 4) of a meshed face, outward as seen from a cell."""
@@ -252,6 +329,10 @@ class Skeleton:
             points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
+
+
+def _at_most(size: float, sizes: Callable[[FloatArray], FloatArray], points: FloatArray) -> FloatArray:
+    return np.minimum(sizes(points), size)
 
 
 def grid_quads(grid: IntArray) -> IntArray:

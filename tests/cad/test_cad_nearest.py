@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.cad.geometry.nearest import nearest_on_spline
+from cadsweep.cad.geometry.feet_kernels import descended_feet
 from cadsweep.cad.geometry.nurbs import BSplineSurface
+from cadsweep.cad.geometry.records import surface_record
+from cadsweep.cad.geometry.surfaces import Spline
 
 cq = pytest.importorskip("cadquery")
 pytestmark = pytest.mark.cad
@@ -39,7 +41,9 @@ def wavy(degrees=(3, 2), shape=(7, 5), *, rational=True, seed=0):
 
 
 def feet(spline, points, start):
-    return nearest_on_spline(spline, points, start, lower=np.zeros(2), upper=np.ones(2))
+    uv, distances = np.array(start, dtype=float), np.empty(len(points))
+    descended_feet(surface_record(Spline(spline=spline)), np.zeros(2), np.ones(2), points, uv, distances)
+    return uv, distances
 
 
 @pytest.mark.parametrize("rational", [False, True])

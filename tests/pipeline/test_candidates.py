@@ -1,13 +1,11 @@
 """Several candidate sweeps: the same mesh, notes and refusal in memory, slab by slab, on ranks and from factors."""
 
-import threading
-
-import numpy as np
 import pytest
 
 import cadsweep as cs
 from cadsweep.pipeline import candidates, expand, write_factors
-from cadsweep.pipeline.ranks import mesh_distributed
+
+from .pipeline_ranks import distributed, same
 
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
@@ -15,82 +13,11 @@ cq = pytest.importorskip("cadquery")
 OPTIONS = {"source": 0, "size": 1.0}
 
 
-class ThreadComm:
-    """Ranks as threads, for what ``mesh_distributed`` asks of a communicator."""
-
-    def __init__(self, size):
-        self.size, self._own = size, threading.local()
-        self._barrier, self._slots, self._mail = threading.Barrier(size, timeout=120), [None] * size, {}
-        self._came = threading.Condition()
-
-    @property
-    def rank(self):
-        return self._own.rank
-
-    def run(self, work):
-        """Results, or errors, of all ranks."""
-        out = [None] * self.size
-
-        def start(rank):
-            self._own.rank = rank
-            try:
-                out[rank] = work()
-            except cs.CadSweepError as error:
-                out[rank] = error
-
-        threads = [threading.Thread(target=start, args=(rank,)) for rank in range(self.size)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join(timeout=300)
-        return out
-
-    def barrier(self):
-        self._barrier.wait()
-
-    def allgather(self, value):
-        self._slots[self.rank] = value
-        self._barrier.wait()
-        found = list(self._slots)
-        self._barrier.wait()
-        return found
-
-    def bcast(self, value, root):
-        return self.allgather(value)[root]
-
-    def gather(self, value, root):
-        return self.allgather(value)
-
-    def send(self, value, dest, tag):
-        with self._came:
-            self._mail[self.rank, dest, tag] = value
-            self._came.notify_all()
-
-    def recv(self, source, tag):
-        with self._came:
-            self._came.wait_for(lambda: (source, self.rank, tag) in self._mail, timeout=120)
-            return self._mail.pop((source, self.rank, tag))
-
-
 @pytest.fixture(scope="module")
 def duct():
     """A duct of revolution with a U for its section: the best ranked sweep from its inner end turns inside out."""
     profile = [(1, 0), (2, 0), (2, 6), (13**0.5, 6), (13**0.5, 0), (4, 0), (4, 8), (1, 8)]
     return cs.load(cq.Workplane().polyline(profile).close().revolve(360, (0, 0, 0), (0, 1, 0)))
-
-
-def distributed(part, path, **options):
-    comm = ThreadComm(2)
-    return comm.run(lambda: mesh_distributed(part, path, comm=comm, **options))
-
-
-def same(a, b):
-    return (
-        np.array_equal(a.points, b.points)
-        and np.array_equal(a.hexes, b.hexes)
-        and a.boundaries.keys() == b.boundaries.keys()
-        and all(np.array_equal(a.boundaries[name], b.boundaries[name]) for name in a.boundaries)
-    )
 
 
 @pytest.mark.parametrize("good_enough", [candidates.GOOD_ENOUGH, 0.99], ids=["first_that_does_well", "best_of_all"])

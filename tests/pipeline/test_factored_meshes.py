@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.blocks import stream as streaming
+from cadsweep.blocks import slabs
 from cadsweep.pipeline import expand, write_factors
 
 pytestmark = pytest.mark.cad
@@ -58,7 +58,7 @@ def test_damaged_factors_are_an_error(plate, tmp_path):
 def test_a_streamed_mesh_is_the_mesh_in_memory(part, request, tmp_path, monkeypatch):
     shape = request.getfixturevalue(part)
     mesh = cs.sweep_mesh(shape, size=1.5, layers=None if part == "ring" else 7)
-    monkeypatch.setattr(streaming, "SLAB_NODES", 3 * mesh.structure.n_nodes)  # slabs that do not divide the layers
+    monkeypatch.setattr(slabs, "SLAB_NODES", 3 * mesh.structure.n_nodes)  # slabs that do not divide the layers
     figures = cs.stream_mesh(shape, tmp_path / "p.vtkhdf", size=1.5, layers=None if part == "ring" else 7)
     assert same(cs.read(tmp_path / "p.vtkhdf"), mesh)
     assert figures["min_scaled_jacobian"] == mesh.info["quality"].min_scaled_jacobian

@@ -55,6 +55,54 @@ def test_a_name_is_a_place():
     assert np.median(lengths[away > 25]) > 3
 
 
+def test_a_size_may_be_places_or_a_function(plate):
+    place = {"at": (-10, 20, 5), "radius": 3, "size": 0.8}
+    mesh = cs.sweep_mesh(plate, source="<Z", size=[place, 5])
+    same = cs.sweep_mesh(plate, source="<Z", size=5, local_sizes=[place])
+    assert np.array_equal(mesh.points, same.points)
+    # A function goes before the default size where it is larger, too.
+    coarse = cs.sweep_mesh(plate, source="<Z", size=lambda points: np.full(len(points), 10.0))
+    assert coarse.n_hexes == 6 * 4 * 1
+    with pytest.raises(InputError, match="one number beside the places"):
+        cs.sweep_mesh(plate, size=[place, 5, 6])
+    with pytest.raises(InputError, match="without local_sizes"):
+        cs.sweep_mesh(plate, size=[place], local_sizes=[place])
+
+
+def test_stacks_are_fine_around_a_place(plate):
+    """A boss on a plate with a pocket: fine at the rim of the boss' top, where a level and columns go through."""
+    work = plate.faces(">Z").workplane().center(10, 5).circle(8).extrude(12)
+    work = work.faces("<Z").workplane().center(-20, -5).rect(10, 10).cutBlind(-4)
+    plain = cs.sweep_mesh(work, size=5)
+    mesh = cs.sweep_mesh(work, size=5, local_sizes=[{"at": (18, 5, 17), "radius": 1, "size": 0.8}])
+    heights = np.unique(mesh.points[:, 2].round(6))
+    assert np.diff(heights)[-1] == pytest.approx(0.8, rel=0.3)
+    assert np.diff(heights).max() > 2
+    top = mesh.points[np.abs(mesh.points[:, 2] - 17) < 1e-9]
+    distances = np.sort(np.linalg.norm(top - (18, 5, 17), axis=1))
+    assert distances[0] == 0 or distances[0] < 0.8
+    assert distances[distances > 1e-6][0] < 1.2
+    assert plain.n_hexes < mesh.n_hexes < 6 * plain.n_hexes
+
+
+def test_solids_that_touch_share_what_is_fine():
+    assembly = cq.Assembly()
+    assembly.add(cq.Workplane().box(20, 20, 10), name="low")
+    assembly.add(cq.Workplane().box(20, 20, 10).translate((0, 0, 10)), name="high")
+    place = np.array([10, 10, 5])
+    mesh = cs.sweep_mesh(assembly, size=[4, {"at": place.tolist(), "radius": 1, "size": 0.5}])
+    between = mesh.interfaces["low__high"]
+    ends = mesh.points[np.stack([between, np.roll(between, -1, axis=1)], axis=-1)].reshape(-1, 2, 3)
+    away = np.linalg.norm(ends.mean(axis=1) - place, axis=1)
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    assert np.median(lengths[away < 1]) == pytest.approx(0.5, rel=0.3)
+    assert lengths.max() > 2.5
+    # By a name that one of the solids alone has.
+    named = cs.sweep_mesh(assembly, size=[4, {"at": "edges:>Z and |X", "size": 1.0}])
+    top = named.points[np.abs(named.points[:, 2] - 15) < 1e-9]
+    assert np.diff(np.unique(top[np.abs(top[:, 1] - 10) < 1e-9][:, 0])) == pytest.approx(1.0)
+
+
 def test_what_is_wrong_with_a_place_is_said(plate):
     with pytest.raises(InputError, match="local size 1: there is no 'raduis'"):
         cs.sweep_mesh(plate, local_sizes=[{"at": (0, 0, 0), "raduis": 1, "size": 1}])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.errors import InputError
+from cadsweep.errors import InputError, SurfaceMeshError
 
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
@@ -75,6 +75,63 @@ def test_a_sector_is_matched_by_rotation_as_sides_and_as_caps(source):
     check_pairs(mesh, "a__b", rotation(pi / 3), 0)
     fine = cs.refine(mesh)
     check_pairs(fine, "a__b", rotation(pi / 3), 0)
+
+
+def tagged(work):
+    for name, selector in {"left": "<X", "right": ">X", "low": "<Y", "high": ">Y", "floor": "<Z", "roof": ">Z"}.items():
+        work.faces(selector).tag(name)
+    return work
+
+
+def test_half_a_ring_is_matched_by_half_a_turn_though_its_ends_are_one_plane():
+    work = cq.Workplane("XZ").center(10, 0).rect(4, 6).revolve(180, (-10, 0, 0), (-10, 1, 0))
+    for name, face in zip("ab", [f for f in work.faces("%PLANE").vals() if abs(f.normalAt().y) > 0.99], strict=True):
+        work.newObject([face]).tag(name)
+    check_pairs(cs.sweep_mesh(work, size=2, periodic={"a": "b"}), "a__b", rotation(pi), 0)
+
+
+def test_walls_and_caps_of_a_stack_answer_each_other():
+    """A boss and a pocket away from the walls, whose outlines the plane's quads follow unlike on both sides."""
+    work = cq.Workplane().box(40, 30, 8).faces(">Z").workplane().center(3, 2).circle(6).extrude(10)
+    work = tagged(work.faces("<Z").workplane().center(-8, -5).rect(9, 7).cutBlind(-3))
+    place = {"at": (-20, 4, 4), "radius": 1, "size": 1.0}
+    mesh = cs.sweep_mesh(work, size=[4, place], periodic={"left": "right", "low": "high"})
+    check_pairs(mesh, "left__right", np.eye(3), (40, 0, 0))
+    check_pairs(mesh, "low__high", np.eye(3), (0, 30, 0))
+    with pytest.raises(InputError, match="no translation or rotation"):
+        cs.sweep_mesh(work, size=4, periodic={"floor": "roof"})
+    slot = tagged(cq.Workplane().box(40, 30, 8).faces(">Z").workplane().center(-15, 2).rect(10, 6).cutBlind(-3))
+    with pytest.raises(InputError, match="no translation or rotation"):
+        cs.sweep_mesh(slot, size=4, periodic={"left": "right"})
+
+
+def test_cells_of_a_cut_part_answer_each_other():
+    """Pieces of the matched faces belong to several cells; a cut across the corner divides them in other places."""
+    mesh = cs.sweep_mesh(box(), size=2, cuts=["plane x=-4", "plane z=1"], periodic={"left": "right", "low": "high"})
+    assert len(mesh.record.sweeps) == 4
+    check_pairs(mesh, "left__right", np.eye(3), (20, 0, 0))
+    check_pairs(mesh, "low__high", np.eye(3), (0, 10, 0))
+    with pytest.raises(
+        SurfaceMeshError, match=r"divides face \d+ 'low' .* of 'low' \(cell .*nothing divides 'high'.*cut"
+    ):
+        cs.sweep_mesh(box(), size=2, cuts=["plane 1,0.2,0,-6"], periodic={"low": "high"})
+
+
+def test_a_representative_volume_of_two_solids_is_matched_and_stays_so_when_it_is_refined():
+    fibre = cq.Workplane().circle(6).extrude(8)
+    matrix = tagged(cq.Workplane().box(20, 20, 8, centered=(True, True, False)).cut(fibre))
+    assembly = cq.Assembly()
+    assembly.add(matrix, name="matrix")
+    assembly.add(fibre, name="fibre")
+    graded = {"edges:|Y and <X and <Z": {"towards": "<Y", "ratio": 3}}
+    mesh = cs.sweep_mesh(assembly, size=3, periodic={"left": "right", "low": "high"}, biases=graded)
+    for one in (mesh, cs.refine(mesh)):
+        check_pairs(one, "matrix_left__matrix_right", np.eye(3), (20, 0, 0))
+        check_pairs(one, "matrix_low__matrix_high", np.eye(3), (0, 20, 0))
+    with pytest.raises(InputError, match="no face of any solid is called 'lefft'"):
+        cs.sweep_mesh(assembly, size=3, periodic={"lefft": "right"})
+    with pytest.raises(InputError, match="no face of any solid"):
+        cs.sweep_mesh(assembly, size=3, periodic={"left": "77"})
 
 
 def test_files_say_which_faces_are_periodic(tmp_path):

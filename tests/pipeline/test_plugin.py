@@ -32,9 +32,3 @@ def test_anything_with_a_part_is_taken():
     part = cs.load(built)
     assert part.name == "block"
     assert part.solids[0].volume * part.scale**3 == pytest.approx(6.0)
-
-
-def test_freecad_documents_say_what_to_do(tmp_path):
-    (tmp_path / "part.FCStd").write_bytes(b"PK")
-    with pytest.raises(cs.InputError, match=r"export.*STEP"):
-        cs.load(tmp_path / "part.FCStd")

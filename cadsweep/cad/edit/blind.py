@@ -33,8 +33,10 @@ from ...brep import Edge, Face, Solid
 from ..shapes import SolidShape
 from .central import SAME, Cutter, plane_tool
 
-DEPTHS = (0.8, 0.5, 0.3)
-"""Depths of the point below the circle, in radii, that are tried: the first that has as much material again below."""
+DEPTHS = (0.8, 0.5, 0.3, 0.2)
+"""Depths of the point below the circle, in radii, that are tried: the first that has enough material below."""
+ENOUGH = 1.8
+"""Depth, in those of the cone, down to which there must be material: a little more than :data:`BELOW`."""
 BELOW = 1.5
 """Depth, in those of the cone, of a plane that keeps the cells around it from what is further below."""
 ROUND = 1e-3
@@ -121,13 +123,13 @@ def _circle(edges: list[Edge]) -> tuple[FloatArray, float] | None:
 
 
 def _fits(rim: _Rim, depth: float, is_inside: Any) -> bool:
-    """Whether there is material around a circle, and twice as deep below it as the point of its cone."""
+    """Whether there is material around a circle, and below the point of its cone."""
     across = np.linalg.svd(rim.normal[None])[2][1:]
     angles = np.linspace(0.0, 2.0 * pi, 9)[:-1]
     around = np.cos(angles)[:, None] * across[0] + np.sin(angles)[:, None] * across[1]
     below = rim.center - depth * rim.normal
     ring = rim.center - 0.1 * depth * rim.normal + ASIDE * rim.radius * around
-    places = [below, rim.center - 2.0 * depth * rim.normal, *ring, *(below + rim.radius * around)]
+    places = [below, rim.center - ENOUGH * depth * rim.normal, *ring, *(below + rim.radius * around)]
     return all(is_inside(place) for place in places)
 
 

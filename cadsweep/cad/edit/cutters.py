@@ -6,6 +6,9 @@ Method. At an edge where the solid is re-entrant, or that was imprinted on a fac
 through the cell (planes, cylinders, cones), and the rims of plane faces are carried into the material square to them.
 What belongs together is tried together first: all floors across one direction, all walls along it.
 
+A neighbour's faces at such an edge are extended, too: an arm that ends on a round post imprints a patch on its one
+side, and the post gives no surface there that would part it.
+
 Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last; planes at
 crossings (:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
 
@@ -14,7 +17,7 @@ Not handled: spheres, tori and free-form faces are not extended; their rims are 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import pi
 from typing import Any
@@ -32,6 +35,7 @@ from ..shapes import FACE, SolidShape, subshapes
 from .blind import under_circles
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
+from .regions import into_boxes
 
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
@@ -39,6 +43,8 @@ SAME = 1e-6
 """Distance, as a share of the cell's size, up to which two cutters are one."""
 MOST_CUTTERS = 24
 """Cutters of one cell at edges in the way that are tried."""
+TOWARDS_CUT = 0.5
+"""Price of rims that are carried on to a cut."""
 MOST_BETWEEN = 4
 """Planes between its holes that are tried before these."""
 MOST_NORMALS = 12
@@ -60,7 +66,7 @@ class _Found:
 
 def extended_face(solid: Solid, face: int) -> tuple[Any, ...]:
     """A face's surface extended through the solid; none where it is of a kind that is not extended."""
-    made = _Cutters(solid, frozenset()).surface_of(solid.faces[face])
+    made = _Cutters(solid, frozenset()).surface_of(solid, solid.faces[face])
     return () if made is None else made.tools
 
 
@@ -74,17 +80,26 @@ def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> list[Cut
     faces : collection of int
         Faces of the cell on which its sweeps contradict its neighbours': their outlines are in the way, too.
     """
-    return _Cutters(part.solids[cell], frozenset(faces)).all()
+    solid = part.solids[cell]
+    own = {int(key): e for e, key in enumerate(solid.edge_keys)} if len(part.solids) > 1 else {}
+    beside: dict[int, list[tuple[Solid, Face]]] = {}
+    for j, other in enumerate(part.solids):
+        if j == cell:
+            continue
+        for edge, key in zip(other.edges, other.edge_keys, strict=True):
+            if int(key) in own:
+                beside.setdefault(own[int(key)], []).extend((other, other.faces[f]) for f in edge.faces)
+    return _Cutters(solid, frozenset(faces), beside).all()
 
 
 class _Cutters:
-    """The cutters of one cell."""
+    """The cutters of one cell; `beside` are the neighbours' faces at its edges."""
 
-    def __init__(self, solid: Solid, faces: frozenset[int]) -> None:
+    def __init__(
+        self, solid: Solid, faces: frozenset[int], beside: Mapping[int, Sequence[tuple[Solid, Face]]] | None = None
+    ) -> None:
         self.solid = solid
-        holder = solid.kernel
-        assert isinstance(holder, SolidShape)
-        self.shapes = holder
+        self.beside = beside or {}
         self.center = solid.vertices.mean(axis=0)
         self.reach = 1.5 * solid.size
         self.faces = faces
@@ -95,7 +110,10 @@ class _Cutters:
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
-                    self.extend(self.solid.faces[f], edge)
+                    self.extend(self.solid, self.solid.faces[f], edge)
+                if edge.dihedral < pi + FLAT:
+                    for other, face in self.beside.get(edge.id, ()):
+                        self.extend(other, face, edge)
         columns = list(self.columns())
         single = sorted(
             [
@@ -110,18 +128,22 @@ class _Cutters:
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        others = [*self.batches(columns), *single][:MOST_CUTTERS]
+        rims, others = list(self.rims()), [*self.batches(columns), *single]
         cones = list(under_circles(self.solid, FLAT))
-        first = [*through_centers(self.solid), *self.between(), *at_crossings(self.solid)]
-        return [*first, *others, *cones, *through_axes(self.solid)]
+        boxes = into_boxes(self.solid, FLAT)
+        first = [*through_centers(self.solid), *boxes, *self.between(), *at_crossings(self.solid)]
+        # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
+        early = cones if any(rim.price for rim in rims) else []
+        late = [] if early else cones
+        return [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
         return edge.dihedral > pi - FLAT or bool(self.faces & set(edge.faces))
 
-    def extend(self, face: Face, edge: Edge) -> None:
-        """Extend a face's surface through the cell."""
-        made = self.surface_of(face)
+    def extend(self, owner: Solid, face: Face, edge: Edge) -> None:
+        """Extend the surface of a face, of the cell or of a neighbour, through the cell."""
+        made = self.surface_of(owner, face)
         if made is None:
             return
         known = next((one for one in self.found.values() if _alike(one.key, made.key, self.solid.size)), None)
@@ -131,9 +153,9 @@ class _Cutters:
         else:
             known.edges.setdefault(edge.id, 0.1 * edge.length)
 
-    def surface_of(self, face: Face) -> _Found | None:
+    def surface_of(self, owner: Solid, face: Face) -> _Found | None:
         """The tool of a face's surface; None where it is of a kind that is not extended."""
-        adaptor = BRepAdaptor_Surface(self.shapes.faces[face.id])
+        adaptor = BRepAdaptor_Surface(_shapes(owner).faces[face.id])
         kind = adaptor.GetType()
         if kind == GeomAbs_Plane:
             plane = adaptor.Plane()
@@ -195,8 +217,35 @@ class _Cutters:
 
     def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
         """An edge carried into the material."""
-        made = BRepPrimAPI_MakePrism(self.shapes.edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
+        made = BRepPrimAPI_MakePrism(_shapes(self.solid).edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
         return subshapes(made.Shape(), FACE)
+
+    def rims(self) -> Iterator[Cutter]:
+        """The rims on all faces across a direction carried on at once, where that leaves columns along it."""
+        for direction in self.directions():
+            tools, weight = [], 0.0
+            for face in self.solid.faces:
+                if face.kind != "plane" or abs(face.normal @ direction) < 1 - 1e-9:
+                    continue
+                for edge in (self.solid.edges[e] for e in face.edges):
+                    if edge.dihedral > pi - FLAT:
+                        tools += self.prism(edge, face.normal)
+                        weight += edge.length
+            if len(tools) > 1:
+                place = ", ".join(f"{c:.3g}" for c in direction + 0.0)
+                yield Cutter(
+                    reason=f"all rims carried on along ({place})",
+                    tools=tuple(tools),
+                    weight=weight,
+                    price=TOWARDS_CUT * self.ends_on_cut(direction),
+                )
+
+    def ends_on_cut(self, direction: FloatArray) -> bool:
+        """Whether what is carried on along a direction ends on a cut of the cell."""
+        return any(
+            face.kind == "plane" and not face.key and abs(face.normal @ direction) > 1 - 1e-9
+            for face in self.solid.faces
+        )
 
     def batches(self, columns: Sequence[Cutter]) -> Iterator[Cutter]:
         """All floors across a direction at once, and all walls along it."""
@@ -279,6 +328,12 @@ class _Cutters:
             else:
                 seen.append((direction, sum(one.edges.values())))
         return [direction for direction, _ in sorted(seen, key=lambda pair: -pair[1])[:3]]
+
+
+def _shapes(solid: Solid) -> SolidShape:
+    holder = solid.kernel
+    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    return holder
 
 
 def _array(thing: Any) -> FloatArray:

@@ -6,11 +6,14 @@ says better than about the gap times the area what the volume between them is.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...arrays import FloatArray
 from ..geometry.curves import EdgeCurve, Ellipse, Line
 from ..geometry.face_surface import FaceSurface
+from ..geometry.record_kernels import borders_apart
 from ..geometry.surfaces import Plane
 from .sampling import EdgeSamples
 
@@ -36,18 +39,34 @@ def border_gaps(surface: FaceSurface, edges: EdgeSamples, size: float) -> tuple[
     if isinstance(surface.geometry, Plane) and all(isinstance(c.geometry, Line | Ellipse) for c in curves):
         frame = surface.geometry.frame
         return numbers, np.abs((edges.points[numbers] - frame.origin) @ frame.z).max(axis=1)
-    places, uv = zip(*(_samples(surface, e, c) for e, c in zip(numbers, curves, strict=True)), strict=True)
-    on_face = surface.evaluate(np.concatenate(uv)).reshape(len(numbers), len(_SAMPLES), 3)
-    away = np.linalg.norm(np.array(places) - on_face, axis=2)
-    for j in np.flatnonzero(away.max(axis=1) > _NOTHING * size):
-        away[j] = curves[j].distance(on_face[j])  # the two may run along one line unlike each other
-    return numbers, np.asarray(away.max(axis=1))
+    parameters = np.array([curve.first + _SAMPLES * (curve.last - curve.first) for curve in curves])
+    away, on_face = _apart(surface, curves, parameters)
+    for j in np.flatnonzero(away > _NOTHING * size):
+        # The two may run along one line unlike each other.
+        away[j] = curves[j].distance(on_face[j]).max()
+    return numbers, away
 
 
-def _samples(surface: FaceSurface, edge: int, curve: EdgeCurve) -> tuple[FloatArray, FloatArray]:
-    """Points (9, 3) of the edge, and the parameters (9, 2) on the face that answer them."""
-    parameters = curve.first + _SAMPLES * (curve.last - curve.first)
-    points = curve.geometry.derivatives(parameters)[0]
+def _apart(surface: FaceSurface, curves: Sequence[EdgeCurve], parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Greatest distance (n,) of edges from their lines on the face at parameters (n, m); points (n, m, 3) of these."""
+    record, lines = surface.record, surface.edge_records
+    records = [curve.record for curve in curves]
+    found = [own for own in records if own is not None]
+    if record is not None and lines is not None and len(found) == len(records):
+        on_face, away = np.empty((*parameters.shape, 3)), np.empty(len(curves))
+        space_starts = np.cumsum([0] + [len(own) for own in found[:-1]])
+        edges_in_space = np.concatenate(found), space_starts
+        in_parameters = lines.values, lines.starts, lines.shifts
+        borders_apart(record, edges_in_space, in_parameters, parameters, on_face, away)
+        return away, on_face
+    places, uv = zip(*(_samples(surface, e, at) for e, at in zip(surface.curves, parameters, strict=True)), strict=True)
+    on_face = surface.evaluate(np.concatenate(uv)).reshape(*parameters.shape, 3)
+    return np.linalg.norm(np.array(places) - on_face, axis=2).max(axis=1), on_face
+
+
+def _samples(surface: FaceSurface, edge: int, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points (m, 3) of the edge, and the parameters (m, 2) on the face that answer them."""
+    points = surface.curves[edge].curve.geometry.derivatives(parameters)[0]
     known, shift = surface.curves[edge].in_parameters
     if known is None:
         return points, surface.project(points)

@@ -21,6 +21,7 @@ from OCP.gp import gp_Pnt, gp_Vec
 from ...arrays import FloatArray
 from . import curves, surfaces
 from .nurbs import BSpline, BSplineSurface
+from .packed import unpack_curve, unpack_surface
 
 _C = GeomAbs_CurveType
 _S = GeomAbs_SurfaceType
@@ -96,17 +97,8 @@ def _spline(curve: Any, row: Any) -> tuple[BSpline, float | None]:
     if period is not None:
         curve = curve.Copy()
         curve.SetNotPeriodic()
-    n = curve.NbPoles()
-    weights = np.array([curve.Weight(j) for j in range(1, n + 1)]) if curve.IsRational() else None
-    places = [curve.Pole(j) for j in range(1, n + 1)]
-    flat = row is _row2
-    spline = BSpline(
-        degree=curve.Degree(),
-        knots=np.array(list(curve.KnotSequence())),
-        poles=np.array([(p.X(), p.Y()) if flat else (p.X(), p.Y(), p.Z()) for p in places]),
-        weights=weights,
-    )
-    return spline, period
+    degree, knots, poles, weights = unpack_curve(curve, 2 if row is _row2 else 3)
+    return BSpline(degree=degree, knots=knots, poles=poles, weights=weights), period
 
 
 def _curve_function(curve: Any, row: Any) -> Any:
@@ -247,19 +239,8 @@ def _spline_surface(surface: Any) -> surfaces.Spline:
             surface.SetUNotPeriodic()
         if periods[1] is not None:
             surface.SetVNotPeriodic()
-    n_u, n_v = surface.NbUPoles(), surface.NbVPoles()
-    places = [surface.Pole(i, j) for i in range(1, n_u + 1) for j in range(1, n_v + 1)]
-    poles = np.array([(p.X(), p.Y(), p.Z()) for p in places]).reshape(n_u, n_v, 3)
-    weights = None
-    if surface.IsURational() or surface.IsVRational():
-        weights = np.array([[surface.Weight(i, j) for j in range(1, n_v + 1)] for i in range(1, n_u + 1)])
-    spline = BSplineSurface(
-        degrees=(surface.UDegree(), surface.VDegree()),
-        u_knots=np.array(list(surface.UKnotSequence())),
-        v_knots=np.array(list(surface.VKnotSequence())),
-        poles=poles,
-        weights=weights,
-    )
+    degrees, u_knots, v_knots, poles, weights = unpack_surface(surface)
+    spline = BSplineSurface(degrees=degrees, u_knots=u_knots, v_knots=v_knots, poles=poles, weights=weights)
     return surfaces.Spline(spline=spline, periods=periods)
 
 

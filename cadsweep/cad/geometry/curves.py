@@ -170,6 +170,13 @@ class EdgeCurve:
     constant_speed: bool = False
 
     @cached_property
+    def record(self) -> FloatArray | None:
+        """The curve as compiled loops take it (:mod:`.records`); None where it has no record."""
+        from .records import curve_record  # knows all curves, and these know it
+
+        return curve_record(self.geometry)
+
+    @cached_property
     def _table(self) -> tuple[FloatArray, FloatArray]:
         """Interval ends, and the arc length from the start to each of them."""
         inner = self.breaks[(self.breaks > self.first) & (self.breaks < self.last)]

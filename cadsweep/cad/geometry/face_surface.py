@@ -4,24 +4,27 @@ Place in the flow: ``extract`` makes one per face from a geometry of :mod:`cadsw
 the parameter curves of the face's edges.
 
 Method of ``project`` where there is no closed form: the nearest of a grid of points over the face's
-parameter box, finer where the surface turns, then Gauss-Newton with halved steps, every point at once (compiled for
-many points on B-splines, :mod:`.nearest`). The result may leave the
-face (by a margin of its box), as the *surface* is asked for, not the trimmed face.
+parameter box, finer where the surface turns, then Gauss-Newton with halved steps (compiled where the surface has a
+record, :mod:`.records`; every point at once where it has none). The result may leave the face (by a margin of its box),
+as the *surface* is asked for, not the trimmed face.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, IntArray
 from .curves import EdgeCurve, Parametric
-from .nearest import nearest_on_spline
-from .surfaces import Cone, Geometry, Offset, Periods, Plane, Spline, grid_points, knots_of
+from .feet_kernels import descended_feet, exact_feet, grid_places, nearest_rows, turning_stops
+from .record_kernels import curve_points, surface_normals, surface_points
+from .records import curve_record, surface_record
+from .surfaces import Cone, Geometry, Offset, Periods, Plane, Torus, grid_points, knots_of
 from .vectors import cross_rows
 
 _GRID = 33
@@ -32,6 +35,8 @@ _MOST_GRID = 1024
 """Places in each direction for first guesses: a helix of a hundred turns has ten a turn."""
 _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
+_FEW = 200_000
+"""Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,6 +59,33 @@ class EdgeOnFace:
     def in_parameters(self) -> tuple[Parametric | None, FloatArray]:
         """What `read` returns."""
         return self.read()
+
+    @cached_property
+    def record(self) -> FloatArray | None:
+        """The curve in the parameters as compiled loops take it; None where it has no record, or is not known."""
+        known = self.in_parameters[0]
+        return None if known is None else curve_record(known)
+
+
+class EdgeRecords(NamedTuple):
+    """The parameter curves of all edges of a face, as compiled loops take them.
+
+    Attributes
+    ----------
+    row : mapping of int to int
+        By edge id, its row in `starts` and `shifts`.
+    values : float64 array
+        All records.
+    starts : (n,) int64
+        Where each begins.
+    shifts : (n, 2) float64
+        Into the branch of the face.
+    """
+
+    row: Mapping[int, int]
+    values: FloatArray
+    starts: IntArray
+    shifts: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,17 +119,57 @@ class FaceSurface:
         """Periods in u and v, None where the surface is not periodic."""
         return self.geometry.periods
 
+    @cached_property
+    def record(self) -> FloatArray | None:
+        """The surface as compiled loops take it; None where it has no record."""
+        return surface_record(self.geometry)
+
+    @cached_property
+    def _curved(self) -> FloatArray | None:
+        """The record; None for a plane, too, which numpy evaluates as fast."""
+        return None if isinstance(self.geometry, Plane) else self.record
+
+    @cached_property
+    def edge_records(self) -> EdgeRecords | None:
+        """The parameter curves of all edges; None where one has no record."""
+        records = [on_face.record for on_face in self.curves.values()]
+        found = [record for record in records if record is not None]
+        if len(found) < len(records) or not found:
+            return None
+        return EdgeRecords(
+            row={edge: j for j, edge in enumerate(self.curves)},
+            values=np.concatenate(found),
+            starts=np.cumsum([0] + [len(record) for record in found[:-1]]),
+            shifts=np.array([on_face.in_parameters[1] for on_face in self.curves.values()]),
+        )
+
     def evaluate(self, uv: FloatArray) -> FloatArray:
         """Points (m, 3) at the parameters (m, 2)."""
-        return self.geometry.evaluate(_rows(uv, 2))
+        if self._curved is None:
+            return self.geometry.evaluate(_rows(uv, 2))
+        return self._evaluated(uv, 1)[0]
 
     def derivatives(self, uv: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Partial derivatives by u and by v, each (m, 3)."""
-        _, by_u, by_v = self.geometry.derivatives(_rows(uv, 2))
+        if self._curved is None:
+            _, by_u, by_v = self.geometry.derivatives(_rows(uv, 2))
+        else:
+            _, by_u, by_v = self._evaluated(uv, 3)
         return by_u, by_v
+
+    def _evaluated(self, uv: FloatArray, n: int) -> FloatArray:
+        uv = _packed(uv, 2)
+        out = np.empty((n, len(uv), 3))
+        surface_points(self._curved, uv, out)
+        return out
 
     def normals(self, uv: FloatArray) -> FloatArray:
         """Unit normals (m, 3) out of the solid; at a singular point the one of a point nearby, inside."""
+        if self._curved is not None:
+            uv = _packed(uv, 2)
+            out = np.empty((len(uv), 3))
+            surface_normals(self._curved, self.outward, self.box, uv, out)
+            return out
         uv = _rows(uv, 2)
         exact = getattr(self.geometry, "unit_normals", None)
         if exact is not None:
@@ -164,33 +236,47 @@ class FaceSurface:
     def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters (m, 2), and the distances there (m,)."""
         if self._exact is not None:
-            uv = self.in_branch(self._exact(points))
-            return uv, np.linalg.norm(self.geometry.evaluate(uv) - points, axis=1)
-        grid, tree = self._grid
-        start = grid[tree.query(np.where(np.isfinite(points), points, 0.0))[1]]
-        return self._descended(points, start)
+            if isinstance(self.geometry, Cone | Torus):
+                points = _packed(points, 3)
+                uv = np.empty((len(points), 2))
+                exact_feet(self._curved, self.box, points, self.box.mean(axis=0)[None], False, uv)
+            else:
+                uv = self.in_branch(self._exact(points))
+            return uv, np.linalg.norm(self.evaluate(uv) - points, axis=1)
+        grid, places = self._grid
+        if len(points) * len(grid) <= _FEW:
+            nearest = np.empty(len(points), dtype=np.int64)
+            nearest_rows(places, _packed(points, 3), nearest)
+        else:
+            nearest = self._tree.query(np.where(np.isfinite(points), points, 0.0))[1]
+        return self._descended(points, grid[nearest])
 
     def _from_many_places(self, points: FloatArray) -> FloatArray:
         """Least distance (m,) of descents from some of the nearest places of the grid."""
-        grid, tree = self._grid
-        starts = grid[tree.query(points, k=min(_PLACES, len(grid)))[1]]
+        grid, _ = self._grid
+        starts = grid[self._tree.query(points, k=min(_PLACES, len(grid)))[1]]
         found = [self._descended(points, starts[:, k])[1] for k in range(starts.shape[1])]
         return np.asarray(np.min(found, axis=0))
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""
         lower, upper = self._reach
-        surface = self.geometry.basis if isinstance(self.geometry, Offset) else self.geometry
-        if isinstance(surface, Spline):
-            uv, distances = nearest_on_spline(
-                surface.spline, points, start, lower=lower, upper=upper, periods=surface.periods
-            )
-            if surface is self.geometry:
-                return uv, distances
+        if self._curved is not None:
+            uv, distances = np.array(start, dtype=np.float64, order="C"), np.empty(len(points))
+            descended_feet(self._curved, lower, upper, _packed(points, 3), uv, distances)
+            return uv, distances
+        if isinstance(self.geometry, Offset):
+            # A surface and its offset have the same feet.
+            uv = self._basis._descended(points, start)[0]
         else:
             uv = self._refine(points, start)
-        # A surface and its offset have the same feet.
         return uv, np.linalg.norm(self.geometry.evaluate(uv) - points, axis=1)
+
+    @cached_property
+    def _basis(self) -> FaceSurface:
+        """The same face of the surface that this one is an offset of."""
+        assert isinstance(self.geometry, Offset)
+        return replace(self, geometry=self.geometry.basis)
 
     @cached_property
     def _reach(self) -> tuple[FloatArray, FloatArray]:
@@ -201,15 +287,28 @@ class FaceSurface:
         )
 
     @cached_property
-    def _grid(self) -> tuple[FloatArray, scipy.spatial.cKDTree]:
-        """Parameters (g, 2) over the face's box, and a tree of the places there."""
+    def _tree(self) -> scipy.spatial.cKDTree:
+        """A tree of the places of the grid."""
+        return scipy.spatial.cKDTree(self._grid[1])
+
+    @cached_property
+    def _grid(self) -> tuple[FloatArray, FloatArray]:
+        """Parameters (g, 2) over the face's box, and the places (g, 3) there."""
         stops = []
         for low, high, knots in zip(*self.box, knots_of(self.geometry), strict=True):
             inner = knots[(knots > low) & (knots < high)]
             stops.append(np.concatenate([[low], inner[:: 1 + len(inner) // _MOST_GRID], [high]]))
+        if self._curved is not None:
+            u, v = (
+                turning_stops(self._curved, own, other[[0, -1]], axis, _GRID - 1, _MOST_GRID, _LARGEST_TURN)
+                for axis, (own, other) in enumerate((stops, stops[::-1]))
+            )
+            grid, places = np.empty((len(u) * len(v), 2)), np.empty((len(u) * len(v), 3))
+            grid_places(self._curved, u, v, grid, places)
+            return grid, places
         axes = [self._divided(stops[0], stops[1], 0), self._divided(stops[1], stops[0], 1)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        return grid, scipy.spatial.cKDTree(grid_points(self.geometry, *axes))
+        return grid, grid_points(self.geometry, *axes)
 
     def _divided(self, stops: FloatArray, across: FloatArray, axis: int) -> FloatArray:
         """Parameters along one axis, between which the surface hardly turns: no coil of a spring is missed."""
@@ -289,6 +388,14 @@ class FaceSurface:
         flat = points.reshape(-1, 3)
         if isinstance(self.geometry, Plane):
             return self.geometry.project(flat)
+        records = self.edge_records
+        if records is not None:
+            rows = np.array([records.row[edge] for edge in edges])
+            places = np.empty((*parameters.shape, 2))
+            curve_points(
+                records.values, records.starts[rows], records.shifts[rows], np.ascontiguousarray(parameters), places
+            )
+            return self._near(flat, places.reshape(-1, 2))
         known = [self.curves[edge].in_parameters for edge in edges]
         if any(curve is None for curve, _ in known):
             return np.concatenate(
@@ -310,24 +417,11 @@ class FaceSurface:
 
     def _near(self, points: FloatArray, guess: FloatArray) -> FloatArray:
         """Parameters (m, 2) of points (m, 3) of the surface in the branch of a guess."""
-        if isinstance(self.geometry, Spline):
+        if not isinstance(self.geometry, Cone | Torus):
             return self._descended(points, guess)[0]
-        exact = self._exact
-        if exact is None:
-            return self._refine(points, guess, n_steps=4)
-        uv = exact(points)
-        for j, period in enumerate(self.periods):
-            if period is not None:
-                uv[:, j] += period * np.round((guess[:, j] - uv[:, j]) / period)
-        if isinstance(self.geometry, Cone) and self.geometry.half_angle == 0.0:
-            return uv
         # At an apex or a pole the angle is free, and only the parameter curve knows it.
-        _, by_u, by_v = self.geometry.derivatives(guess)
-        for j, partial in enumerate((by_u, by_v)):
-            if self.periods[j] is not None:
-                norm = np.linalg.norm(partial, axis=1)
-                singular = norm <= 1e-7 * max(norm.max(initial=0.0), np.abs(self.box).max(initial=1.0) * 1e-3)
-                uv[singular, j] = guess[singular, j]
+        uv = np.empty((len(points), 2))
+        exact_feet(self._curved, self.box, _packed(points, 3), _packed(guess, 2), True, uv)
         return uv
 
     def _unrolled(self, uv: FloatArray) -> FloatArray:
@@ -339,6 +433,10 @@ class FaceSurface:
 
 def _rows(values: FloatArray, width: int) -> FloatArray:
     return np.asarray(values, dtype=float).reshape(-1, width)
+
+
+def _packed(values: FloatArray, width: int) -> FloatArray:
+    return np.ascontiguousarray(values, dtype=np.float64).reshape(-1, width)
 
 
 def _least_squares_step(by_u: FloatArray, by_v: FloatArray, off: FloatArray) -> FloatArray:

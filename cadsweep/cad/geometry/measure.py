@@ -23,10 +23,12 @@ from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray
 from ...brep import Loop
+from ...sweep import DirectedEdge
 from ..shapes import EDGE, explore, surface_range
 from .convert import read_curve_2d, read_surface
 from .curves import EdgeCurve, Parametric
 from .face_surface import EdgeOnFace, FaceSurface
+from .measure_kernels import boundary_sums
 from .surfaces import Cone, Geometry, Plane, Torus, knots_of
 from .vectors import cross_rows
 
@@ -37,6 +39,11 @@ class _Rule(NamedTuple):
     nodes: FloatArray
     weights: FloatArray
     n_parts: int
+
+    @property
+    def compiled(self) -> FloatArray:
+        """Nodes and weights (2, k) in one array."""
+        return np.stack([self.nodes, self.weights])
 
 
 @lru_cache
@@ -77,6 +84,25 @@ class Measure(NamedTuple):
 def measure_face(surface: FaceSurface, loops: Sequence[Loop]) -> Measure | None:
     """Integrate over a face; None where an edge has no curve in the parameters."""
     directed = [list(loop.directed) for loop in loops]
+    origin = surface.geometry.evaluate(surface.box.mean(axis=0)[None])[0]
+    totals = _compiled_sums(surface, directed, origin, close=True)
+    if totals is None:
+        totals = _general_sums(surface, directed, origin)
+    if totals is None:
+        return None
+    # Loops run with the material on the left seen from outside, hence clockwise in the parameters where
+    # these look inwards: that is one sign for area and moments, and two, which cancel, for the volume.
+    area, moments, vector_area = totals[0] * surface.outward, totals[1:4] * surface.outward, totals[4:7]
+    if not area > 0:
+        return None
+    volume = (totals[7] + vector_area @ origin) / 3.0
+    return Measure(float(area), origin + moments / area, float(volume), vector_area)
+
+
+def _general_sums(
+    surface: FaceSurface, directed: Sequence[Sequence[DirectedEdge]], origin: FloatArray
+) -> FloatArray | None:
+    """Sums (8,) of the integrands over a face that has no records; None where an edge has no parameter curve."""
     if any(surface.curves[edge].in_parameters[0] is None for loop in directed for edge, _ in loop):
         return None
 
@@ -91,15 +117,46 @@ def measure_face(surface: FaceSurface, loops: Sequence[Loop]) -> Measure | None:
                 steps += [piece.dv, rule.weights * gap[1]]
         return np.concatenate(places), np.concatenate(steps)
 
-    origin = surface.geometry.evaluate(surface.box.mean(axis=0)[None])[0]
-    totals = _converged(surface, boundary, origin)
-    # Loops run with the material on the left seen from outside, hence clockwise in the parameters where
-    # these look inwards: that is one sign for area and moments, and two, which cancel, for the volume.
-    area, moments, vector_area = totals[0] * surface.outward, totals[1:4] * surface.outward, totals[4:7]
-    if not area > 0:
+    return _converged(surface, boundary, origin)
+
+
+def _compiled_sums(
+    surface: FaceSurface, directed: Sequence[Sequence[DirectedEdge]], origin: FloatArray, *, close: bool
+) -> FloatArray | None:
+    """The same by compiled loops; None where the surface or an edge has no record.
+
+    Where `close` is set, gaps between the edges in the parameters are bridged.
+    """
+    record, edges = surface.record, surface.edge_records
+    if record is None or edges is None:
         return None
-    volume = (totals[7] + vector_area @ origin) / 3.0
-    return Measure(float(area), origin + moments / area, float(volume), vector_area)
+    uses = [(number, edge, forward) for number, loop in enumerate(directed) for edge, forward in loop]
+    curves = [surface.curves[edge].curve for _, edge, _ in uses]
+    rows = np.array([edges.row[edge] for _, edge, _ in uses])
+    limits = np.array([(curve.first, curve.last) for curve in curves])
+    senses = np.array([1.0 if forward else -1.0 for _, _, forward in uses])
+    directed_edges = edges.values, edges.starts[rows], np.column_stack([limits, edges.shifts[rows]]), senses
+    on_surface = record, _panels(surface, 1), origin
+    loops = np.array([number for number, _, _ in uses])
+    stops = [_stops(curve) for curve in curves]
+    first_stops, all_stops = np.cumsum([0] + [len(own) for own in stops]), np.concatenate(stops)
+    n_least = _n_panels(surface.geometry)
+
+    def sums(order: int, n_parts: int) -> tuple[FloatArray, int]:
+        rule = _rule(order, 1)
+        totals = np.empty(8)
+        n_points = boundary_sums(
+            on_surface, rule.compiled, n_parts, n_least, directed_edges, loops, all_stops, first_stops, close, totals
+        )
+        return totals, n_points
+
+    return _agreed(sums)
+
+
+def _stops(curve: EdgeCurve) -> FloatArray:
+    """Parameters between which an edge is smooth, its ends among them."""
+    inner = curve.breaks[(curve.breaks > curve.first) & (curve.breaks < curve.last)]
+    return np.concatenate([[curve.first], inner, [curve.last]])
 
 
 def measure_closed_area(face: Any) -> float | None:
@@ -131,12 +188,16 @@ def measure_closed_area(face: Any) -> float | None:
         curves[number] = EdgeOnFace(curve=in_space, read=partial(_known, known, shift))
         senses.append(edge.Orientation() == TopAbs_Orientation.TopAbs_FORWARD)
     bounded = FaceSurface(geometry=geometry, outward=1.0, box=box, limits=box, curves=curves)
+    origin = geometry.evaluate(box.mean(axis=0)[None])[0]
+    totals = _compiled_sums(bounded, [list(enumerate(senses))], origin, close=False)
+    if totals is not None:
+        return abs(float(totals[0]))
 
     def boundary(rule: _Rule) -> tuple[FloatArray, FloatArray]:
         pieces = [_edge_samples(bounded, number, forward, rule) for number, forward in enumerate(senses)]
         return np.concatenate([piece.uv for piece in pieces]), np.concatenate([piece.dv for piece in pieces])
 
-    return abs(float(_converged(bounded, boundary, geometry.evaluate(box.mean(axis=0)[None])[0])[0]))
+    return abs(float(_converged(bounded, boundary, origin)[0]))
 
 
 def _known(curve: Parametric, shift: FloatArray) -> tuple[Parametric, FloatArray]:
@@ -147,20 +208,29 @@ def _converged(
     surface: FaceSurface, boundary: Callable[[_Rule], tuple[FloatArray, FloatArray]], origin: FloatArray
 ) -> FloatArray:
     """Sums (8,) of the integrands over the face, on panels fine enough for the area."""
+
+    def sums(order: int, n_parts: int) -> tuple[FloatArray, int]:
+        rule = _rule(order, n_parts)
+        uv, dv = boundary(rule)
+        used = dv != 0
+        n_points = int(used.sum()) * order * (len(_panels(surface, n_parts)) - 1)
+        return dv[used] @ _inner(surface, uv[used], origin, rule), n_points
+
+    return _agreed(sums)
+
+
+def _agreed(sums: Callable[[int, int], tuple[FloatArray, int]]) -> FloatArray:
+    """Sums (8,) of a Gauss order on panels in so many parts that a lower order agrees about the area.
+
+    `sums` gives them for an order and a number of parts, and how many points of the surface it took.
+    """
     n_parts = 1
     while True:
-        areas, n_points = [], 0
-        for order in _ORDERS:
-            rule = _rule(order, n_parts)
-            uv, dv = boundary(rule)
-            used = dv != 0
-            totals = dv[used] @ _inner(surface, uv[used], origin, rule)
-            areas.append(totals[0])
-            n_points = int(used.sum()) * order * (len(_panels(surface, n_parts)) - 1)
-        agree = abs(areas[1] - areas[0]) <= _AGREE * abs(areas[1])
+        (lower, _), (higher, n_points) = (sums(order, n_parts) for order in _ORDERS)
+        agree = abs(higher[0] - lower[0]) <= _AGREE * abs(higher[0])
         # Halving doubles the samples of the boundary, and the panels to each of them.
         if agree or n_parts >= _MOST_PARTS or 4 * n_points > _MOST_POINTS:
-            return np.asarray(totals)
+            return higher
         n_parts *= 2
 
 
@@ -177,8 +247,7 @@ def _edge_samples(surface: FaceSurface, edge: int, forward: bool, rule: _Rule) -
     curve = surface.curves[edge].curve
     in_parameters, shift = surface.curves[edge].in_parameters
     assert in_parameters is not None
-    inner = curve.breaks[(curve.breaks > curve.first) & (curve.breaks < curve.last)]
-    stops = np.concatenate([[curve.first], inner, [curve.last]])
+    stops = _stops(curve)
     parts = max(1, -(-_n_panels(surface.geometry) // (len(stops) - 1))) * rule.n_parts
     stops = np.interp(np.linspace(0, len(stops) - 1, parts * (len(stops) - 1) + 1), np.arange(len(stops)), stops)
     width = np.diff(stops)

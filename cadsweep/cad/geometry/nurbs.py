@@ -41,7 +41,7 @@ class BSpline:
         return np.unique(self.knots)
 
     @cached_property
-    def _arrays(self) -> tuple[FloatArray, FloatArray]:
+    def arrays(self) -> tuple[FloatArray, FloatArray]:
         """Knots, and poles, homogeneous where there are weights."""
         poles = self.poles
         if self.weights is not None:
@@ -50,14 +50,14 @@ class BSpline:
 
     def derivatives(self, parameters: FloatArray, order: int = 0, *, period: float = 0.0) -> list[FloatArray]:
         """Points and derivatives up to `order` (0, 1 or 2), each (m, d); with a `period` also beyond the knots."""
-        knots, poles = self._arrays
+        knots, poles = self.arrays
         out = np.empty((order + 1, len(parameters), self.poles.shape[1]))
         curve_derivatives(knots, self.degree, poles, period, _packed(parameters), out)
         return list(out)
 
     def arc_lengths(self, lower: FloatArray, upper: FloatArray, rule: FloatArray, *, period: float = 0.0) -> FloatArray:
         """Arc lengths (m,) from `lower` to `upper`, by a quadrature `rule` (2, k): nodes and weights on 0 to 1."""
-        knots, poles = self._arrays
+        knots, poles = self.arrays
         lower, upper = np.broadcast_arrays(lower, upper)
         out = np.empty(len(lower))
         arc_lengths(knots, self.degree, poles, period, self.poles.shape[1], rule, _packed(lower), _packed(upper), out)
@@ -67,7 +67,7 @@ class BSpline:
         self, table: tuple[FloatArray, FloatArray], wanted: FloatArray, rule: FloatArray, *, period: float = 0.0
     ) -> FloatArray:
         """Parameters (m,) at arc lengths (m,), by a table of interval ends and the lengths up to them."""
-        knots, poles = self._arrays
+        knots, poles = self.arrays
         out = np.empty(len(wanted))
         arc_parameters(knots, self.degree, poles, period, self.poles.shape[1], rule, *table, _packed(wanted), out)
         return out

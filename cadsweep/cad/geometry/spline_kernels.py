@@ -15,6 +15,7 @@ from numba import njit
 
 kernel = njit(cache=True, nogil=True, error_model="numpy")
 part = njit(nogil=True, error_model="numpy", inline="always")
+callee = njit(nogil=True, error_model="numpy")
 
 
 @part

@@ -132,7 +132,7 @@ def _select(part: Part, selector: str | int, kind: Kind) -> tuple[int, ...]:
     for solid in part.solids:
         word = text if isinstance(selector, str) else selector
         found = _by_word(part, solid.faces if kind == "face" else solid.edges, word, kind)
-        if not found and isinstance(selector, str) and _looks_like_selector(text):
+        if not found and isinstance(selector, str) and _looks_like_selector(text) and not _is_name(part, text):
             found = _by_selector(solid, text, kind)
         if found:
             return found
@@ -167,6 +167,11 @@ def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind
 
 def _former_faces(item: Face | Edge) -> tuple[FormerFace, ...]:
     return item.former if isinstance(item, Face) else ()
+
+
+def _is_name(part: Part, text: str) -> bool:
+    """Whether something in the part, in another solid maybe, is called so: ``left`` and ``top`` are CadQuery's, too."""
+    return any(text == name or name.endswith(f"_{text}") for name in part.names.values())
 
 
 def _looks_like_selector(text: str) -> bool:

@@ -32,7 +32,7 @@ _TOKEN = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?|\*|\d*(?:C[0-3N]|G[12
 """A number, the end of a list, a continuity such as ``4CN``, or the mark of a polygon."""
 
 
-def check_brep_text(path: Path, data: bytes) -> None:
+def check_brep_text(path: Path | str, data: bytes) -> None:
     """Refuse a text BREP file that is cut off or has words that are none of its language.
 
     Raises

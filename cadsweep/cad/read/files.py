@@ -1,4 +1,4 @@
-"""STEP, BREP and IGES files, through OpenCASCADE alone.
+"""STEP, BREP, IGES and FreeCAD files, through OpenCASCADE alone.
 
 Place in the flow: one of the readers. Importing CadQuery would cost two seconds, so names are
 read through OpenCASCADE's XCAF here (``step``).
@@ -25,12 +25,13 @@ from ..quiet import quiet_opencascade
 from .brep_text import check_brep_text
 from .model import Model
 
+FREECAD = (".fcstd", ".fcstd1")
 BOM = b"\xef\xbb\xbf"
 _NOT_FINITE = re.compile(rb"(?:^|\s)[-+]?(?:nan|inf)\b", re.IGNORECASE)
 
 
 def read_file(path: Path) -> Model:
-    """Read a STEP, BREP or IGES file.
+    """Read a STEP, BREP, IGES or FreeCAD file.
 
     Raises
     ------
@@ -46,6 +47,10 @@ def read_file(path: Path) -> Model:
     if not data.strip(b" \t\r\n\0" + BOM):
         raise InputError(f"{path}: the file is empty.")
     suffix = path.suffix.lower()
+    if suffix in FREECAD:
+        from .freecad import read_freecad
+
+        return read_freecad(path)
     with quiet_opencascade():
         if suffix in (".step", ".stp"):
             from .step import read_step
@@ -53,21 +58,22 @@ def read_file(path: Path) -> Model:
 
             check_step_text(path, data)
             return read_step(path, data)
-        shape = _read_brep(path, data) if suffix in (".brep", ".brp") else _read_iges(path, data)
+        shape = read_brep(path, data, path) if suffix in (".brep", ".brp") else _read_iges(path, data)
     return Model(shape=shape, source=str(path), name=path.stem)
 
 
-def _read_brep(path: Path, data: bytes) -> Any:
+def read_brep(path: Path | str, data: bytes, file: Path) -> Any:
+    """Read the BREP `data` that stand in `file`; messages say `path`."""
     shape = TopoDS_Shape()
     head = data[:200]
     try:
         if b"CASCADE Topology" in head and b"Open CASCADE" in head:
-            BinTools.Read_s(shape, str(path))
+            BinTools.Read_s(shape, str(file))
         elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
             if _NOT_FINITE.search(data):
                 raise CadError(f"{path}: the file holds a number that is not finite.")
             check_brep_text(path, data)
-            BRepTools.Read_s(shape, str(path), BRep_Builder())
+            BRepTools.Read_s(shape, str(file), BRep_Builder())
         else:
             raise CadError(f"{path}: this is not a BREP file of OpenCASCADE.")
     except CadError:

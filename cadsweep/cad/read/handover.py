@@ -7,23 +7,30 @@ Place in the flow: before an isolated run, in the caller. CadQuery's colours are
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
 
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A bare OpenCASCADE shape, held as CadQuery and build123d hold theirs."""
+
+    wrapped: Any
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AssemblyNode:
-    """What :mod:`cadsweep.cad.objects` reads of a ``cq.Assembly``, under the same names."""
+    """What :mod:`cadsweep.cad.read.objects` reads of a ``cq.Assembly``, under the same names."""
 
     name: str
-    loc: Any
-    obj: Any
-    color: str | None
-    material: Any
-    _subshape_names: Mapping[Any, str]
-    _subshape_colors: Mapping[Any, str | None]
-    children: Sequence[AssemblyNode]
+    loc: Any = Held(None)
+    obj: Any = None
+    color: str | None = None
+    material: Any = None
+    _subshape_names: Mapping[Any, str] = field(default_factory=dict)
+    _subshape_colors: Mapping[Any, str | None] = field(default_factory=dict)
+    children: Sequence[AssemblyNode] = ()
 
 
 def make_portable(source: Any) -> Any:
@@ -47,12 +54,32 @@ def make_portable(source: Any) -> Any:
     import cadquery as cq
     from OCP.TopoDS import TopoDS_Shape
 
-    if isinstance(source, cq.Shape):
-        return source
     if isinstance(source, cq.Assembly):
         return _as_node(source)
     shape = getattr(source, "wrapped", source)
-    return cq.Shape.cast(shape) if isinstance(shape, TopoDS_Shape) and not shape.IsNull() else source
+    if shape is source and getattr(source, "part", None) is not None:
+        return make_portable(source.part)
+    if isinstance(source, cq.Workplane) or not isinstance(shape, TopoDS_Shape) or shape.IsNull():
+        return source
+    from .labelled import labelled_tree
+
+    return cq.Shape.cast(shape) if shape is source else _portable(labelled_tree(source))
+
+
+def _portable(node: AssemblyNode) -> AssemblyNode:
+    """The node with shapes of CadQuery."""
+    import cadquery as cq
+
+    def cast(held: Any) -> Any:
+        return None if held is None else cq.Shape.cast(held.wrapped)
+
+    return replace(
+        node,
+        obj=cast(node.obj),
+        _subshape_names={cast(held): name for held, name in node._subshape_names.items()},
+        _subshape_colors={cast(held): color for held, color in node._subshape_colors.items()},
+        children=[_portable(child) for child in node.children],
+    )
 
 
 def _as_node(assembly: Any) -> AssemblyNode:

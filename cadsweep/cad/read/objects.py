@@ -15,7 +15,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Shape
 
 from ...errors import CadError, InputError
-from ..names.unique import MATERIAL_PREFIX, is_given, is_meaningful, join_part
+from ..names.unique import MATERIAL_PREFIX, is_given, join_part
 from ..shapes import EDGE, FACE, SOLID, WIRE, compound, subshapes
 from .colors import color_of, object_color
 from .handover import AssemblyNode
@@ -44,17 +44,11 @@ def _read_one(source: Any) -> Model | None:
         return _read_assembly(source)
     wrapped = getattr(source, "wrapped", None)
     if isinstance(wrapped, TopoDS_Shape):
-        model = Model(shape=_not_null(wrapped, name), source=name)
-        label = getattr(source, "label", None)
-        if isinstance(label, str) and is_meaningful(label):
-            model.name = label
-        color = object_color(getattr(source, "color", None))
-        if color is not None:
-            model.colors = color_of(model.shape, color)
-        return model
-    built = getattr(source, "part", None)
-    if wrapped is None and hasattr(built, "wrapped"):  # a builder of build123d holds what it has built
-        return _read_one(built)
+        return _read_labelled(source, name)
+    if wrapped is None and hasattr(source, "part"):  # a builder of build123d holds what it has built
+        if source.part is None:
+            raise CadError(f"The {name} is empty: its .part is None.")
+        return read_object(source.part)
     if hasattr(source, "vals") and hasattr(source, "workplane"):
         return _read_workplane(source, name)
     if hasattr(source, "wrapped") and wrapped is None:
@@ -74,7 +68,11 @@ def _read_several(sources: Sequence[Any]) -> Model:
         models.append(model)
     if not models:
         raise InputError("The list is empty: it holds no shape.")
-    whole = Model(shape=compound([model.shape for model in models]), source="list")
+    # A face with a label beside a solid says what that solid's face is called.
+    shapes = [model.shape for model in models if not _says_something(model)]
+    if not any(subshapes(shape, SOLID) for shape in shapes):
+        shapes = [model.shape for model in models]
+    whole = Model(shape=compound(shapes), source="list")
     for model in models:
         whole.names += model.names
         whole.paths += model.paths
@@ -84,6 +82,21 @@ def _read_several(sources: Sequence[Any]) -> Model:
             solids = [s for s in subshapes(model.shape, SOLID) if not any(e.shape.IsSame(s) for e in model.names)]
             whole.names += [Named(solid, model.name) for solid in solids]
     return whole
+
+
+def _says_something(model: Model) -> bool:
+    """Whether a model is no solid, and has the name or the colour of a face or an edge."""
+    return not subshapes(model.shape, SOLID) and bool(model.names or model.colors)
+
+
+def _read_labelled(source: Any, name: str) -> Model:
+    """A shape that may have a label, a colour and children, as those of build123d do."""
+    from .labelled import labelled_tree
+
+    _not_null(source.wrapped, name)
+    model = _read_assembly(labelled_tree(source))
+    model.source = name
+    return model
 
 
 def _not_null(shape: Any, name: str) -> Any:

@@ -1,0 +1,347 @@
+"""Blocks of a mesh, each of which can be multiplied out some layers at a time.
+
+Place in the flow: :mod:`.block_mesh` joins them to one mesh; :mod:`.stream` and :mod:`.pieces` go through them.
+
+============= ==================================================================
+block         what it is made of
+============= ==================================================================
+FactoredBlock one sweep that is a mesh by itself: all nodes are its own
+SweptBlock    a cell that is swept between others: its caps and sides are borrowed,
+              only the nodes inside are its own
+ArrayBlock    hexahedra as they are: all nodes are borrowed
+============= ==================================================================
+
+A block borrows nodes from what the whole mesh keeps (:class:`~.block_mesh.BlockMesh`): those have their numbers
+already, and stand in several blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..brep import Units
+from ..cells import SweptStructure, sweep_hexes
+from ..projection import FactoredSweep
+from ..quality import structure_problems
+from .block import FactoredMesh
+
+SLAB_NODES = 200_000
+"""Nodes of a slab: large enough for the arithmetic, small enough for the cache and for flat memory."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Slab:
+    """Some layers of hexahedra.
+
+    Attributes
+    ----------
+    points : (p, 3) float64
+        Nodes, model units. Valid until the next slab is made.
+    nodes : (p,) int64
+        Their numbers in the whole mesh.
+    hexes : (m, 8) int64
+        Rows of `points`.
+    first_hex : int
+        Number of the first of them; the others follow.
+    own : (o,) int64
+        Rows of `points` whose nodes are this slab's own.
+    first_node : int
+        Number of the first of these; the others follow.
+    layer, per_layer : int
+        Layer of the block that the first hexahedron is in, and hexahedra of a layer.
+    """
+
+    points: FloatArray
+    nodes: IntArray
+    hexes: IntArray
+    first_hex: int
+    own: IntArray
+    first_node: int
+    layer: int
+    per_layer: int
+
+
+class Block(Protocol):
+    """What every block knows."""
+
+    @property
+    def first_hex(self) -> int:
+        """Number of its first hexahedron; the others follow."""
+
+    @property
+    def n_layers(self) -> int:
+        """Layers of hexahedra, the steps in which it can be made."""
+
+    @property
+    def per_layer(self) -> int:
+        """Hexahedra of a layer."""
+
+    def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
+        """Make the layers `start` to `stop` (exclusive), a slab at a time."""
+
+    def border(self, start: int, stop: int) -> IntArray:
+        """Nodes of some layers that hexahedra elsewhere may have."""
+
+    def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
+        """Layers outside `start` to `stop` that may have some of the nodes, ascending, of these layers and of other
+        blocks."""
+
+    def problems(self) -> list[str]:
+        """What is wrong with its structure; nothing where its hexahedra conform."""
+
+    def shifted(self, nodes: int, hexes: int) -> Block:
+        """The same block with so many nodes and hexahedra before it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FactoredBlock:
+    """A sweep that borrows nothing."""
+
+    factored: FactoredMesh
+    first_node: int = 0
+    first_hex: int = 0
+
+    @property
+    def n_layers(self) -> int:
+        return self.factored.structure.n_layers
+
+    @property
+    def per_layer(self) -> int:
+        return len(self.factored.structure.quads)
+
+    def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
+        """Multiply out into one buffer."""
+        factored, structure = self.factored, self.factored.structure
+        n = structure.n_nodes
+        stop = structure.n_layers if stop is None else stop
+        step = max(1, min(stop - start, SLAB_NODES // n))
+        buffer = np.empty((step + 1, n, 3))
+        hexes = np.empty((0, 8), dtype=np.int64)
+        for first in range(start, stop, step):
+            last = min(first + step, stop)
+            inner = min(last + 1, factored.n_node_layers)
+            factored.points(first, inner, out=buffer[: inner - first])
+            if inner == last:  # a closed ring: its last layer of hexahedra ends on the first layer of nodes
+                factored.points(0, 1, out=buffer[last - first : last - first + 1])
+            if len(hexes) != (last - first) * self.per_layer:
+                hexes = sweep_hexes(structure.quads, n, last - first)
+            has_end = last == structure.n_layers and not structure.periodic
+            yield Slab(
+                points=buffer[: last - first + 1].reshape(-1, 3),
+                nodes=self.layers(np.arange(first, last + 1)),
+                hexes=hexes,
+                first_hex=self.first_hex + first * self.per_layer,
+                own=np.arange((last - first + has_end) * n),
+                first_node=self.first_node + first * n,
+                layer=first,
+                per_layer=self.per_layer,
+            )
+
+    def layers(self, layers: IntArray) -> IntArray:
+        """Nodes of layers of nodes; the last of a closed ring is its first."""
+        n = self.factored.structure.n_nodes
+        return ((layers % self.factored.n_node_layers)[:, None] * n + np.arange(n) + self.first_node).reshape(-1)
+
+    def border(self, start: int, stop: int) -> IntArray:
+        return self.layers(np.array([start, stop]))
+
+    def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
+        if stop <= start or stop - start == self.n_layers:
+            return np.empty(0, dtype=np.int64)  # nobody else has nodes of it
+        beside = np.array([start - 1, stop])
+        if self.factored.structure.periodic:
+            beside %= self.n_layers
+        return np.setdiff1d(beside[(beside >= 0) & (beside < self.n_layers)], np.arange(start, stop))
+
+    def problems(self) -> list[str]:
+        structure = self.factored.structure
+        return structure_problems(structure, self.factored.n_node_layers * structure.n_nodes)
+
+    def shifted(self, nodes: int, hexes: int) -> FactoredBlock:
+        return replace(self, first_node=self.first_node + nodes, first_hex=self.first_hex + hexes)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SweptBlock:
+    """A sweep between others.
+
+    Attributes
+    ----------
+    sweep : FactoredSweep
+        Places of the nodes, working units.
+    units : Units
+        From working to model units.
+    bottom, top : (n,) int64
+        Borrowed nodes of the first and of the last layer.
+    rings : (n_layers + 1, b) int64
+        Borrowed nodes of the ring of every layer.
+    first_node, first_hex : int
+        Numbers of its first node inside, and of its first hexahedron; the others follow, layer by layer.
+    moved_nodes, moved_points : (m,) int64, (m, 3) float64
+        Nodes of the whole mesh that smoothing moved, ascending, and where to, working units.
+    """
+
+    sweep: FactoredSweep
+    units: Units
+    bottom: IntArray
+    top: IntArray
+    rings: IntArray
+    first_node: int
+    first_hex: int
+    moved_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    moved_points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+
+    @property
+    def n_layers(self) -> int:
+        return self.sweep.n_layers
+
+    @property
+    def per_layer(self) -> int:
+        return len(self.sweep.quads)
+
+    @property
+    def n_own(self) -> int:
+        """Nodes inside."""
+        return (self.n_layers - 1) * len(self.inside)
+
+    @cached_property
+    def inside(self) -> IntArray:
+        """Nodes of a layer that are not on its ring, by their places in the layer."""
+        return np.setdiff1d(np.arange(self.sweep.n_nodes), self.sweep.ring_nodes)
+
+    def layers(self, layers: IntArray) -> IntArray:
+        """Nodes (k, n) of layers of nodes."""
+        nodes = np.empty((len(layers), self.sweep.n_nodes), dtype=np.int64)
+        within = np.arange(len(self.inside))
+        nodes[:, self.inside] = self.first_node + (layers[:, None] - 1) * len(within) + within
+        nodes[:, self.sweep.ring_nodes] = self.rings[layers]
+        nodes[layers == 0] = self.bottom
+        nodes[layers == self.n_layers] = self.top
+        return nodes
+
+    def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
+        """Multiply out into one buffer."""
+        n = self.sweep.n_nodes
+        stop = self.n_layers if stop is None else stop
+        step = max(1, min(stop - start, SLAB_NODES // n))
+        buffer = np.empty((step + 1, n, 3))
+        hexes = np.empty((0, 8), dtype=np.int64)
+        for first in range(start, stop, step):
+            last = min(first + step, stop)
+            points = self.sweep.points(slice(first, last + 1), out=buffer[: last - first + 1]).reshape(-1, 3)
+            nodes = self.layers(np.arange(first, last + 1)).reshape(-1)
+            if len(self.moved_nodes):
+                at = np.minimum(np.searchsorted(self.moved_nodes, nodes), len(self.moved_nodes) - 1)
+                moved = self.moved_nodes[at] == nodes
+                points[moved] = self.moved_points[at[moved]]
+            if len(hexes) != (last - first) * self.per_layer:
+                hexes = sweep_hexes(self.sweep.quads, n, last - first)
+            below = max(first, 1)  # the first layer and the last are borrowed
+            yield Slab(
+                points=self.units.to_model(points),
+                nodes=nodes,
+                hexes=hexes,
+                first_hex=self.first_hex + first * self.per_layer,
+                own=(np.arange(below - first, last - first)[:, None] * n + self.inside).reshape(-1),
+                first_node=self.first_node + (below - 1) * len(self.inside),
+                layer=first,
+                per_layer=self.per_layer,
+            )
+
+    def border(self, start: int, stop: int) -> IntArray:
+        ends = self.layers(np.array([start, stop]))
+        return np.unique(np.concatenate([ends.reshape(-1), self.rings[start : stop + 1].reshape(-1)]))
+
+    def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
+        hit: BoolArray = np.asarray(np.isin(self.rings, nodes).any(axis=1))
+        hit[0] |= np.isin(self.bottom, nodes).any()
+        hit[-1] |= np.isin(self.top, nodes).any()
+        if stop > start:
+            hit[[start, stop]] = True
+        layers = hit[:-1] | hit[1:]
+        layers[start:stop] = False
+        return np.flatnonzero(layers)
+
+    def problems(self) -> list[str]:
+        n, sweep = self.sweep.n_nodes, self.sweep
+        structure = SweptStructure(quads=sweep.quads, loops=sweep.loops, n_nodes=n, n_layers=self.n_layers)
+        found = structure_problems(structure, (self.n_layers + 1) * n)
+        borrowed = np.concatenate([self.bottom, self.top, self.rings[1:-1].reshape(-1)])
+        if len(np.unique(borrowed)) != len(borrowed):
+            found.append("a node of its caps and sides stands in two places")
+        return found
+
+    def shifted(self, nodes: int, hexes: int) -> SweptBlock:
+        return replace(
+            self,
+            bottom=self.bottom + nodes,
+            top=self.top + nodes,
+            rings=self.rings + nodes,
+            moved_nodes=self.moved_nodes + nodes,
+            first_node=self.first_node + nodes,
+            first_hex=self.first_hex + hexes,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ArrayBlock:
+    """Hexahedra as they are; a layer is one of them.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Model units.
+    nodes : (n,) int64
+        Borrowed.
+    hexes : (m, 8) int64
+        Rows of `points`.
+    first_hex : int
+    """
+
+    points: FloatArray
+    nodes: IntArray
+    hexes: IntArray
+    first_hex: int
+
+    @property
+    def n_layers(self) -> int:
+        return len(self.hexes)
+
+    @property
+    def per_layer(self) -> int:
+        return 1
+
+    def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
+        stop = len(self.hexes) if stop is None else stop
+        for first in range(start, stop, SLAB_NODES):
+            rows, hexes = np.unique(self.hexes[first : min(first + SLAB_NODES, stop)], return_inverse=True)
+            yield Slab(
+                points=self.points[rows],
+                nodes=self.nodes[rows],
+                hexes=hexes.reshape(-1, 8),
+                first_hex=self.first_hex + first,
+                own=np.empty(0, dtype=np.int64),
+                first_node=0,
+                layer=first,
+                per_layer=1,
+            )
+
+    def border(self, start: int, stop: int) -> IntArray:
+        return self.nodes[np.unique(self.hexes[start:stop])]
+
+    def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
+        hit: BoolArray = np.asarray(np.isin(self.nodes, nodes)[self.hexes].any(axis=1))
+        hit[start:stop] = False
+        return np.flatnonzero(hit)
+
+    def problems(self) -> list[str]:
+        return []  # its faces are matched one by one, by who made it
+
+    def shifted(self, nodes: int, hexes: int) -> ArrayBlock:
+        return replace(self, nodes=self.nodes + nodes, first_hex=self.first_hex + hexes)

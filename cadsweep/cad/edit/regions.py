@@ -1,0 +1,297 @@
+"""Planes that part a cell into boxes, the features of each of which go one way.
+
+Place in the flow: candidates of :mod:`.cutters`. A hole, a slot, a rounding can be swept along, or across as a cap, in
+few directions; a cell whose features ask for different ones is parted first, and the rims of what is left are carried
+on in the direction of each box.
+
+Method: a feature is what hangs together of edges in the way and of faces that not every direction suits. Planes square
+to the faces of the cell lie half way between the ends of features, or on a plane face where one ends in another; they
+may go through what is swept square to them. A search over the planes, depth first within a budget, takes those that
+leave the fewest boxes, and the fewest that are swept towards a cut.
+
+Not handled: planes that are slanted to each other, and features that cross; what is left of these stays in one box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import combinations, pairwise
+from math import pi
+from typing import Any
+
+import numpy as np
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
+from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
+
+from ...arrays import FloatArray
+from ...brep import Face, Solid
+from ..shapes import SolidShape
+from .central import Cutter
+
+ALONG, SQUARE = 1e-9, 1e-5
+"""One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
+GAP = 0.01
+"""Distance of two ends of features, as a share of the cell's size, from which a plane fits between them."""
+MOST_PLANES = 6
+"""Planes of one box that are tried."""
+MOST_BOXES = 2000
+"""Boxes that are looked at, some 50 microseconds each."""
+BOX, STUCK, TOWARDS = 1.0, 6.0, 0.6
+"""Costs of a box, of one whose features ask for different directions, and of a cut that its sweep ends on."""
+_EVERY = frozenset(range(3))
+_Box = tuple[tuple[float, float], ...]
+_AXES = {
+    GeomAbs_Cylinder: lambda adaptor: adaptor.Cylinder(),
+    GeomAbs_Cone: lambda adaptor: adaptor.Cone(),
+    GeomAbs_Torus: lambda adaptor: adaptor.Torus(),
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Feature:
+    """What a cell has beside plane faces: where it is, and which directions suit it.
+
+    Attributes
+    ----------
+    spans : three pairs of float
+        Its reach along every normal.
+    ways : frozenset of int
+        Normals along which it can be swept.
+    """
+
+    spans: _Box
+    ways: frozenset[int]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Cut:
+    """A plane square to a normal, through a box."""
+
+    axis: int
+    offset: float
+    box: _Box
+
+
+@dataclass(kw_only=True, eq=False)
+class _Guillotine:
+    """The search for planes.
+
+    Attributes
+    ----------
+    features : sequence of _Feature
+    walls : sequence of sequence of float
+        For every normal the offsets of the cell's faces across it.
+    least : float
+        Gap into which a plane fits.
+    """
+
+    features: Sequence[_Feature]
+    walls: Sequence[Sequence[float]]
+    least: float
+    n_looked: int = 0
+    known: dict[tuple[_Box, tuple[bool, ...]], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
+
+    @property
+    def tight(self) -> float:
+        """Distance up to which ends of features are one."""
+        return 1e-3 * self.least
+
+    def best(self, box: _Box, ends: tuple[bool, ...]) -> tuple[float, tuple[_Cut, ...]]:
+        """The cheapest cuts of a box (3, 2); `ends` says which of its sides, low ones first, are cuts."""
+        key = box, ends
+        known = self.known.get(key)
+        if known is not None:
+            return known
+        self.n_looked += 1
+        inside = [feature for feature in self.features if self.is_in(feature, box)]
+        ways = _EVERY.intersection(*(f.ways for f in inside))
+        if ways:
+            towards = min(ends[way] + ends[3 + way] for way in ways) if inside else 0
+            found: tuple[float, tuple[_Cut, ...]] = (BOX + TOWARDS * towards, ())
+        else:
+            found = (BOX + STUCK + len(inside), ())
+            for axis, offset in self.planes(box, inside):
+                if self.n_looked >= MOST_BOXES:
+                    break
+                (start, end), below, above = box[axis], list(box), list(box)
+                below[axis], above[axis] = (start, offset), (offset, end)
+                low, high = tuple(below), tuple(above)
+                cost, cuts = self.best(low, (*ends[: 3 + axis], True, *ends[4 + axis :]))
+                if cost + BOX >= found[0]:
+                    continue
+                other, more = self.best(high, (*ends[:axis], True, *ends[axis + 1 :]))
+                if cost + other < found[0]:
+                    found = (cost + other, (_Cut(axis=axis, offset=offset, box=box), *cuts, *more))
+        self.known[key] = found
+        return found
+
+    def is_in(self, feature: _Feature, box: _Box) -> bool:
+        """Whether a feature reaches into a box."""
+        for (a, b), (low, high) in zip(feature.spans, box, strict=True):
+            # What is flat, as an edge is, must not lie on the side of the box.
+            within = low + self.tight < a and b < high - self.tight
+            if not (within if b - a <= self.tight else min(b, high) - max(a, low) > self.tight):
+                return False
+        return True
+
+    def planes(self, box: _Box, inside: Sequence[_Feature]) -> list[tuple[int, float]]:
+        """Planes that part a box, those with the most unlike features on both sides first."""
+        found: list[tuple[int, float, int, float]] = []
+        for axis, (low, high) in enumerate(box):
+            spans = [(max(low, a), min(high, b)) for a, b in (f.spans[axis] for f in inside)]
+            ends = sorted({low, high, *(end for span in spans for end in span)})
+            places = [(0.5 * (a + b), b - a) for a, b in pairwise(ends) if b - a > self.least]
+            places += [
+                (wall, 0.0)
+                for wall in self.walls[axis]
+                if low + self.least < wall < high - self.least
+                and any(abs(end - wall) < self.tight for span in spans for end in span)
+            ]
+            for place, gap in places:
+                below = [a < place - self.tight for a, _ in spans]
+                above = [b > place + self.tight for _, b in spans]
+                if any(a and b and f.ways != {axis} for f, a, b in zip(inside, below, above, strict=True)):
+                    continue
+                parted = sum(
+                    not inside[i].ways & inside[j].ways and not ((below[i] and below[j]) or (above[i] and above[j]))
+                    for i, j in combinations(range(len(inside)), 2)
+                )
+                apart = sum(a != b for a, b in zip(below, above, strict=True))
+                if parted or apart:
+                    found.append((-parted, -gap, axis, place))
+        return [(axis, place) for _, _, axis, place in sorted(found)[:MOST_PLANES]]
+
+
+def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
+    """Planes that part features which ask for different directions; none where one direction suits all.
+
+    Parameters
+    ----------
+    solid : Solid
+    flat : float
+        Radians from pi up to which two faces at an edge are one surface.
+    """
+    axes = [_direction(solid, face) for face in solid.faces]
+    normals = _normals(solid, axes)
+    if len(normals) < 3:
+        return []
+    features = _features(solid, axes, normals, flat)
+    if _EVERY.intersection(*(f.ways for f in features)):
+        return []
+    walls = [
+        np.unique([face.center @ normal for face in solid.faces if _is_across(face, normal)]).tolist()
+        for normal in normals
+    ]
+    search = _Guillotine(features=features, walls=walls, least=GAP * solid.size)
+    reach, margin = solid.vertices @ normals.T, 0.1 * solid.size
+    box = _box(reach.min(axis=0) - margin, reach.max(axis=0) + margin)
+    _, cuts = search.best(box, (False,) * 6)
+    if not cuts:
+        return []
+    many = f"{len(cuts)} planes" if len(cuts) > 1 else "a plane"
+    return [
+        Cutter(
+            reason=f"{many} between features that go different ways",
+            tools=tuple(_rectangle(cut, normals) for cut in cuts),
+            weight=solid.size,
+            leads=True,
+        )
+    ]
+
+
+def _box(low: FloatArray, high: FloatArray) -> _Box:
+    return tuple(zip(low.tolist(), high.tolist(), strict=True))
+
+
+def _is_across(face: Face, normal: FloatArray) -> bool:
+    return face.kind == "plane" and abs(float(face.normal @ normal)) > 1.0 - ALONG
+
+
+def _direction(solid: Solid, face: Face) -> FloatArray | None:
+    """Normal of a plane, or axis of a round face; None for what has none."""
+    if face.kind == "plane":
+        return face.normal
+    holder = solid.kernel
+    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    adaptor = BRepAdaptor_Surface(holder.faces[face.id])
+    read = _AXES.get(adaptor.GetType())
+    if read is None:
+        return None
+    axis = read(adaptor).Axis().Direction()
+    return np.array([axis.X(), axis.Y(), axis.Z()])
+
+
+def _normals(solid: Solid, axes: Sequence[FloatArray | None]) -> FloatArray:
+    """Three directions (3, 3) square to each other, those of most area first; less where faces give no two."""
+    areas: list[tuple[float, FloatArray]] = []
+    for face, axis in zip(solid.faces, axes, strict=True):
+        if axis is None:
+            continue
+        for j, (area, known) in enumerate(areas):
+            if abs(axis @ known) > 1.0 - ALONG:
+                areas[j] = (area + face.area, known)
+                break
+        else:
+            areas.append((face.area, axis))
+    found: list[FloatArray] = []
+    for _, normal in sorted(areas, key=lambda one: -one[0]):
+        if all(abs(normal @ other) < SQUARE for other in found):
+            found.append(normal)
+    if len(found) == 2:
+        found.append(np.cross(found[0], found[1]))
+    return np.array(found)
+
+
+def _ways(face: Face, axis: FloatArray | None, normals: FloatArray) -> frozenset[int]:
+    """Directions along which a face is a wall, or across which it is a cap."""
+    if axis is None:
+        return _EVERY  # spheres and free-form faces say nothing of where to part
+    cosines = np.abs(normals @ axis)
+    fits = cosines > 1.0 - ALONG
+    if face.kind == "plane":
+        fits |= cosines < SQUARE
+    return frozenset(np.flatnonzero(fits).tolist())
+
+
+def _features(
+    solid: Solid, axes: Sequence[FloatArray | None], normals: FloatArray, flat: float
+) -> list[_Feature]:  # fmt: skip
+    suits = [_ways(face, axis, normals) for face, axis in zip(solid.faces, axes, strict=True)]
+    picky = {face.id for face in solid.faces if suits[face.id] != _EVERY}
+    groups: list[tuple[set[int], set[int], set[int]]] = []
+
+    def join(edges: set[int], vertices: set[int], faces: set[int]) -> None:
+        for group in [g for g in groups if g[1] & vertices or g[2] & faces]:
+            groups.remove(group)
+            edges, vertices, faces = edges | group[0], vertices | group[1], faces | group[2]
+        groups.append((edges, vertices, faces))
+
+    for f in sorted(picky):
+        join(set(solid.faces[f].edges), set(), {f})
+    for edge in solid.edges:
+        if edge.dihedral > pi - flat:
+            join({edge.id}, {edge.start, edge.end}, picky & set(edge.faces))
+    at = np.linspace(0.0, 1.0, 9)
+    found = []
+    for edges, _, faces in groups:
+        along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) @ normals.T
+        own = _EVERY.intersection(*(suits[f] for f in faces))
+        found.append(_Feature(spans=_box(along.min(axis=0), along.max(axis=0)), ways=own))
+    return found
+
+
+def _rectangle(cut: _Cut, normals: FloatArray) -> Any:
+    """A plane face that fills a box of the search."""
+    i, j = (k for k in range(3) if k != cut.axis)
+    frame = gp_Ax3(
+        gp_Pnt(*map(float, cut.offset * normals[cut.axis])),
+        gp_Dir(*map(float, np.cross(normals[i], normals[j]))),
+        gp_Dir(*map(float, normals[i])),
+    )
+    return BRepBuilderAPI_MakeFace(gp_Pln(frame), *cut.box[i], *cut.box[j]).Face()
+
+
+__all__ = ["into_boxes"]

@@ -1,0 +1,131 @@
+"""Wall layers in a stack: rows along the walls on its plane, layers at caps between their sheets.
+
+The rows are carried through all heights over the plane: below a pocket they go on through its floor. Layers at a cap go
+through its whole level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .. import cad
+from ..arrays import FloatArray
+from ..asked import WallLayers, wall_layers
+from ..brep import Part
+from ..errors import InputError
+from ..options import SweepOptions
+from ..stack import Stack
+from ..stacks import Sheets
+from ..surface import Division, Walls
+from ..sweep import Intervals
+from .stack_hints import StackHints
+from .walls import LEAST_SLANT, MOST_OF_EDGE, WallPlan, count_between, end_rows, heights_of, layered
+
+
+@dataclass(kw_only=True, eq=False)
+class StackWalls:
+    """What wall layers ask of a stack.
+
+    Attributes
+    ----------
+    plan : WallPlan
+        Of the prism whose cap the plane is.
+    cap_ends : dict of (int, int) to dict of bool to (n,) float64
+        Between two sheets, distances of nodes from the lower one (True) and the upper one.
+    between : dict of (int, int) to callable
+        How the layers between two sheets divide the height.
+    sizes : dict of (int, int) to float
+        Mean height of these layers.
+    """
+
+    plan: WallPlan = field(default_factory=WallPlan)
+    cap_ends: dict[tuple[int, int], dict[bool, FloatArray]] = field(default_factory=dict)
+    between: dict[tuple[int, int], Division] = field(default_factory=dict)
+    sizes: dict[tuple[int, int], float] = field(default_factory=dict)
+
+    def added_to(self, hints: StackHints) -> StackHints:
+        """The hints with what walls ask for; what is demanded of edges already stays.
+
+        Raises
+        ------
+        InputError
+            A bias on an edge at which rows end.
+        """
+        both = bool(hints.divisions.keys() & self.plan.ends.keys() or hints.gradings.keys() & self.between.keys())
+        if both and hints.inside is None:
+            raise InputError("a bias, and wall layers that end at the same edge, cannot both be")
+        spoken = {e for own in hints.counts for e in own}
+        counts = {own: n for own, n in self.plan.counts.items() if spoken.isdisjoint(own)}
+        return replace(
+            hints,
+            counts=hints.counts | counts,
+            layer_sizes=hints.layer_sizes | self.sizes,
+            gradings=hints.gradings | self.between,
+        )
+
+    def walls(self, stack: Stack) -> Walls | None:
+        """For the surface stage."""
+        if not self.plan.edges:
+            return None
+        above = {side.face for side in stack.plan.linking_sides if {e for e, _ in side.bottom} & self.plan.edges.keys()}
+        return Walls(layers=self.plan.edges, faces=frozenset(above))
+
+
+def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions, counts: Intervals) -> StackWalls:
+    """Find what wall layers ask of a stack whose counts are roughly known.
+
+    Raises
+    ------
+    InputError
+        A name that no face has, walls that contradict each other, or layers for which there is no height.
+    """
+    found = StackWalls()
+    for word, value in (options.wall_layers or {}).items():
+        asked = wall_layers(f"the wall layers of '{word}'", value)
+        own = replace(asked, first=asked.first / part.scale)
+        for f in cad.select_faces(part, word):
+            if f in sheets.caps:
+                _at_cap(stack, sheets, f, own, counts.size, found)
+                continue
+            edges = set(stack.solid.faces[f].edges)
+            below = [e for e, over in stack.arrangement.over.items() if edges & set(over)]
+            for e in below:
+                if found.plan.edges.setdefault(e, own) != own:
+                    label = stack.solid.faces[f].label()
+                    raise InputError(f"{label}: wall layers of '{word}' and of another name over or under it differ")
+    if found.plan.edges:
+        end_rows(stack.plan, found.plan, counts, options)
+    return found
+
+
+def _at_cap(  # noqa: PLR0917
+    stack: Stack, sheets: Sheets, face: int, own: WallLayers, size: float, found: StackWalls
+) -> None:
+    """Layers between the sheet of a cap and the nearest one with nothing but material between."""
+    sheet, label = sheets.caps[face], stack.solid.faces[face].label()
+    upward = face in stack.source
+    pairs = [pair for pair in sheets.spans if pair[0 if upward else 1] == sheet]
+    if not pairs:
+        raise InputError(f"wall layers: {label} has no layers of its own beside it")
+    pair = min(pairs, key=lambda pair: float(sheets.heights[pair[1]] - sheets.heights[pair[0]]))
+    height = float(sheets.heights[pair[1]] - sheets.heights[pair[0]])
+    slant = max(abs(float(stack.solid.faces[face].normal @ stack.direction)), LEAST_SLANT)
+    distances = heights_of(own) / slant
+    if distances[-1] > MOST_OF_EDGE * height:
+        scale = stack.solid.units.scale
+        raise InputError(
+            f"wall layers: {own.n} layers at {label} take {distances[-1] * scale:.3g} of the {height * scale:.3g} to "
+            "the next cap: ask for fewer or thinner ones"
+        )
+    ends = found.cap_ends.setdefault(pair, {})
+    ends[upward] = distances
+    growth = max(own.growth, 1.05)
+    last = [float(np.diff(d, prepend=0.0)[-1]) for d in ends.values()]
+    left = height - sum(float(d[-1]) for d in ends.values())
+    if left <= 0.0:
+        raise InputError(f"wall layers at {label} and at the cap across take more than there is between them")
+    n = sum(len(d) for d in ends.values()) + count_between(left, last, growth, size)
+    found.sizes[pair] = height / n
+    found.between[pair] = layered(ends, growth, length=height, label=f"the height at {label}")
