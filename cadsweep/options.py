@@ -131,6 +131,12 @@ class SweepOptions:
     cuts : sequence or None
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
         CadQuery shapes.
+    decompose_time : float or None
+        Seconds after which no more cuts are looked for; the best found until then are taken, and a note says so. None:
+        the search ends by its own count, so that the same part always gets the same cuts.
+    suppress : sequence of str or None
+        Features to be removed first: ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or
+        faces by name, id (``"face 12"``) or CadQuery selector. Each is listed in the notes.
     max_hexes : int, math.inf or None
         Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
         what the memory holds.
@@ -178,12 +184,14 @@ class SweepOptions:
     refine: int = 0
     decompose: bool = True
     cuts: Sequence[Any] | None = None
+    decompose_time: float | None = None
+    suppress: Sequence[str] | None = None
     max_hexes: float | None = None
     max_memory: float | None = None
 
     def __post_init__(self) -> None:
         self._take_places(self.size)
-        for name in ("size", "tolerance", "max_memory"):
+        for name in ("size", "tolerance", "max_memory", "decompose_time"):
             if getattr(self, name) is not None:
                 _positive(name, getattr(self, name))
         if self.layers is not None:
@@ -204,6 +212,7 @@ class SweepOptions:
         _one_of("interfaces", self.interfaces, INTERFACES)
         _names("only", self.only)
         _names("skip", self.skip)
+        _names("suppress", self.suppress)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:

@@ -180,6 +180,20 @@ def cut_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]" 
     return cut(part, cell, cutter.tools, others if cutter.everywhere else ())
 
 
+def suppress(part: "Part", words: "Sequence[str]") -> "Part":
+    """Remove features that a user names (:func:`cadsweep.cad.edit.defeaturing.suppress`)."""
+    from .edit.defeaturing import suppress as remove
+
+    return remove(part, words)
+
+
+def small_features(part: "Part") -> str:
+    """Say what small features a part has (:func:`cadsweep.cad.edit.defeaturing.small_features`)."""
+    from .edit.defeaturing import small_features as say
+
+    return say(part)
+
+
 def write_step(part: "Part", path: "Path") -> list[str]:
     """Write the cells of a part as named solids (:func:`cadsweep.cad.write.write_step`)."""
     from .write import write_step as write

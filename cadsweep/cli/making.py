@@ -209,6 +209,18 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         CUT,
         click.option(
+            "--decompose-time",
+            type=Positive(),
+            metavar="S",
+            help="Seconds after which no more cuts are looked for: the best found until then are taken.",
+        ),
+        click.option(
+            "--suppress",
+            multiple=True,
+            metavar="FEATURES",
+            help="Remove features first: 'fillets r<0.5', 'holes d<2', 'face 12', a face's name; repeatable.",
+        ),
+        click.option(
             "--decompose/--no-decompose",
             default=True,
             show_default=True,
@@ -250,6 +262,7 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
             raise click.UsageError("--yes allows any number of hexahedra, --max-hexes a certain one: give one of them")
         given["max_hexes"] = math.inf
     given["cuts"] = list(given["cuts"]) or None
+    given["suppress"] = list(given["suppress"]) or None
     given["source"], given["target"] = parse_cap(given["source"]), parse_cap(given["target"])
     try:
         SweepOptions(**given)

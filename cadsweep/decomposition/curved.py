@@ -68,6 +68,8 @@ class Tools:
         parted with it where that is the cutter's way.
     on_progress : callable
         Called with the number of cells in the way.
+    is_late : callable
+        Whether the search must end before its count is used up.
     """
 
     recognise: Callable[[Solid], list[Fill]]
@@ -75,6 +77,7 @@ class Tools:
     find_cutters: Callable[[Part, int, Sequence[int]], Sequence[Cutter]]
     cut: Callable[[Part, int, Any, Sequence[int]], Part | None]
     on_progress: Callable[[int], None] = lambda n: None
+    is_late: Callable[[], bool] = lambda: False
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,6 +143,8 @@ class CellSearch:
         Parts that were looked at.
     refused : Counter
         How often a cutter of each kind parted no cell, or not well.
+    ended_early : bool
+        The user's time was used up before the count of parts was.
     """
 
     def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> None:
@@ -149,6 +154,7 @@ class CellSearch:
         self.n_parts = 0
         self.known: set[tuple[Any, ...]] = set()
         self.refused: Counter[str] = Counter()
+        self.ended_early = False
         self.best = self.judge(part, ())
 
     def solutions(self) -> Iterator[Found]:
@@ -158,7 +164,7 @@ class CellSearch:
             yield first
         queue: list[tuple[float, int, Found, Iterator[Found]]] = [(first.cost, 0, first, self.children(first))]
         n = 0
-        while queue and self.n_parts < self.most_parts:
+        while queue and not self.is_over():
             cost, _, here, children = heapq.heappop(queue)
             for child in children:
                 self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
@@ -172,13 +178,18 @@ class CellSearch:
                     heapq.heappush(queue, (cost + CELL, n, here, children))
                     break
 
+    def is_over(self) -> bool:
+        """Whether the count of parts, or the user's time, is used up."""
+        self.ended_early = self.ended_early or self.tools.is_late()
+        return self.n_parts >= self.most_parts or self.ended_early
+
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""
         if len(found.part.solids) >= self.most_cells:
             return
         for cell, faces in self.targets(found):
             for cutter in self.tools.find_cutters(found.part, cell, faces):
-                if self.n_parts >= self.most_parts:
+                if self.is_over():
                     return
                 then = self.tools.cut(found.part, cell, cutter, found.blocked)
                 if then is None:

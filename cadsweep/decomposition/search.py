@@ -95,6 +95,8 @@ class Search:
     recognise: Recognise
     make_plan: MakePlan
     most_states: int = MOST_STATES
+    is_late: Callable[[], bool] = lambda: False
+    ended_early: bool = False
     pool: Pool = field(init=False)
     best: State = field(init=False)
     n_states: int = 0
@@ -133,8 +135,9 @@ class Search:
                 here = children[0]
 
     def is_over(self) -> bool:
-        """Whether the budget is used up."""
-        return self.n_states >= self.most_states
+        """Whether the count of complexes, or the user's time, is used up."""
+        self.ended_early = self.ended_early or self.is_late()
+        return self.n_states >= self.most_states or self.ended_early
 
     def children(self, state: State) -> Iterator[State]:
         """Complexes one cut further."""

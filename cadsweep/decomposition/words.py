@@ -38,7 +38,7 @@ def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:
         cuts=[cut.reason for cut in best.cuts],
         n_tried=search.n_states,
     )
-    return _after_advice(left.say(), refused)
+    return _after_advice(left.say() + _ended(search.ended_early), refused)
 
 
 def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepableError:
@@ -55,7 +55,11 @@ def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepabl
     )
     failed = [reason for reason, _ in search.refused.most_common(MOST_NAMED)]
     more = f"; these part no cell, or leave slivers: {'; '.join(failed)}" if failed else ""
-    return _after_advice(left.say() + more, refused)
+    return _after_advice(left.say() + more + _ended(search.ended_early), refused)
+
+
+def _ended(early: bool) -> str:
+    return "; the search was ended by decompose_time: more of it may find cuts" if early else ""
 
 
 def _after_advice(message: str, refused: NotSweepableError) -> NotSweepableError:

@@ -68,10 +68,10 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     refused = refused or NotSweepableError("its columns make poor hexahedra")
     if not may_decompose(part, options):
         raise refused
-    search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan)
+    search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan, is_late=run.is_late)
     best, failure = _best_of((_planned(part, search, state) for state in search.solutions()), options, run)
     if best is not None:
-        return best
+        return _ended_early(best, run) if search.ended_early else best
     if failure is not None or not isinstance(refused, NotSweepableError):
         raise failure or refused
     raise decomposition.explain(search, refused)
@@ -95,7 +95,7 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
         search = CellSearch(part, cutting_tools(run))
     best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
-        return best
+        return _ended_early(best, run) if search.ended_early else best
     if failure is not None or not isinstance(refused, NotSweepableError):
         raise failure or refused
     raise decomposition.explain_cells(search, refused)
@@ -130,6 +130,11 @@ def _best_of(
         if _worst(best) >= GOOD_ENOUGH:
             break
     return best, failure
+
+
+def _ended_early(mesh: AnyMesh, run: Run) -> AnyMesh:
+    note = f"the search for cuts was ended after {run.decompose_time:g} s (decompose_time): the best found are taken"
+    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
 
 
 def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:

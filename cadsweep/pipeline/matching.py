@@ -201,10 +201,13 @@ class _Matcher:
         ways: dict[tuple[int, int], dict[int, int]] = {}
         for i, component in enumerate(others):
             for j, place in enumerate(places):
-                for image in self.images(component, faces, place) if len(place) == len(component) else ():
-                    cost = self.cost(image)
-                    if cost < costs[i, j]:
-                        costs[i, j], ways[i, j] = cost, image
+                if len(place) != len(component):
+                    continue
+                # How a hole lies on another is a question of its own shape: moved by more than its size, it would
+                # else be turned round.
+                image = min(self.images(component, faces, place), key=self.turned, default=None)
+                if image is not None:
+                    costs[i, j], ways[i, j] = self.cost(image), image
         rows, columns = scipy.optimize.linear_sum_assignment(costs)
         pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
         if any(pair not in ways for pair in pairs):
@@ -219,11 +222,26 @@ class _Matcher:
 
     def cost(self, image: dict[int, int]) -> float:
         """Small where all faces keep their numbers; else above 1, and more the further vertices move."""
-        here, there = self.first.graph, self.second.graph
-        starts: FloatArray = np.array([here.vertices[self.first.start(dart)] for dart in image])
-        partners: FloatArray = np.array([there.vertices[self.second.start(partner)] for partner in image.values()])
-        away = float(np.linalg.norm(starts - partners, axis=1).mean())
-        same = all(here.face_keys[self.first.face[d]] == there.face_keys[self.second.face[p]] for d, p in image.items())
+        starts, partners = self.places(image)
+        return self.weighed(image, float(np.linalg.norm(starts - partners, axis=1).mean()))
+
+    def turned(self, image: dict[int, int]) -> float:
+        """As :meth:`cost`, with both laid middle on middle."""
+        starts, partners = (places - places.mean(axis=0) for places in self.places(image))
+        return self.weighed(image, float(np.linalg.norm(starts - partners, axis=1).mean()))
+
+    def places(self, image: dict[int, int]) -> tuple[FloatArray, FloatArray]:
+        """Where the darts of an image begin, and where their partners do, in the bounding boxes."""
+        here, there = self.first.graph.vertices, self.second.graph.vertices
+        return (
+            np.array([here[self.first.start(dart)] for dart in image]),
+            np.array([there[self.second.start(partner)] for partner in image.values()]),
+        )
+
+    def weighed(self, image: dict[int, int], away: float) -> float:
+        """A distance, weighed by whether all faces keep their numbers."""
+        here, there = self.first.graph.face_keys, self.second.graph.face_keys
+        same = all(here[self.first.face[d]] == there[self.second.face[p]] for d, p in image.items())
         return 1e-3 * away if same else 1.0 + away
 
 

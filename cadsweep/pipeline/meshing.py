@@ -19,7 +19,7 @@ from ..quality import QualityAccumulator, check_mesh
 from .like import as_template, mesh_like
 from .refinement import refined
 from .routes import mesh_in_blocks, mesh_in_memory
-from .run import Run, silent
+from .run import make_run
 from .template_files import load_mesh, save_template
 
 
@@ -96,7 +96,7 @@ def sweep_mesh(
         return result
     if timeout is not None:
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
-    run = Run(on_progress=on_progress or silent)
+    run = make_run(on_progress, chosen.decompose_time)
     if like is not None:
         return mesh_like(source, as_template(like), chosen, run)
     return refined(mesh_in_memory(source, chosen, run), chosen, run)
@@ -150,7 +150,7 @@ def write_factors(
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
-    run = Run(on_progress=on_progress or silent)
+    run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
     mesh = mesh_in_memory(source, chosen, run)
     with replaced_file(place) as stream:
@@ -228,7 +228,7 @@ def stream_mesh(
             with run.stage("write"):
                 return write_slabs(stream, mesh, on_slab=lambda fraction: run.on_progress("write", fraction))
 
-        run = Run(on_progress=on_progress or silent, measure=write)
+        run = make_run(on_progress, chosen.decompose_time, measure=write)
         mesh = mesh_in_blocks(source, chosen, run)
         if written is None or not mesh.is_same(written):
             write(mesh)  # another candidate was written last, or nothing under these names

@@ -30,7 +30,7 @@ from ..progress import Progress
 from ..quality import QualityAccumulator
 from .meshing import figures, make_options
 from .routes import mesh_in_blocks
-from .run import Run, silent
+from .run import make_run, silent
 
 SUFFIXES = (".pvtu", ".vtkhdf")
 
@@ -84,7 +84,7 @@ def _lead(comm: Any, source: Any, path: Path, options: SweepOptions, on_progress
 
     try:
         check_place(path)
-        mesh = mesh_in_blocks(source, options, Run(on_progress=on_progress, measure=measure_together))
+        mesh = mesh_in_blocks(source, options, make_run(on_progress, options.decompose_time, measure=measure_together))
     except CadSweepError as error:
         comm.bcast(("refuse", error), root=0)
         raise

@@ -6,12 +6,13 @@ Method: on the boundary the new nodes are those of hexahedra of 27 nodes: middle
 middles and centres of quads on its faces (:mod:`cadsweep.order2`). They make a source cap, rings and a target cap with
 half the steps, and the inner nodes of those come from one factored sweep. What it places a coarse node away from where
 it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
-the nodes that stay. Where the checks find an invalid hex, the new nodes, and they alone, are smoothed.
+the nodes that stay. Caps are evened out where quads at a rim got worse (:mod:`.refined_caps`). Where the checks find
+an invalid hex, the new nodes, and they alone, are smoothed.
 
 Meshes of several cells are refined by :mod:`.cells_refinement`.
 
-Not handled: a quad with two segments on one smooth curve has an angle there that tends to
-two right ones, whatever is done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
+Not handled: a quad with two segments on one smooth curve has an angle there that tends to two right ones, whatever is
+done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from .cells_refinement import refine_cells
 from .groups import put_together
 from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
 from .periodic import with_pairs
+from .refined_caps import share_out
 from .refusing import refusal
 from .run import Run, silent
 
@@ -174,6 +176,12 @@ def _halved_mesh(mesh: HexMesh) -> tuple[HexMesh, Halved]:
     halved = halve(factored.structure, hexes)
     model = lattice[halved.lattice]
     points = (model - factored.offset) / factored.scale
+    if not halved.structure.periodic:
+        placed = points[[0, -1]]
+        share_out(points, halved, sweep, origin.surfaces)
+        for layer, before in zip((0, -1), placed, strict=True):
+            moved = (points[layer] != before).any(axis=1)
+            model[layer][moved] = points[layer][moved] * factored.scale + factored.offset
     around, along = (edges for _, edges in ring_segments(sweep, origin.surfaces))
     surfaces = halved_surfaces(
         halved, origin.surfaces, points, around=around, along=along, target_edges=sweep.target_edges

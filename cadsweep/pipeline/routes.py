@@ -42,7 +42,7 @@ log = logging.getLogger(__name__)
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
     """Load what the user gives."""
     with run.stage("cad"):
-        return load(
+        part = load(
             source,
             params=None if options.params is None else dict(options.params),
             part=options.part,
@@ -51,6 +51,7 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
             touch=options.touch,
             on_progress=lambda share: run.on_progress("cad", share),
         )
+        return cad.suppress(part, options.suppress) if options.suppress else part
 
 
 def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
@@ -72,7 +73,7 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     part = open_part(source, options, run)
     options = with_largest_size(part, options)
     chosen = options.only is not None or options.skip is not None
-    options = replace(options, params=None, part=None)  # they are about the source, which is open now
+    options = replace(options, params=None, part=None, suppress=None)  # they are about the source, which is open now
     if options.cuts:
         return mesh_user_cut(part, options, run)
     if len(part.solids) > 1 or chosen:  # one that is left of several keeps its name
@@ -107,7 +108,19 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
-    raise refused
+    raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
+
+
+def _proposing(part: Part, refused: NotSweepableError) -> NotSweepableError:
+    """The refusal, with the small features that might be left out."""
+    small = cad.small_features(part)
+    if not small:
+        return refused
+    found = NotSweepableError(
+        f"{refused}; or {small}", reasons=refused.reasons, faces=refused.faces, advice=refused.advice
+    )
+    found.solids = refused.solids
+    return found
 
 
 def _worst(mesh: AnyMesh) -> float:

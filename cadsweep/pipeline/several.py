@@ -102,6 +102,7 @@ def cutting_tools(run: Run) -> Tools:
         find_cutters=cad.find_cutters,
         cut=cad.cut_cell,
         on_progress=lambda n: run.on_progress("decomposition", None),
+        is_late=run.is_late,
     )
 
 

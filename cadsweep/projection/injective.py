@@ -31,6 +31,8 @@ POLISH = (0.02, 0.9)
 """w and the weight of the angles while the worst corners are lifted."""
 SQUARINGS = (2, 3, 4, 5)
 """The p-norms, one after the other: p is 4, 8, 16, 32."""
+WANTED = 0.6
+"""Sine of a corner, of 37 degrees, that is left alone."""
 _LARGE = 4000
 """Meshes of more quads are first relaxed near their bad quads alone."""
 _PATIENCE = 6
@@ -51,7 +53,7 @@ def relax_plane(
     *,
     lengths: FloatArray,
     metric: FloatArray | None = None,
-    wanted: float = 0.6,
+    wanted: float = WANTED,
     n_rounds: int = 40,
 ) -> FloatArray:
     """Move the nodes that are not `fixed` until no quad is folded and the worst corners are as good as they get.

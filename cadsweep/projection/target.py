@@ -24,7 +24,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..errors import InputError, ProjectionError
-from .injective import rectangles, relax_plane
+from .injective import WANTED, rectangles, relax_plane
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
 from .normals import pseudo_normal
@@ -243,9 +243,20 @@ def _plane_frame(ring: FloatArray, loops: Sequence[IntArray]) -> FloatArray:
 
 
 def relaxed_cap(
-    points: FloatArray, source: FloatArray, quads: IntArray, loops: Sequence[IntArray], surface: Surface
+    points: FloatArray,
+    source: FloatArray,
+    quads: IntArray,
+    loops: Sequence[IntArray],
+    surface: Surface,
+    *,
+    fixed: IntArray | None = None,
+    wanted: float = WANTED,
 ) -> FloatArray | None:
-    """The cap with its inner nodes moved along the surface; None where the cap is no graph over its ring's plane."""
+    """The cap with its inner nodes moved along the surface; None where the cap is no graph over its ring's plane.
+
+    Nodes that are `fixed` stay, those of the loops where it is None; a worst corner whose sine is `wanted` is enough.
+    """
+    kept = np.concatenate(loops) if fixed is None else fixed
     nodes = np.concatenate(loops)
     frame = _plane_frame(points[nodes], loops)
     center = points[nodes].mean(axis=0)
@@ -256,13 +267,15 @@ def relaxed_cap(
             return None
         slopes = -normals[:, :2] / normals[:, 2:]
         y = (points - center) @ frame[:2].T
-        moved = relax_plane(y, quads, nodes, lengths=lengths, metric=_graph_metric(slopes[quads].mean(axis=1)))
+        moved = relax_plane(
+            y, quads, kept, lengths=lengths, metric=_graph_metric(slopes[quads].mean(axis=1)), wanted=wanted
+        )
         steps = moved - y
         lifted = np.c_[steps, np.einsum("ij,ij->i", steps, slopes)]
         placed = surface.evaluate(surface.project(points + lifted @ frame))
         if not np.isfinite(placed).all():
             return None
-        placed[nodes] = points[nodes]
+        placed[kept] = points[kept]
         points = placed
         if not slopes.any():
             break

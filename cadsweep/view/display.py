@@ -5,8 +5,10 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -19,14 +21,24 @@ def can_open_window() -> bool:
 
 
 def in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
+    """Whether this process is the kernel of a notebook; the console in a program with windows (CQ-editor) is none."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    return getattr(shell, "kernel", None) is not None
+    kernel = getattr(shell, "kernel", None)
+    return kernel is not None and "inprocess" not in type(kernel).__module__
 
 
 def has_trame() -> bool:
     """Whether what pyvista needs for a view to turn in a notebook is installed: the extra ``notebook``."""
-    return all(find_spec(module) is not None for module in ("trame", "trame_vtk", "trame_vuetify", "ipywidgets"))
+    if any(find_spec(module) is None for module in ("trame", "trame_vtk", "trame_vuetify", "ipywidgets")):
+        return False
+    # Later versions of pyvista have given their part of it away, to the package trame_pyvista, and warn of this name.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            import_module("pyvista.trame.jupyter")
+        except ImportError:
+            return False
+    return True
 
 
 def check_drawing() -> None:

@@ -26,6 +26,12 @@ _COLORMAP = "viridis"
 _PLAIN = "#d6dbe2"
 _LONGEST_LEGEND = 24
 """Names in a legend: what fits beside a picture of 800 pixels."""
+_LEGEND_WIDTH = 0.2
+"""Of a picture's width: what a name of twenty letters takes."""
+_BUTTONS = 0.14
+"""Of a picture's height: buttons over a view of 400 pixels, which is what a notebook gives it."""
+_SCALE_LEFT = 0.86
+"""Where the colour scale begins, of a picture's width."""
 _SCALE = {
     "title": "scaled Jacobian",
     "n_labels": 5,
@@ -34,7 +40,7 @@ _SCALE = {
     "vertical": True,
     "title_font_size": 16,
     "label_font_size": 14,
-    "position_x": 0.86,
+    "position_x": _SCALE_LEFT,
     "position_y": 0.2,
     "height": 0.6,
     "width": 0.06,
@@ -129,7 +135,29 @@ def _add_legend(plotter: Any, names: list[str], colors: list[str]) -> None:
     if len(names) > _LONGEST_LEGEND:
         entries.append([f"and {len(names) - _LONGEST_LEGEND} more", "white"])
     height = min(0.9, 0.028 * len(entries) + 0.02)
-    plotter.add_legend(entries, bcolor=None, face="rectangle", size=(0.2, height), loc="upper left")
+    plotter.add_legend(entries, bcolor=None, face="rectangle", size=(_LEGEND_WIDTH, height), loc="upper left")
+
+
+def _make_room(plotter: Any, width: float) -> None:
+    """Draw the model beside the legend and the colour scale, so that it is under neither.
+
+    Parameters
+    ----------
+    width : float
+        Width of the picture over its height. The view as it is fills the smaller of both.
+    """
+    left, right = _LEGEND_WIDTH, _SCALE_LEFT
+    plotter.camera_position = plotter.renderer.get_default_cam_pos()
+    plotter.reset_camera()
+    plotter.camera.zoom(min(1.0, (right - left) * max(1.0, width)))
+    plotter.camera.SetWindowCenter(1.0 - (left + right), 0.0)
+
+
+def _lower_legend(plotter: Any) -> None:
+    """Make room for the buttons that a view in a notebook has along its upper edge."""
+    if plotter.renderer.legend is not None:
+        x, y = plotter.renderer.legend.GetPosition()
+        plotter.renderer.legend.SetPosition(x, y - _BUTTONS)
 
 
 def plot(
@@ -208,10 +236,13 @@ def plot(
             plotter.add_axes(color="black")
             if camera is not None:
                 plotter.camera_position = camera
+            elif plotter.renderer.legend is not None:
+                _make_room(plotter, window_size[0] / window_size[1])
             if screenshot is not None:
                 return save_screenshot(plotter, Path(screenshot))
             if inline and has_trame():
                 turning = True
+                _lower_legend(plotter)
                 return plotter.show(jupyter_backend="trame", return_viewer=True, auto_close=False)
             if inline:
                 return take_picture(plotter)

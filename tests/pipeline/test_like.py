@@ -103,6 +103,15 @@ def test_a_hole_moves_past_another_and_keeps_its_nodes():
     assert np.allclose(moved.points[on_hole] - mesh.points[on_hole], [0.5, 0, 0], atol=1e-8)
 
 
+def test_a_hole_that_moves_by_more_than_its_size_is_not_turned_round():
+    mesh = cs.sweep_mesh(plate((-0.6, 0), length=3.0), size=0.2)
+    moved = cs.sweep_mesh(plate((0.6, 0), length=3.0), like=mesh)
+    same_arrays(mesh, moved)
+    on_hole = np.abs(np.hypot(mesh.points[:, 0] + 0.6, mesh.points[:, 1]) - 0.2) < 1e-9
+    assert on_hole.sum() > 8
+    assert np.allclose(moved.points[on_hole] - mesh.points[on_hole], [1.2, 0, 0], atol=1e-8)
+
+
 def test_what_smoothing_moved_goes_along():
     mesh = cs.sweep_mesh(elbow(), size=0.5, layers=4, allow_coarse=True)
     origin = mesh.origin

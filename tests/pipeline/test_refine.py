@@ -199,3 +199,16 @@ def test_a_family_shows_the_order_and_the_limit_of_volume_and_area():
         family.index([1.0, 2.0])
     with pytest.raises(InputError, match="3 to 7 meshes"):
         cs.make_family(family.meshes[0], 2)
+
+
+def test_the_quads_at_a_coarse_rim_node_share_what_the_curve_takes():
+    """A hole of 8 segments takes 11 degrees from both ends of the fan at each of its nodes, at the first level."""
+    plate = cq.Workplane().rect(3, 2).extrude(0.4).faces(">Z").workplane().hole(1)
+    mesh = cs.sweep_mesh(plate, size=0.5, layers=1)
+    fine = cs.refine(mesh)
+    assert (fine.points[fine.info["coarse_nodes"]] == mesh.points).all()
+    assert fine.quality().min_scaled_jacobian > 0.9 * mesh.quality().min_scaled_jacobian
+    caps = np.concatenate([fine.boundaries[name] for name in ("source", "target")])
+    assert set(np.abs(fine.points[caps.ravel()][:, 2] - 0.2).round(9)) == {0.2}
+    rim = np.abs(np.hypot(*fine.points[:, :2].T) - 0.5) < 1e-9
+    assert rim.sum() == 3 * 16

@@ -158,6 +158,7 @@ class TestPicture:
         monkeypatch.delenv("DISPLAY", raising=False)
         kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
         monkeypatch.setitem(sys.modules, "IPython", kernel)
+        monkeypatch.setattr("cadsweep.view.picture.has_trame", lambda: False)  # a view to turn needs a server
         picture = plot(twisted_block(), window_size=(200, 160))
         assert picture.size == (200, 160)
         assert picture._repr_png_().startswith(b"\x89PNG")

@@ -33,7 +33,7 @@ from ...brep import Edge, Face, Solid
 from ..shapes import SolidShape
 from .central import SAME, Cutter, plane_tool
 
-DEPTHS = (0.8, 0.5, 0.3, 0.2)
+DEPTHS = (0.8, 0.5, 0.3)
 """Depths of the point below the circle, in radii, that are tried: the first that has enough material below."""
 ENOUGH = 1.8
 """Depth, in those of the cone, down to which there must be material: a little more than :data:`BELOW`."""

@@ -1,0 +1,46 @@
+"""The user's time ends the search for cuts, and takes nothing away of what was found."""
+
+import pytest
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+import cadquery as cq
+
+from cadsweep import NotSweepableError, load, sweep_mesh
+from cadsweep.decomposition.search import Search
+from cadsweep.pipeline.run import make_run
+from cadsweep.plan import make_plan
+
+pytestmark = pytest.mark.cad
+
+
+def test_time_counts_in_the_stage_alone():
+    run = make_run(None, 1e-9)
+    assert not run.is_late()
+    with run.stage("cad"):
+        assert not run.is_late()
+    with run.stage("decomposition"):
+        assert run.is_late()
+    assert run.is_late()
+    assert not make_run(None, None).is_late()
+
+
+def block(bored):
+    part = cq.Workplane().box(20, 20, 20).faces(">Z").workplane().circle(4).cutBlind(-6)
+    part = part.faces(">X").workplane(centerOption="CenterOfMass")
+    return part.circle(3).cutBlind(-4) if bored else cq.Workplane().box(20, 20, 20).cut(cq.Workplane().box(8, 8, 8))
+
+
+def test_a_search_without_time_says_so():
+    with pytest.raises(NotSweepableError, match="ended by decompose_time"):
+        sweep_mesh(block(True), decompose_time=1e-9)
+
+
+def test_a_search_for_planes_ends_too():
+    search = Search(
+        model=load(block(False)).solids[0], recognise=lambda solid: [], make_plan=make_plan, is_late=lambda: True
+    )
+    assert list(search.solutions()) == []
+    assert search.ended_early
+    assert search.n_states == 1

@@ -1,0 +1,80 @@
+"""Features are removed where the user asks for it, each with its place and volume; names of the rest stay."""
+
+from math import pi
+
+import pytest
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+
+import cadquery as cq
+
+from cadsweep import InputError, cad, load, sweep_mesh
+
+pytestmark = pytest.mark.cad
+
+
+def plate():
+    """A plate 40 x 30 x 10 with a through hole, a blind hole and a rounded rim, its bottom and hole named."""
+    part = cq.Workplane().box(40, 30, 10).faces(">Z").edges().fillet(0.4)
+    part = part.faces("<Z").workplane().pushPoints([(-10, 0)]).circle(1).cutThruAll()
+    part = part.faces("<Z").workplane().pushPoints([(10, 0)]).circle(1.5).cutBlind(-4)
+    assembly = cq.Assembly(part, name="plate")
+    assembly.addSubshape(part.faces("<Z").val(), name="bottom")
+    return assembly
+
+
+def suppressed(notes):
+    return [note for note in notes if note.startswith("suppressed")]
+
+
+def test_volumes_are_those_of_the_features():
+    """The plate without anything is a box; each hole adds its cylinder."""
+    part = load(plate())
+    filled = cad.suppress(part, ["holes d<3.5"])
+    assert len(suppressed(filled.notes)) == 2
+    assert filled.models[0].volume - part.models[0].volume == pytest.approx(10 * pi + 4 * 2.25 * pi, rel=1e-6)
+    box = cad.suppress(filled, ["fillets r<0.5"])
+    assert box.models[0].volume == pytest.approx(40 * 30 * 10)
+    assert len(box.solids[0].faces) == 6
+
+
+def test_limits_choose():
+    part = load(plate())
+    (note,) = suppressed(cad.suppress(part, ["holes d<2.5"]).notes)
+    assert "diameter 2 " in note
+    assert f"{10 * pi:+.4f}"[:6] in note
+
+
+def test_names_of_the_rest_stay_and_those_of_what_is_gone_are_told():
+    part = load(plate())
+    kept = cad.suppress(part, ["holes"])
+    assert any("bottom" in face.name for face in kept.solids[0].faces if face.name)
+    (hole,) = (f for f in kept.solids[0].faces if f.name)
+    assert hole.kind == "plane"
+
+
+def test_the_slot_keeps_its_round_ends():
+    """Half a turn is no rounding."""
+    part = load(cq.Workplane().box(40, 20, 5).faces(">Z").workplane().slot2D(20, 6).cutThruAll())
+    with pytest.raises(InputError, match="no such feature"):
+        cad.suppress(part, ["fillets"])
+
+
+@pytest.mark.parametrize(
+    ("word", "said"), [("fillets d<2", "fillets r<"), ("holes d<x", "holes d<2"), ("holes d<0.1", "no such")]
+)
+def test_what_is_not_understood_or_not_there_is_refused(word, said):
+    with pytest.raises(InputError, match=said):
+        cad.suppress(load(plate()), [word])
+
+
+def test_a_face_without_which_nothing_closes_is_refused():
+    with pytest.raises(InputError, match="none can be removed"):
+        cad.suppress(load(cq.Workplane().box(4, 3, 2)), ["face 0"])
+
+
+def test_the_mesh_is_that_of_the_plain_part_and_tells_what_is_gone():
+    mesh = sweep_mesh(plate(), suppress=["holes", "fillets r<0.5"], size=5.0)
+    assert mesh.info["quality"].volume == pytest.approx(12000)
+    assert len(suppressed(mesh.info["notes"])) == 3
