@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from .making import CUT, PART, TOUCH
+from .mesh_options import CUT, PART, TOUCH
 from .types import Assignment, is_script, parse_parameter
 from .worker import QUIET, limits, run
 

@@ -19,7 +19,7 @@ from ..errors import CadSweepError
 COMMANDS = {
     "mesh": "making",
     "expand": "making",
-    "batch": "making",
+    "batch": "studies",
     "info": "looking",
     "cut": "cutting",
     "check": "looking",

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .making import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
+from .mesh_options import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run

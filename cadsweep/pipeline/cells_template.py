@@ -24,6 +24,8 @@ from .graphs import Graph, first_ids, graph_of_part
 from .model_faces import find_on_model
 from .origin import CellsOrigin
 
+_UV = "uv_"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellsTemplate:
@@ -149,6 +151,22 @@ def _meshed(model: Part, points: FloatArray, quads: IntArray, ids: IntArray, gra
     }
 
 
+def parameter_arrays(faces: Mapping[int, MeshedFace]) -> dict[str, FloatArray]:
+    """Parameters of meshed faces by name, for a numpy archive; of those that have them."""
+    return {f"{_UV}{face}": meshed.uv for face, meshed in faces.items() if meshed.uv is not None}
+
+
+def faces_of_arrays(quads: Mapping[int, IntArray], points: FloatArray, own: Mapping[str, Any]) -> dict[int, MeshedFace]:
+    """Meshed faces again, from their quads and the arrays of :func:`parameter_arrays`."""
+    faces = {}
+    for face, of_face in quads.items():
+        nodes, local = np.unique(of_face, return_inverse=True)
+        faces[face] = MeshedFace(
+            nodes=nodes, quads=local.reshape(-1, 4), points=points[nodes], uv=own.get(f"{_UV}{face}")
+        )
+    return faces
+
+
 def mesh_arrays(mesh: HexMesh) -> dict[str, Any]:
     """A mesh of order 1 as arrays, for a numpy archive."""
     named = {kind: getattr(mesh, kind) for kind in ("boundaries", "interfaces", "parts")}
@@ -179,7 +197,6 @@ def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
         "first": template.first,
         "solids": template.solids,
         "faces": list(template.faces),
-        "flat": [face for face, meshed in template.faces.items() if meshed.uv is not None],
         "edges": list(template.edges),
     }
     arrays: dict[str, Any] = {
@@ -191,9 +208,7 @@ def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
         "quad_faces": template.quad_faces,
         "vertices": template.vertices,
     }
-    for face, meshed in template.faces.items():
-        if meshed.uv is not None:
-            arrays[f"uv_{face}"] = meshed.uv
+    arrays |= parameter_arrays(template.faces)
     for edge, (nodes, fractions) in template.edges.items():
         arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
     return arrays
@@ -203,11 +218,7 @@ def cells_of_arrays(own: Mapping[str, Any]) -> CellsTemplate:
     """The template again."""
     text = json.loads(str(own["text"]))
     points, quads, ids = own["points"], own["quads"], own["quad_faces"]
-    faces = {}
-    for face in text["faces"]:
-        nodes, local = np.unique(quads[ids == face], return_inverse=True)
-        uv = own[f"uv_{face}"] if face in text["flat"] else None
-        faces[face] = MeshedFace(nodes=nodes, quads=local.reshape(-1, 4), points=points[nodes], uv=uv)
+    faces = faces_of_arrays({face: quads[ids == face] for face in text["faces"]}, points, own)
     return CellsTemplate(
         points=points,
         mesh=mesh_of_arrays(own),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import scipy
 
 from ..blocks.joined import neighbours_of
@@ -14,13 +15,15 @@ from ..errors import InputError
 
 def touching_groups(part: Part) -> list[list[int]]:
     """Cells that hang together by faces, edges or vertices."""
-    groups = scipy.cluster.hierarchy.DisjointSet(range(len(part.solids)))
+    pairs = []
     for kind in ("vertex_keys", "edge_keys", "face_keys"):
         seen: dict[int, int] = {}
         for cell, solid in enumerate(part.solids):
-            for key in getattr(solid, kind).tolist():
-                groups.merge(seen.setdefault(key, cell), cell)
-    return sorted(sorted(group) for group in groups.subsets())
+            pairs += [(seen.setdefault(key, cell), cell) for key in getattr(solid, kind).tolist()]
+    n, ends = len(part.solids), np.array(pairs).T
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs), dtype=np.int8), ends), shape=(n, n))
+    _, group = scipy.sparse.csgraph.connected_components(graph, directed=False)
+    return sorted(np.flatnonzero(group == j).tolist() for j in range(group.max() + 1))
 
 
 def subset(part: Part, cells: Sequence[int]) -> Part:

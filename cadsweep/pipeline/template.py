@@ -18,7 +18,14 @@ from ..blocks.block import FactoredMesh
 from ..mesh import HexMesh, QuadMesh, SurfaceMesh
 from ..projection.carried import MeshedFace, meshed_face
 from ..sweep import LinkingSide, Sweep
-from .cells_template import CellsTemplate, make_cells_template, meshed_words, tuples
+from .cells_template import (
+    CellsTemplate,
+    faces_of_arrays,
+    make_cells_template,
+    meshed_words,
+    parameter_arrays,
+    tuples,
+)
 from .graphs import Graph, graph_of
 from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
 
@@ -205,7 +212,6 @@ def template_arrays(template: Template) -> dict[str, Any]:
         "choice": template.choice if _is_plain(template.choice) else (None, None),
         "residual": template.residual,
         "faces": list(template.faces),
-        "flat": [face for face, meshed in template.faces.items() if meshed.uv is not None],
         "edges": list(template.on_edges),
         "edge_nodes": list(surfaces.source.edge_nodes),
         "target_edges": list(surfaces.target_edge_points),
@@ -218,9 +224,7 @@ def template_arrays(template: Template) -> dict[str, Any]:
         "node_vertices": surfaces.node_vertices.astype(np.int32),
         "target_faces": template.target_faces.astype(np.int32),
     }
-    for face, meshed in template.faces.items():
-        if meshed.uv is not None:
-            arrays[f"uv_{face}"] = meshed.uv
+    arrays |= parameter_arrays(template.faces)
     for edge, (nodes, fractions) in template.on_edges.items():
         arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
     for edge, nodes in surfaces.source.edge_nodes.items():
@@ -265,11 +269,7 @@ def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any]) -> Tem
     points[0], points[-1] = sweep.source_points, sweep.layer(n_layers)
     flat = points.reshape(-1, 3)
     quads = quads_of_faces(factored, surfaces, target_faces)
-    faces = {}
-    for face in text["faces"]:
-        nodes, local = np.unique(quads[face], return_inverse=True)
-        uv = own[f"uv_{face}"] if face in text["flat"] else None
-        faces[face] = MeshedFace(nodes=nodes, quads=local.reshape(-1, 4), points=flat[nodes], uv=uv)
+    faces = faces_of_arrays({face: quads[face] for face in text["faces"]}, flat, own)
     return Template(
         factored=factored,
         graph=Graph(**{name: tuples(value) for name, value in text["graph"].items()}),

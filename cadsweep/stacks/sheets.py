@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
+import scipy
 
 from ..arrays import FloatArray
 from ..errors import NotSweepableError
@@ -24,6 +26,9 @@ from .along import heights_on_cap, heights_on_edge
 TOLERANCE = 1e-6
 """Heights nearer to each other than this, in sizes of the part, are the same."""
 _FLAT = 1e-9
+
+Joined: TypeAlias = "scipy.cluster.hierarchy.DisjointSet"
+"""Faces and edges, numbered one after the other, that are of one sheet."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,20 +54,6 @@ class Sheets:
     spans: dict[tuple[int, int], list[tuple[float, float]]] = field(default_factory=dict)
 
 
-class _Union:
-    def __init__(self, n: int) -> None:
-        self.parent = list(range(n))
-
-    def find(self, j: int) -> int:
-        while self.parent[j] != j:
-            self.parent[j] = self.parent[self.parent[j]]
-            j = self.parent[j]
-        return j
-
-    def join(self, a: int, b: int) -> None:
-        self.parent[self.find(a)] = self.find(b)
-
-
 def find_sheets(stack: Stack) -> Sheets:
     """Group the caps of a stack to sheets and compare their heights wherever they meet.
 
@@ -74,23 +65,24 @@ def find_sheets(stack: Stack) -> Sheets:
     tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     table = _Places(stack)
     n_faces = len(stack.solid.faces)
-    union = _Union(n_faces + len(stack.solid.edges))
+    union: Joined = scipy.cluster.hierarchy.DisjointSet(range(n_faces + len(stack.solid.edges)))
     sides = dict.fromkeys(stack.source, -1) | dict.fromkeys(stack.target, 1)
     for edge in stack.solid.edges:
         a, b = edge.faces
         if a in sides and b in sides:
-            union.join(a, b)
+            union.merge(a, b)
     _join_flat(stack, union, tolerance)
     _join_meeting(stack, table, union, sides, tolerance)
-    roots = sorted({union.find(item) for item in [*sides, *(n_faces + e for e in stack.stations)]})
+    # Sheets are numbered by their least cap or station, whatever the order in which they were joined.
+    roots = list(dict.fromkeys(union[item] for item in sorted([*sides, *(n_faces + e for e in stack.stations)])))
     number = {root: j for j, root in enumerate(roots)}
-    caps = {f: number[union.find(f)] for f in sides}
-    stations = {e: number[union.find(n_faces + e)] for e in stack.stations}
+    caps = {f: number[union[f]] for f in sides}
+    stations = {e: number[union[n_faces + e]] for e in stack.stations}
     sums = np.zeros((2, len(roots)))
     found = Sheets(caps=caps, stations=stations, heights=np.zeros(len(roots)))
     for place in [*table.vertices, *table.middles]:
         groups = table.groups(place, tolerance)
-        levels = [(number[union.find(group[0][1])], float(np.mean([h for h, _ in group])), group) for group in groups]
+        levels = [(number[union[group[0][1]]], float(np.mean([h for h, _ in group])), group) for group in groups]
         for (low, bottom, one), (high, top, other) in pairwise(levels):
             if low == high:
                 if table.has_material(place, (bottom + top) / 2.0):
@@ -110,16 +102,16 @@ def find_sheets(stack: Stack) -> Sheets:
     return found
 
 
-def _join_meeting(stack: Stack, table: _Places, union: _Union, sides: dict[int, int], tolerance: float) -> None:
+def _join_meeting(stack: Stack, table: _Places, union: Joined, sides: dict[int, int], tolerance: float) -> None:
     """Join caps that meet along a line, and refuse those that meet in a point alone."""
     for place in [*table.middles, *table.vertices]:
         for group in table.groups(place, tolerance):
             height, first = group[0]
             for _, item in group[1:]:
-                if union.find(item) == union.find(first):
+                if union[item] == union[first]:
                     continue
                 if place in table.weights and item in sides and sides[item] == sides.get(first):
-                    union.join(item, first)
+                    union.merge(item, first)
                     continue
                 where = stack.solid.units.place(table.points[place] + height * stack.direction)
                 one, other = _label(stack, first), _label(stack, item)
@@ -143,7 +135,7 @@ def _label(stack: Stack, item: int) -> str:
     return stack.solid.faces[item].label() if item < n else stack.solid.edges[item - n].label()
 
 
-def _join_flat(stack: Stack, union: _Union, tolerance: float) -> None:
+def _join_flat(stack: Stack, union: Joined, tolerance: float) -> None:
     """Flat caps of one height are one sheet: their levels can follow their heights."""
     flat = [
         (float(face.center @ stack.direction), face.id)
@@ -153,7 +145,7 @@ def _join_flat(stack: Stack, union: _Union, tolerance: float) -> None:
     flat.sort()
     for (a, f), (b, g) in pairwise(flat):
         if b - a <= tolerance:
-            union.join(f, g)
+            union.merge(f, g)
 
 
 class _Places:

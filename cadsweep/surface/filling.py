@@ -27,6 +27,7 @@ from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .structured import fill_lattice, fill_round_core
+from .symmetric import fill_symmetric
 from .tips import SHARP, lay_tips
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
@@ -178,6 +179,32 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     return best
 
 
+def mesh_with_mirrors(outline: Outline) -> FaceQuads:
+    """Quads with the mirrors of the outline, unless a mesher's of the whole are clearly better.
+
+    Raises
+    ------
+    SurfaceMeshError
+        As :func:`mesh_freely`, where there are no mirrors.
+    """
+    made = fill_symmetric(outline)
+    if made is not None and made.expected >= _SYMMETRIC:
+        return made
+    try:
+        free = mesh_freely(outline)
+    except SurfaceMeshError:
+        if made is None:
+            raise
+        return made
+    return made if made is not None and made.worst > 0 and made.expected >= free.expected - _LOST else free
+
+
+_SYMMETRIC = 0.6
+"""Worst corner sine from which on symmetric quads are as good as those that a mesher makes of the whole."""
+_LOST = 0.02
+"""Worst corner sine that symmetry may cost."""
+
+
 @dataclass(frozen=True)
 class Filling:
     """A way to fill a face, and the worst corner sine from which on no further way is asked."""
@@ -199,7 +226,7 @@ FILLINGS = (
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
     Filling(lay_sharp_tips, _enough_at_tips),
-    Filling(mesh_freely, lambda _: GOOD_ENOUGH),
+    Filling(mesh_with_mirrors, lambda _: GOOD_ENOUGH),
     Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
 )
 

@@ -6,8 +6,6 @@ must land on the target's.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ..arrays import IntArray
 
 
@@ -29,29 +27,26 @@ def match_quads(quads: IntArray, other: IntArray, known: dict[int, int]) -> dict
     if len(quads) != len(other):
         return None
     found = dict(known)
-    sides = [
-        {
-            (int(a), int(b)): (j, i)
-            for j, q in enumerate(m)
-            for i, (a, b) in enumerate(zip(q, np.roll(q, -1), strict=True))
-        }
-        for m in (quads, other)
-    ]
-    waiting = [edge for edge in sides[0] if edge[0] in found and edge[1] in found]
-    done = np.zeros(len(quads), dtype=bool)
+    rows, images = quads.tolist(), other.tolist()  # numpy on four numbers at a time would take ten times as long
+    sides, sides_there = (
+        {(row[i], row[(i + 1) % 4]): (j, i) for j, row in enumerate(m) for i in range(4)} for m in (rows, images)
+    )
+    waiting = [edge for edge in sides if edge[0] in found and edge[1] in found]
+    done = [False] * len(rows)
     while waiting:
         a, b = waiting.pop()
-        place, there = sides[0].get((a, b)), sides[1].get((found[a], found[b]))
+        place, there = sides.get((a, b)), sides_there.get((found[a], found[b]))
         if place is None:
             continue
         if there is None:
             return None
-        if done[place[0]]:
+        (j, i), (k, turn) = place, there
+        if done[j]:
             continue
-        done[place[0]] = True
-        mine, theirs = np.roll(quads[place[0]], -place[1]), np.roll(other[there[0]], -there[1])
-        for node, image in zip(mine.tolist(), theirs.tolist(), strict=True):
+        done[j] = True
+        mine, theirs = rows[j][i:] + rows[j][:i], images[k][turn:] + images[k][:turn]
+        for node, image in zip(mine, theirs, strict=True):
             if found.setdefault(node, image) != image:
                 return None
-        waiting += [(int(q), int(p)) for p, q in zip(mine, np.roll(mine, -1), strict=True)]
-    return found if done.all() and len(set(found.values())) == len(found) else None
+        waiting += [(mine[c], mine[c - 1]) for c in range(4)]
+    return found if all(done) and len(set(found.values())) == len(found) else None

@@ -21,8 +21,8 @@ from ...errors import CadError
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
 _HUGE = re.compile(rb"[\d.][eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
 _STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
-_INSTANCE = re.compile(rb"#(\d+)\s*=([^;]*);")
-_REFERENCE = re.compile(rb"#(\d+)")
+_NUMBERS = re.compile(rb"#(\d+)(\s*=)?")
+"""Numbers of entities: where they begin, with what follows up to the next, and where they are referred to."""
 _MOST_FOLLOWED = 1 << 27
 """Bytes of a file in which references are followed; a check of more would take longer than it is worth."""
 _USUAL_DEPTH = 100
@@ -57,21 +57,18 @@ def check_step_text(path: Path, data: bytes) -> None:
 
 def _circular(data: bytes) -> int | None:
     """Number of an entity on a circle of references, or None."""
-    numbers: list[int] = []
-    references: list[list[int]] = []
-    for found in _INSTANCE.finditer(data):
-        numbers.append(int(found[1]))
-        references.append([int(r) for r in _REFERENCE.findall(found[2])])
-    place = {number: j for j, number in enumerate(numbers)}
-    rows, columns = [], []
-    for j, targets in enumerate(references):
-        for target in targets:
-            k = place.get(target)
-            if k is not None:
-                rows.append(j)
-                columns.append(k)
-    entity = on_circle(np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64), len(numbers))
-    return None if entity is None else numbers[entity]
+    words = _NUMBERS.findall(data)
+    numbers = np.array([word for word, _ in words], dtype=bytes).astype(np.int64)
+    begins = np.array([bool(equals) for _, equals in words], dtype=bool)
+    entities = numbers[begins]
+    order = np.argsort(entities, kind="stable")
+    owners = np.cumsum(begins) - 1
+    is_reference = ~begins & (owners >= 0)
+    rows, targets = owners[is_reference], numbers[is_reference]
+    at = np.minimum(np.searchsorted(entities[order], targets), len(entities) - 1)
+    there = entities[order][at] == targets if len(entities) else np.zeros(0, dtype=bool)
+    entity = on_circle(rows[there], order[at[there]], len(entities))
+    return None if entity is None else int(entities[entity])
 
 
 def on_circle(rows: IntArray, columns: IntArray, n: int) -> int | None:

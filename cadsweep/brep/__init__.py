@@ -1,0 +1,32 @@
+"""The boundary representation as ids and numbers: what every stage after ``cad`` sees.
+
+Place in the flow: ``cad`` makes these objects; ``recognition``, ``intervals`` and ``surface`` read
+them. No OpenCASCADE type appears here; geometry is met only through the small protocols
+:class:`Curve` and :class:`Surface`.
+
+Lengths are *working* lengths: ``cad`` scales and shifts a part so that its size suits OpenCASCADE
+and gmsh. :meth:`Part.to_model` brings points back to model units, bit for bit where nothing was
+scaled.
+
+Not handled here: geometry that is not a solid, and non-manifold solids; ``cad`` refuses them.
+"""
+
+from .entities import RIGHT_TURN, Edge, Face, FormerFace, Loop, quarter_turns
+from .geometry import Curve, Surface, Units
+from .part import ModelSolid, Part
+from .solid import Solid
+
+__all__ = [
+    "RIGHT_TURN",
+    "Curve",
+    "Edge",
+    "Face",
+    "FormerFace",
+    "Loop",
+    "ModelSolid",
+    "Part",
+    "Solid",
+    "Surface",
+    "Units",
+    "quarter_turns",
+]

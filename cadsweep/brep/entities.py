@@ -1,0 +1,234 @@
+"""Edges and faces of a solid, by id."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import pi
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arrays import FloatArray
+from .geometry import Curve, Surface, Units
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Edge:
+    """A bounded curve between two vertices (which may be the same vertex only on refused parts).
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.edges``.
+    start, end : int
+        Vertex ids.
+    length : float
+        Arc length, working units.
+    kind : str
+        ``"line"``, ``"circle"``, ``"ellipse"``, ``"bspline"``, ``"other"``.
+    faces : (int, int)
+        Ids of the two faces that share the edge.
+    dihedral : float
+        Interior angle of the solid across the edge at its middle, radians: pi where the faces are
+        tangent, below pi where the edge is convex.
+    midpoint : (3,) float64
+    tangents : (2, 3) float64
+        Unit tangents at the start and at the end, both in the direction start to end.
+    curve : Curve
+    name : str or None
+        The user's name for the edge, if there is one; of several, the one that names the fewest edges.
+    groups : tuple of str
+        Its other names, which it shares with more edges.
+    key : str
+        The id the edge had in the input, such as ``"edge 7"``; pieces of a divided edge share it. Empty
+        where no edge was there.
+    gap : float
+        How far the borders of its faces, and its vertices, are off the curve, as measured; the model's own tolerance
+        may say more.
+    units : Units
+        What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> import numpy as np
+    >>> edge = cs.load(box).solids[0].edges[0]
+    >>> edge.kind, edge.length
+    ('line', 2.0)
+    >>> bool(np.allclose(edge.curve.evaluate(np.array([0.5]))[0], edge.midpoint))
+    True
+    """
+
+    id: int
+    start: int
+    end: int
+    length: float
+    kind: str
+    faces: tuple[int, int]
+    dihedral: float
+    midpoint: FloatArray
+    tangents: FloatArray
+    curve: Curve
+    name: str | None = None
+    groups: tuple[str, ...] = ()
+    key: str = ""
+    gap: float = 0.0
+    units: Units = field(default_factory=Units)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the edge."""
+        return self.groups if self.name is None else (self.name, *self.groups)
+
+    def label(self) -> str:
+        """How messages name the edge: id, name, kind and place of its middle."""
+        return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
+
+
+RIGHT_TURN = pi / 4
+"""How far an angle may be from a quarter or three quarters of a turn to count as one; from a half, half as far."""
+
+
+def quarter_turns(angles: Sequence[float]) -> list[int] | None:
+    """Turns of a loop at its vertices, in quarters to the left; None where an angle is near no multiple of one.
+
+    Parameters
+    ----------
+    angles : sequence of float
+        Interior angles.
+    """
+    turns = [round((pi - angle) / (pi / 2)) for angle in angles]
+    off = [abs(pi - angle - turn * pi / 2) for angle, turn in zip(angles, turns, strict=True)]
+    clear = all(o <= (RIGHT_TURN if turn else RIGHT_TURN / 2) for o, turn in zip(off, turns, strict=True))
+    return turns if clear and all(abs(turn) <= 1 for turn in turns) else None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Loop:
+    """A closed cycle of edges that bounds a face, its material on the left seen from outside.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Edge ids in cyclic order.
+    forward : tuple of bool
+        Whether edge j is run through from its start to its end.
+    angles : tuple of float
+        Interior angle of the face, in (0, 2 pi), at the vertex where edge j begins.
+    """
+
+    edges: tuple[int, ...]
+    forward: tuple[bool, ...]
+    angles: tuple[float, ...]
+
+    @property
+    def directed(self) -> tuple[tuple[int, bool], ...]:
+        """The directed edges ``(edge id, forward)`` of the loop."""
+        return tuple(zip(self.edges, self.forward, strict=True))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FormerFace:
+    """A part of a face that was a face of its own in the model; its outline is no edge any more.
+
+    Attributes
+    ----------
+    names : tuple of str
+    key : str
+    color : str or None
+        As for :class:`Face`.
+    area : float
+    place : (3,) float64
+        A point inside it.
+    contains : callable
+        ``contains(points)`` says of points (m, 3) on the face's surface which lie in the patch, (m,) bool.
+    """
+
+    names: tuple[str, ...]
+    key: str
+    color: str | None
+    area: float
+    place: FloatArray
+    contains: Callable[[FloatArray], npt.NDArray[np.bool_]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Face:
+    """A bounded piece of a surface.
+
+    Attributes
+    ----------
+    id : int
+        Index into ``Solid.faces``.
+    kind : str
+        ``"plane"``, ``"cylinder"``, ``"cone"``, ``"sphere"``, ``"torus"``, ``"bspline"``,
+        ``"revolution"``, ``"extrusion"``, ``"other"``.
+    area : float
+    center : (3,) float64
+        Centroid of the face.
+    normal : (3,) float64
+        Unit normal out of the solid at the point of the face nearest to `center`.
+    loops : tuple of Loop
+        Outer loop first.
+    surface : Surface
+    name : str or None
+        The user's name for the face, if there is one; of several, the one that names the fewest faces.
+    groups : tuple of str
+        Its other names, which it shares with more faces.
+    color : str or None
+        The face's own colour in the CAD model, sRGB as ``#rrggbb`` or ``#rrggbbaa``; None where it has the part's.
+    key : str
+        A name that a user can find: the id the face had in the input, such as ``"face 7"``; pieces
+        of a divided face share it.
+    former : tuple of FormerFace
+        Parts of a merged face that go by another name.
+    units : Units
+        What messages give places in.
+
+    Examples
+    --------
+    >>> import cadquery as cq
+    >>> import cadsweep as cs
+    >>> box = cq.Workplane().box(4, 3, 2)
+    >>> face = cs.load(box).solids[0].faces[0]
+    >>> face.label()
+    'face 0 (plane at -2, 0, 0)'
+    >>> face.area, face.center.tolist()
+    (6.0, [-2.0, 0.0, 0.0])
+    """
+
+    id: int
+    kind: str
+    area: float
+    center: FloatArray
+    normal: FloatArray
+    loops: tuple[Loop, ...]
+    surface: Surface
+    name: str | None = None
+    groups: tuple[str, ...] = ()
+    color: str | None = None
+    key: str = ""
+    former: tuple[FormerFace, ...] = ()
+    units: Units = field(default_factory=Units)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of the user's names for the face."""
+        return self.groups if self.name is None else (self.name, *self.groups)
+
+    @property
+    def edges(self) -> tuple[int, ...]:
+        """Ids of all edges of the face."""
+        return tuple(e for loop in self.loops for e in loop.edges)
+
+    def label(self) -> str:
+        """How messages name the face: id, name, kind and place."""
+        return _label("face", self.id, self.name, self.kind, self.units.place(self.center))
+
+
+def _label(what: str, number: int, name: str | None, kind: str, place: str) -> str:
+    named = f" '{name}'" if name else ""
+    return f"{what} {number}{named} ({kind} at {place})"

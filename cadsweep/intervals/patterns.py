@@ -1,0 +1,79 @@
+"""Segments around circles that are a pattern: as many as make the nodes as symmetric as the holes.
+
+Place in the flow: :mod:`.sizes` asks for it. Holes in a circle about the middle of a cap have mirrors through each and
+between them; these meet all circles in nodes where half a circle has a multiple of the number of holes as segments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import ceil, gcd, pi
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Face, Solid
+from ..sweep import Sweep
+
+_SAME = 1e-6
+"""Difference of lengths, in sizes of the part, up to which circles are alike."""
+_MOST_MORE = 1.35
+"""Segments over those wanted up to which a circle is divided more finely for symmetry."""
+_LEAVE = 0.1
+"""Part of a multiple that may be missing, before the next one is taken."""
+
+
+def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float]) -> dict[int, float]:
+    """Counts of the halves of circles that are patterns, by edge; of other edges none."""
+    found: dict[int, float] = {}
+    for f in (*sweep.source, *sweep.target):  # edges that answer each other want the same
+        face = sweep.solid.faces[f]
+        if face.kind == "plane" and len(face.loops) > 2:
+            found |= _of_face(sweep.solid, face, wanted)
+    return found
+
+
+def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, float]:
+    circles = []
+    for loop in face.loops:
+        edges = [solid.edges[e] for e in loop.edges]
+        halves = len(edges) == 2 and all(edge.kind == "circle" for edge in edges)
+        if halves and abs(edges[0].length - edges[1].length) <= _SAME * solid.size:
+            circles.append((loop.edges, (edges[0].midpoint + edges[1].midpoint) / 2, edges[0].length / pi))
+    order = _order(np.array([centre for _, centre, _ in circles]), np.array([radius for *_, radius in circles]), solid)
+    halves_of = [e for edges, *_ in circles for e in edges if e in wanted]
+    for n in sorted((d for d in range(2, order + 1) if order % d == 0), reverse=True):
+        counts = {e: float(n * max(1, ceil(wanted[e] / n - _LEAVE))) for e in halves_of}
+        if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + 1.0) for e, count in counts.items()):
+            return counts
+    return {}
+
+
+def _order(centres: FloatArray, radii: FloatArray, solid: Solid) -> int:
+    """How many turns of a whole carry circles to circles alike; 1 where none does."""
+    if len(centres) < 2:
+        return 1
+    near = _SAME * solid.size
+    middle = centres[int(np.argmax(radii))]
+    if np.linalg.norm(centres - middle, axis=1).max() <= radii.max():
+        away = centres - middle  # the greatest circle has the others inside
+    else:
+        away = centres - centres.mean(axis=0)
+    distance = np.linalg.norm(away, axis=1)
+    order = 0
+    for j in range(len(centres)):
+        alike = (np.abs(distance - distance[j]) <= near) & (np.abs(radii - radii[j]) <= near)
+        if distance[j] > near:
+            order = gcd(order, _turns(away[alike], near))
+    return max(order, 1)
+
+
+def _turns(points: FloatArray, near: float) -> int:
+    """How many equal turns about the origin points at one distance from it have; 1 where none but the whole."""
+    n, side = len(points), float(np.linalg.norm(points[0]))
+    apart = np.sort(np.linalg.norm(points[1:] - points[0], axis=1))
+    chords = np.sort([2.0 * side * np.sin(pi * k / n) for k in range(1, n)])
+    if n > 1 and np.abs(apart - chords).max() <= 10.0 * near:
+        return n
+    opposite = np.linalg.norm(points[:, None] + points[None], axis=2).min(axis=1)
+    return 2 if n > 1 and opposite.max() <= 10.0 * near else 1

@@ -1,0 +1,68 @@
+"""Plane caps with mirrors get meshes with the same mirrors, also where a mesher makes their quads."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import cadsweep as cs
+from cadsweep.surface.symmetry import find_wedges
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+
+def ring_of_nodes(radius, n, middle=(0.0, 0.0)):
+    at = 2 * np.pi * np.arange(n) / n
+    return np.array(middle) + radius * np.column_stack([np.cos(at), np.sin(at)])
+
+
+def top(mesh):
+    return mesh.points[mesh.points[:, 2] > mesh.points[:, 2].max() - 1e-9][:, :2]
+
+
+def off_mirror(points, angle):
+    """Greatest distance of a node's image from a node, in sizes, under the mirror at an angle through the origin."""
+    c, s = np.cos(2 * angle), np.sin(2 * angle)
+    far, _ = cKDTree(points).query(points @ np.array([[c, s], [s, -c]]))
+    return far.max() / np.ptp(points)
+
+
+def flange(n_holes, bore):
+    work = cq.Workplane().circle(10).extrude(3).faces(">Z").workplane()
+    if bore:
+        work = work.hole(2 * bore).faces(">Z").workplane()
+    return work.polarArray(7, 0, 360, n_holes).circle(0.9).cutThruAll()
+
+
+def test_mirrors_of_nodes_are_found():
+    hexagonal = [ring_of_nodes(3, 24), ring_of_nodes(1, 12)[::-1]]
+    assert next(wedge.n for wedge in find_wedges(hexagonal)) == 6  # diameters through 12 nodes; others meet segments
+    assert find_wedges([ring_of_nodes(3, 24), ring_of_nodes(1, 12, (0.3, 0.2))[::-1]]) == []
+    one = find_wedges([ring_of_nodes(3, 24), ring_of_nodes(1, 12, (0.3, 0.0))[::-1]])
+    assert [wedge.n for wedge in one] == [1]
+    # A mirror that meets segments in their middles alone is none: 5 nodes have each one node and one middle.
+    assert find_wedges([ring_of_nodes(3, 5)]) == []
+
+
+@pytest.mark.parametrize(("n_holes", "bore"), [(4, 4), (6, 4), (8, 4)])
+def test_a_flange_has_the_mirrors_of_its_holes(n_holes, bore):
+    mesh = cs.sweep_mesh(flange(n_holes, bore), source="<Z", layers=2)
+    points = top(mesh)
+    for k in range(n_holes):
+        assert off_mirror(points, np.pi * k / n_holes) < 1e-9
+    assert mesh.info["quality"].min_scaled_jacobian > 0.6
+
+
+def test_a_plate_with_rounded_corners_and_holes_has_both_mirrors():
+    work = cq.Workplane().box(40, 30, 5).edges("|Z").fillet(5).faces(">Z").workplane()
+    mesh = cs.sweep_mesh(work.rect(26, 18, forConstruction=True).vertices().hole(4), source="<Z", layers=2)
+    for angle in (0, np.pi / 2):
+        assert off_mirror(top(mesh), angle) < 1e-9
+
+
+def test_one_mirror_is_kept_and_none_is_no_error():
+    fish = cq.Workplane().polyline([(0, 0), (8, 9), (25, 9), (36, 0), (25, -9), (8, -9)]).close().extrude(4)
+    fish = fish.cut(cq.Workplane().center(12, 0).circle(3).extrude(4))
+    assert off_mirror(top(cs.sweep_mesh(fish, source="<Z")), 0) < 1e-9
+    odd = cq.Workplane().polyline([(0, 0), (10, 7), (25, 1), (12, -4)]).close().extrude(4)
+    assert cs.sweep_mesh(odd.faces(">Z").workplane().hole(4), source="<Z").quality().valid
