@@ -49,8 +49,8 @@ class ProgressBar:
         if not self._show:
             return
         now = time.monotonic()
-        if stage != self._stage:
-            self._stage, self._since = stage, now
+        if stage.partition(",")[0] != self._stage:  # after a comma, how far it is in words
+            self._stage, self._since = stage.partition(",")[0], now
         if self._bar is None and now - self._since < PATIENCE:
             return
         if self._bar is None:

@@ -233,7 +233,7 @@ class CellSearch:
             except PlanError as error:
                 conflict, message = error.faces, str(error)
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
-        self.tools.on_progress(len(blocked) or len(conflict))
+        self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
         log.debug("%d cells, %d without sweep, cost %.2f: %s", len(part.solids), len(blocked), cost, reasons[-1:])
         return Found(
             part=part,

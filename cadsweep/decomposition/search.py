@@ -96,6 +96,7 @@ class Search:
     make_plan: MakePlan
     most_states: int = MOST_STATES
     is_late: Callable[[], bool] = lambda: False
+    on_progress: Callable[[int], None] = lambda n: None
     ended_early: bool = False
     pool: Pool = field(init=False)
     best: State = field(init=False)
@@ -186,6 +187,7 @@ class Search:
             except PlanError as error:
                 state.conflict = error.faces
                 state.cost += CONTRADICTION * max(1, len(error.faces) // 2)
+        self.on_progress(len(state.blocked) or len({c for c, _ in state.conflict}))
         return state
 
     def planes(self, state: State, number: int) -> Iterator[tuple[Plane, str]]:

@@ -7,7 +7,7 @@ mesh does well is taken, and of several that do worse the best.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -15,24 +15,26 @@ from typing import Any
 import numpy as np
 
 from .. import cad, decomposition
-from ..brep import Part
+from ..brep import Part, Solid
 from ..decomposition.curved import CellSearch
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
-from ..plan import Plan, make_plan
+from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
 from .parts import load, only_solid
 from .run import Run, silent
-from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise
+from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise, say_open
 from .shared_hints import resolve_wishes
 
 log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
+_WHOLE = 1e-9
+"""Share of a part's volume by which the part itself, read again, may differ."""
 _ONE_SWEEP = (
     "source",
     "target",
@@ -53,6 +55,23 @@ def may_decompose(part: Part, options: SweepOptions) -> bool:
     return len(part.solids) == 1 and all(getattr(options, name) is None for name in _ONE_SWEEP)
 
 
+def may_be_better(part: Part, options: SweepOptions) -> bool:
+    """Whether cells may do better than a poor mesh: cuts are allowed, and no sharp edge of the part is to blame."""
+    if options.allow_inverted or not may_decompose(part, options):
+        return False
+    return min(edge.dihedral for edge in part.solids[0].edges) > GOOD_ENOUGH
+
+
+def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Callable[[Solid], list[Fill]]:
+    """Recognition for a search: where the part has a sweep, that is the poor one which it is to do better than."""
+    whole = (1.0 - _WHOLE) * only_solid(part).volume
+
+    def recognise_piece(solid: Solid) -> list[Fill]:
+        return [] if solid.volume > whole else recognise(solid)
+
+    return recognise if refused is not None else recognise_piece
+
+
 def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Cut a solid into cells and mesh them.
 
@@ -65,10 +84,17 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     """
     solid = only_solid(part)
     options = for_all_solids(part, options)
-    refused = refused or NotSweepableError("its columns make poor hexahedra")
+    own = _recognise_pieces(part, refused)
+    refused = refused or NotSweepableError("its sweep makes poor hexahedra")
     if not may_decompose(part, options):
         raise refused
-    search = decomposition.Search(model=solid, recognise=recognise, make_plan=make_plan, is_late=run.is_late)
+    search = decomposition.Search(
+        model=solid,
+        recognise=own,
+        make_plan=make_plan,
+        is_late=run.is_late,
+        on_progress=lambda n: run.on_progress(say_open(n), None),
+    )
     best, failure = _best_of((_planned(part, search, state) for state in search.solutions()), options, run)
     if best is not None:
         return _ended_early(best, run) if search.ended_early else best
@@ -88,11 +114,12 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
         Cells were found, and none of their meshes is valid.
     """
     options = for_all_solids(part, options)
-    refused = refused or NotSweepableError("its columns make poor hexahedra")
+    tools = replace(cutting_tools(run), recognise=_recognise_pieces(part, refused))
+    refused = refused or NotSweepableError("its sweep makes poor hexahedra")
     if not may_decompose(part, options):
         raise refused
     with run.stage("decomposition"):
-        search = CellSearch(part, cutting_tools(run))
+        search = CellSearch(part, tools)
     best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
         return _ended_early(best, run) if search.ended_early else best

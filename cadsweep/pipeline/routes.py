@@ -27,7 +27,7 @@ from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, first_good
-from .decomposing import is_planar, mesh_cut, mesh_decomposed, mesh_user_cut
+from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
@@ -88,22 +88,27 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     cells = mesh_decomposed if is_planar(part) else mesh_cut
     best: AnyMesh | None = None
     for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
+        if best is not None and way is mesh_stacks_instead:
+            continue  # columns along a poor sweep are as poor
         try:
             mesh = way(part, options, run, refused)
         except (InputError, CadError) as error:
+            if best is not None:
+                log.info("no cells instead of a poor mesh: %s", error)
+                break
             if refused is None or isinstance(refused, NotSweepableError):
                 raise  # the input is at fault, and another way does not mend it
             raise refused from error
         except CadSweepError as error:
             if best is not None:
-                log.info("cells instead of poor columns: %s", error)
+                log.info("no cells instead of a poor mesh: %s", error)
                 break
             if refused is None or isinstance(refused, NotSweepableError):
                 refused = error  # what is wrong with the mesh of a sweep says more than why it is no stack
             continue
         if best is None or _worst(mesh) > _worst(best):
             best = mesh
-        if way is not mesh_stacks_instead or _worst(mesh) >= GOOD_ENOUGH:
+        if _worst(mesh) >= GOOD_ENOUGH or not may_be_better(part, options):
             break
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)

@@ -101,9 +101,14 @@ def cutting_tools(run: Run) -> Tools:
         make_plan=make_plan,
         find_cutters=cad.find_cutters,
         cut=cad.cut_cell,
-        on_progress=lambda n: run.on_progress("decomposition", None),
+        on_progress=lambda n: run.on_progress(say_open(n), None),
         is_late=run.is_late,
     )
+
+
+def say_open(n: int) -> str:
+    """The stage as the progress shows it: how many cells are in the way still."""
+    return f"decomposition, {n} cells open" if n else "decomposition"
 
 
 def cut_until_planned(part: Part, run: Run) -> Found:
@@ -436,5 +441,6 @@ __all__ = [
     "fixed_nodes",
     "mesh_complex",
     "plan_cells",
+    "say_open",
     "side_by_side",
 ]

@@ -161,6 +161,7 @@ def _raised(  # noqa: PLR0917
 ) -> FloatArray:
     """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values."""
     growth = 0
+    idle: set[bytes] = set()  # patches that gained nothing: the next round would end as the last one did
     for _ in range(MOST_ROUNDS):
         bad = _below_goal(points, structure, values, fixed, goal)
         if growth == len(growths) or not np.any(bad):
@@ -171,9 +172,14 @@ def _raised(  # noqa: PLR0917
             if len(hexes) > largest:
                 steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
                 continue
+            places = hexes.tobytes() + points[np.unique(hex_nodes(structure, hexes))].tobytes()
+            if places in idle:
+                continue
             mended = _mend(points, structure, hexes, fixed, goal, steps, slides)
             points[mended.nodes] = mended.positions
             gain = max(gain, mended.gain)
+            if not len(mended.nodes):
+                idle.add(places)
         if gain < LEAST_GAIN:
             # A patch that was the whole mesh cannot grow.
             growth = len(growths) if np.all(region) else growth + 1

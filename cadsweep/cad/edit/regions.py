@@ -6,8 +6,8 @@ on in the direction of each box.
 
 Method: a feature is what hangs together of edges in the way and of faces that not every direction suits. Planes square
 to the faces of the cell lie half way between the ends of features, or on a plane face where one ends in another; they
-may go through what is swept square to them. A search over the planes, depth first within a budget, takes those that
-leave the fewest boxes, and the fewest that are swept towards a cut.
+may go through what is swept square to them. A search over the planes, deeper and deeper within a budget, takes those
+that leave the fewest boxes, and the fewest that are swept towards a cut.
 
 Not handled: planes that are slanted to each other, and features that cross; what is left of these stays in one box.
 """
@@ -39,6 +39,8 @@ MOST_PLANES = 6
 """Planes of one box that are tried."""
 MOST_BOXES = 2000
 """Boxes that are looked at, some 50 microseconds each."""
+DEEPEST = 6
+"""Planes of which one divides what the one before left, at most."""
 BOX, STUCK, TOWARDS = 1.0, 6.0, 0.6
 """Costs of a box, of one whose features ask for different directions, and of a cut that its sweep ends on."""
 _EVERY = frozenset(range(3))
@@ -92,16 +94,25 @@ class _Guillotine:
     walls: Sequence[Sequence[float]]
     least: float
     n_looked: int = 0
-    known: dict[tuple[_Box, tuple[bool, ...]], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
+    known: dict[tuple[_Box, tuple[bool, ...], int], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
 
     @property
     def tight(self) -> float:
         """Distance up to which ends of features are one."""
         return 1e-3 * self.least
 
-    def best(self, box: _Box, ends: tuple[bool, ...]) -> tuple[float, tuple[_Cut, ...]]:
+    def solve(self, box: _Box) -> tuple[_Cut, ...]:
+        """The cheapest cuts of a cell, of the fewest planes after one another that leave no box stuck."""
+        best: tuple[float, tuple[_Cut, ...]] = (np.inf, ())
+        for depth in range(1, DEEPEST + 1):
+            best = min(best, self.best(box, (False,) * 6, depth), key=lambda found: found[0])
+            if self.n_looked >= MOST_BOXES or best[0] < STUCK:
+                break
+        return best[1]
+
+    def best(self, box: _Box, ends: tuple[bool, ...], depth: int) -> tuple[float, tuple[_Cut, ...]]:
         """The cheapest cuts of a box (3, 2); `ends` says which of its sides, low ones first, are cuts."""
-        key = box, ends
+        key = box, ends, depth
         known = self.known.get(key)
         if known is not None:
             return known
@@ -113,16 +124,16 @@ class _Guillotine:
             found: tuple[float, tuple[_Cut, ...]] = (BOX + TOWARDS * towards, ())
         else:
             found = (BOX + STUCK + len(inside), ())
-            for axis, offset in self.planes(box, inside):
+            for axis, offset in self.planes(box, inside) if depth else ():
                 if self.n_looked >= MOST_BOXES:
                     break
                 (start, end), below, above = box[axis], list(box), list(box)
                 below[axis], above[axis] = (start, offset), (offset, end)
                 low, high = tuple(below), tuple(above)
-                cost, cuts = self.best(low, (*ends[: 3 + axis], True, *ends[4 + axis :]))
+                cost, cuts = self.best(low, (*ends[: 3 + axis], True, *ends[4 + axis :]), depth - 1)
                 if cost + BOX >= found[0]:
                     continue
-                other, more = self.best(high, (*ends[:axis], True, *ends[axis + 1 :]))
+                other, more = self.best(high, (*ends[:axis], True, *ends[axis + 1 :]), depth - 1)
                 if cost + other < found[0]:
                     found = (cost + other, (_Cut(axis=axis, offset=offset, box=box), *cuts, *more))
         self.known[key] = found
@@ -188,7 +199,7 @@ def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
     search = _Guillotine(features=features, walls=walls, least=GAP * solid.size)
     reach, margin = solid.vertices @ normals.T, 0.1 * solid.size
     box = _box(reach.min(axis=0) - margin, reach.max(axis=0) + margin)
-    _, cuts = search.best(box, (False,) * 6)
+    cuts = search.solve(box)
     if not cuts:
         return []
     many = f"{len(cuts)} planes" if len(cuts) > 1 else "a plane"
