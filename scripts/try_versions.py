@@ -6,7 +6,10 @@
 ``lowest`` takes the oldest release that ``pyproject.toml`` allows of every requirement, the extra ``view`` included,
 and what goes with those (uv resolves it); ``newest`` the newest of all. Tools of the tests are the newest either way.
 The environment is made in a folder of its own, and kept where ``--folder`` names one. What was installed is printed,
-then what pytest says; the exit code is pytest's. Not part of the gate: it downloads half a gigabyte.
+then what pytest says; the exit code is pytest's. Not part of the gate: it downloads half a gigabyte. Without arguments
+all tests are run. ``scripts/part_figures.py``, run with both environments' Python, compares faces, cuts, names and
+counts of parts: of 31 parts all but one are equal with OCP 7.8 and 7.9 (in that one, unnamed faces are numbered in
+another order).
 """
 
 from __future__ import annotations

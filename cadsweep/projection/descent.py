@@ -10,10 +10,14 @@ halved until the energy falls enough (Armijo); a step into an infinite energy is
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from ..arrays import FloatArray
+
+_njit = njit(cache=True, nogil=True, error_model="numpy")
 
 Energy = Callable[[FloatArray], tuple[float, FloatArray]]
 _MEMORY = 8
@@ -45,18 +49,17 @@ def minimise(
         Stop where a step lowers the energy by less than this fraction.
     """
     value, gradient = energy(x)
-    moves: list[FloatArray] = []
-    turns: list[FloatArray] = []
+    steps: list[_Step] = []
     step = 1.0
     for _ in range(n_steps):
-        direction = -_inverse_hessian_times(gradient, moves, turns, solve)
+        direction = -_inverse_hessian_times(gradient, steps, solve)
         slope = _dot(direction, gradient)
         if not slope < 0.0:
-            if not moves:
+            if not steps:
                 break
-            moves, turns = [], []
+            steps = []
             continue
-        step = 1.0 if moves else min(1.0, 2.0 * step)
+        step = 1.0 if steps else min(1.0, 2.0 * step)
         trial, trial_value, trial_gradient = x, np.inf, gradient
         while step > 1e-10:
             trial = x + step * direction
@@ -65,13 +68,14 @@ def minimise(
                 break
             step *= 0.5
         else:
-            if not moves:
+            if not steps:
                 break
-            moves, turns, step = [], [], 1.0
+            steps, step = [], 1.0
             continue
         move, turn = trial - x, trial_gradient - gradient
-        if _dot(move, turn) > 1e-12 * np.sqrt(_dot(move, move) * _dot(turn, turn)):
-            moves, turns = [*moves[1 - _MEMORY :], move], [*turns[1 - _MEMORY :], turn]
+        product = _dot(move, turn)
+        if product > 1e-12 * np.sqrt(_dot(move, move) * _dot(turn, turn)):
+            steps = [*steps[1 - _MEMORY :], _Step(move, turn, product)]
         fallen = value - trial_value
         x, value, gradient = trial, trial_value, trial_gradient
         if fallen <= tolerance * abs(value):
@@ -79,24 +83,46 @@ def minimise(
     return x, value
 
 
+class _Step(NamedTuple):
+    """How far a step moved, how much the gradient turned, and the inner product of the two."""
+
+    move: FloatArray
+    turn: FloatArray
+    product: float
+
+
 def _inverse_hessian_times(
-    gradient: FloatArray, moves: list[FloatArray], turns: list[FloatArray], solve: Callable[[FloatArray], FloatArray]
+    gradient: FloatArray, steps: list[_Step], solve: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
     """Two-loop recursion; the first guess is scaled by the last step's curvature."""
     q = gradient.copy()
     shares = []
-    for move, turn in zip(reversed(moves), reversed(turns), strict=True):
-        share = _dot(move, q) / _dot(move, turn)
-        q -= share * turn
+    for move, turn, product in reversed(steps):
+        share = _dot(move, q) / product
+        _add_times(q, -share, turn)
         shares.append(share)
-    result = solve(q)
-    if moves:
-        result = result * (_dot(moves[-1], turns[-1]) / _dot(turns[-1], solve(turns[-1])))
-    for move, turn, share in zip(moves, turns, reversed(shares), strict=True):
-        result += (share - _dot(turn, result) / _dot(move, turn)) * move
+    result = np.ascontiguousarray(solve(q))
+    if steps:
+        last = steps[-1]
+        result *= last.product / _dot(last.turn, np.ascontiguousarray(solve(last.turn)))
+    for (move, turn, product), share in zip(steps, reversed(shares), strict=True):
+        _add_times(result, share - _dot(turn, result) / product, move)
     return result
 
 
-def _dot(a: FloatArray, b: FloatArray) -> float:
+@_njit
+def _dot(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Inner product without BLAS, whose threads wait for each other on a busy machine (measured: 0.8 s a step)."""
-    return float(np.einsum("ij,ij->", a, b))
+    total = 0.0
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            total += a[i, j] * b[i, j]
+    return total
+
+
+@_njit
+def _add_times(out, factor, a):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Add `factor` times `a` in place, without an array between."""
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            out[i, j] += factor * a[i, j]

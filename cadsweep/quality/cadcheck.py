@@ -99,7 +99,7 @@ def _face_problems(
     """Boundaries with nodes off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
     problems = []
     for name, quads in boundaries.items():
-        nodes = _used(quads, len(points))
+        nodes = np.unique(quads)
         problems += _off(points, nodes, distance(points[nodes], name, tolerance), tolerance, f"of '{name}'", "face")
     return problems
 
@@ -112,7 +112,7 @@ def _rim_problems(
 ) -> list[str]:
     """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
     names = list(blocks)
-    used = [_used(quads, len(points)) for quads in blocks.values()]
+    used = [np.unique(quads) for quads in blocks.values()]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
@@ -121,9 +121,12 @@ def _rim_problems(
     problems = []
     for n in np.unique(count[count > 1]):
         some = np.flatnonzero(count == n)
-        groups, member = np.unique(owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True)
-        for i, group in enumerate(groups):
-            here = shared[some[member.ravel() == i]]
+        groups, member, sizes = np.unique(
+            owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True, return_counts=True
+        )
+        by_group = np.split(some[np.argsort(member.ravel(), kind="stable")], np.cumsum(sizes)[:-1])
+        for group, places in zip(groups, by_group, strict=True):
+            here = shared[places]
             meeting = [names[j] for j in group]
             where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
             problems += _off(
@@ -135,13 +138,6 @@ def _rim_problems(
                 "edge" if n == 2 else "vertex",
             )
     return problems
-
-
-def _used(quads: IntArray, n_points: int) -> IntArray:
-    """Nodes of quads, ascending."""
-    used = np.zeros(n_points, dtype=np.bool_)
-    used[quads] = True
-    return np.flatnonzero(used)
 
 
 def _off(  # noqa: PLR0917

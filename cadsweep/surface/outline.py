@@ -89,7 +89,13 @@ class Outline:
 
     def angles(self, loop: Sequence[DirectedEdge]) -> list[float]:
         """Interior angle of the face at the vertex where each edge of a loop begins."""
-        return loop_angles(self.face, loop)
+        at_start = self._angles
+        return [at_start[directed] for directed in loop]
+
+    @cached_property
+    def _angles(self) -> dict[DirectedEdge, float]:
+        """Of all loops at once: a plate may have hundreds, and each is asked for several times."""
+        return angles_by_edge(self.face)
 
     def four_sides(self) -> list[list[DirectedEdge]] | None:
         """Split the only loop at its four corners; None where there are not four, or opposite counts differ."""
@@ -166,12 +172,18 @@ def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:
 
 def loop_angles(face: Face, loop: Sequence[DirectedEdge]) -> list[float]:
     """Interior angle of a face at the vertex where each edge of one of its reversed loops begins."""
-    at_end: dict[DirectedEdge, float] = {}
-    for own in face.loops:
-        for j, directed in enumerate(own.directed):
-            # The reversed loop begins edge j where the face's own loop ends it.
-            at_end[directed] = own.angles[(j + 1) % len(own.angles)]
-    return [at_end[edge, not forward] for edge, forward in loop]
+    at_start = angles_by_edge(face)
+    return [at_start[directed] for directed in loop]
+
+
+def angles_by_edge(face: Face) -> dict[DirectedEdge, float]:
+    """Interior angle of a face at the vertex where each edge of its reversed loops begins, for all of them."""
+    # The reversed loop begins edge j where the face's own loop ends it.
+    return {
+        (edge, not forward): own.angles[(j + 1) % len(own.angles)]
+        for own in face.loops
+        for j, (edge, forward) in enumerate(own.directed)
+    }
 
 
 def four_sides(face: Face, loop: Sequence[DirectedEdge], counts: IntArray) -> list[list[DirectedEdge]] | None:
