@@ -28,6 +28,7 @@ from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .structured import fill_lattice, fill_round_core
 from .symmetric import fill_symmetric
+from .tips import SHARP, lay_tips
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
 
@@ -112,6 +113,43 @@ def fill_around_hole(outline: Outline, *, thin: bool) -> FaceQuads | None:
         filled = fill_wall(chart.boundary, outline.opposite_of(boundary))
         return None if filled is None else outline.lift(chart, *filled, boundary)
     return None
+
+
+def lay_sharp_tips(outline: Outline) -> FaceQuads | None:
+    """Quads in the sharp corners, the rest by gmsh; None where no corner is sharp, or none fits."""
+    if sharpest_corner(outline) >= SHARP:
+        return None
+    best: FaceQuads | None = None
+    for chart in outline.charts(outline.nodes):
+        tips = lay_tips(chart.boundary)
+        if tips is None:
+            continue
+        inner, quads, left = tips
+        places = np.concatenate([*chart.boundary, inner])
+        remaining = [places[loop] for loop in left]
+        for setting in settings_for(remaining):
+            try:
+                more, others = mesh_polygon(remaining, setting)
+            except SurfaceMeshError:
+                continue  # the next setting, or another way
+            number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
+            boundary = np.concatenate(outline.nodes)
+            made = outline.lift(chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]), boundary)
+            if best is None or made.better_than(best):
+                best = made
+            if best.expected >= min(setting.good_enough, _enough_at_tips(outline)):
+                return best
+    return best
+
+
+def sharpest_corner(outline: Outline) -> float:
+    """Least interior angle of a face's corners, radians."""
+    return min((angle for loop in outline.loops for angle in outline.angles(loop)), default=np.pi)
+
+
+def _enough_at_tips(outline: Outline) -> float:
+    """What the sharpest corner allows, or nearly so; half a right angle's sine elsewhere."""
+    return min(GOOD_ENOUGH, 0.9 * float(np.sin(min(sharpest_corner(outline), np.pi / 2))))
 
 
 def mesh_freely(outline: Outline) -> FaceQuads:
@@ -210,6 +248,8 @@ FILLINGS = (
     Filling(fill_round_core, lambda _: 0.7),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
+    # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
+    Filling(lay_sharp_tips, _enough_at_tips),
     Filling(mesh_with_mirrors, lambda _: GOOD_ENOUGH),
     Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
 )
