@@ -16,11 +16,60 @@ Place in the flow: ``cad`` makes an :class:`Arrangement`; ``stacks`` makes a :cl
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .arrays import FloatArray, IntArray
-from .brep import Solid
+import numpy as np
+
+from .arrays import BoolArray, FloatArray, IntArray
+from .brep import Curve, Solid
 from .sweep import LinkingSide, Sweep
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """What of the part stands over an edge of an arrangement: a wall between two of its rims, or one edge of caps.
+
+    Attributes
+    ----------
+    edge : int
+        Edge of the part that the outline follows.
+    begin, end : float
+        Fractions of its length over the start and the end of the arrangement's edge.
+    low, high : int
+        Edges of the part at the foot and at the top of the wall; the same where there is no wall.
+    """
+
+    edge: int
+    begin: float
+    end: float
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outline:
+    """An edge of an arrangement that is to be made anew, after outlines were laid together.
+
+    Attributes
+    ----------
+    start, end : int
+        Of the vertices that go with it.
+    base : int
+        Edge of the former arrangement that it follows.
+    points : (m, 2) float64 or None
+        Its course from start to end; None where it is that edge.
+    over : tuple of (int, bool)
+        Edges of the part that lie over it, and whether they run the same way.
+    claims : tuple of Claim
+    """
+
+    start: int
+    end: int
+    base: int
+    points: FloatArray | None
+    over: tuple[tuple[int, bool], ...]
+    claims: tuple[Claim, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +90,10 @@ class Arrangement:
         A point inside each cell.
     over : dict of int to tuple of int
         For each edge of the bottom, the edges of the part that lie over it.
+    ways : dict of int to tuple of bool
+        Whether they run the same way.
+    claims : dict of int to tuple of Claim
+        Of edges that do not lie exactly under all that lies over them: where it is in truth.
     """
 
     prism: Solid
@@ -50,6 +103,8 @@ class Arrangement:
     caps: tuple[frozenset[int], ...]
     places: FloatArray
     over: dict[int, tuple[int, ...]]
+    ways: dict[int, tuple[bool, ...]] = field(default_factory=dict)
+    claims: dict[int, tuple[Claim, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,6 +216,8 @@ class StackMesh:
         Face of the solid that each of them lies on.
     edge_nodes : dict of int to (k,) int64
         Nodes along every edge of the solid, from its start to its end.
+    levels, places : (n,) int64
+        Level of every node, and which node of the arrangement's mesh it is over.
     """
 
     points: FloatArray
@@ -168,3 +225,67 @@ class StackMesh:
     quads: IntArray
     faces: IntArray
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
+    levels: IntArray
+    places: IntArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Slides:
+    """Nodes on the faces of a part that may move on these: on flat caps, on walls, and along edges.
+
+    Attributes
+    ----------
+    mask : (n,) bool
+        Nodes that may.
+    up : (3,) float64
+        Unit vector along all walls, across all of these caps.
+    rises : (n,) bool
+        Those of them that may move along `up`.
+    curve : (n,) int64
+        The curve over which, or under which, a node must stay; -1 for none.
+    curves : mapping of int to Curve
+        Each across `up`.
+    """
+
+    mask: BoolArray
+    up: FloatArray
+    rises: BoolArray
+    curve: IntArray
+    curves: Mapping[int, Curve]
+
+    def projectors(self, nodes: IntArray, points: FloatArray) -> FloatArray:
+        """What of a movement (m, 3, 3) nodes (m,) at points (m, 3) can follow; all of it for those that are free."""
+        found = np.repeat(np.eye(3)[None], len(nodes), axis=0)
+        sliding = self.mask[nodes]
+        upright = np.outer(self.up, self.up)
+        found[sliding] -= upright
+        for number, at in self._by_curve(nodes):
+            curve = self.curves[number]
+            fractions = self._fractions(curve, points[at])
+            low, high = np.clip(fractions - _STEP, 0.0, 1.0), np.clip(fractions + _STEP, 0.0, 1.0)
+            tangents = curve.evaluate(high) - curve.evaluate(low)
+            tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
+            found[at] = tangents[:, :, None] * tangents[:, None, :]
+        found[sliding & self.rises[nodes]] += upright
+        return found
+
+    def snapped(self, nodes: IntArray, points: FloatArray) -> FloatArray:
+        """Points (m, 3) brought back to the curves of their nodes, at their own heights."""
+        found = points.copy()
+        for number, at in self._by_curve(nodes):
+            curve = self.curves[number]
+            places = curve.evaluate(self._fractions(curve, points[at]))
+            found[at] = places + ((points[at] - places) @ self.up)[:, None] * self.up
+        return found
+
+    def _by_curve(self, nodes: IntArray) -> list[tuple[int, IntArray]]:
+        own = np.where(self.mask[nodes], self.curve[nodes], -1)
+        return [(int(number), np.flatnonzero(own == number)) for number in np.unique(own[own >= 0])]
+
+    def _fractions(self, curve: Curve, points: FloatArray) -> FloatArray:
+        height = float(curve.evaluate(np.zeros(1))[0] @ self.up)
+        return curve.project(points + (height - points @ self.up)[:, None] * self.up)
+
+
+_STEP = 1e-6
+"""Fraction of a curve's length over which its tangent is measured."""

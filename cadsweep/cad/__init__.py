@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..arrays import BoolArray, FloatArray, IntArray
     from ..brep import Part, Solid
-    from ..stack import Arrangement
+    from ..stack import Arrangement, Outline
     from .edit.cutters import Cutter
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "load",
     "merge_faces",
     "part_apart",
+    "rearrange",
     "select_edges",
     "select_edges_of",
     "select_faces",
@@ -71,6 +72,20 @@ def arrange(
     from .edit.arrangement import arrange as make
 
     return make(solid, direction, sides, lines)
+
+
+def rearrange(  # noqa: PLR0917
+    solid: "Solid",
+    direction: "FloatArray",
+    sides: "Mapping[int, int]",
+    arrangement: "Arrangement",
+    vertices: "FloatArray",
+    outlines: "Sequence[Outline]",
+) -> "Arrangement":
+    """Make the cells again of outlines laid together (:func:`cadsweep.cad.edit.rearranging.rearrange`)."""
+    from .edit.rearranging import rearrange as make
+
+    return make(solid, direction, sides, arrangement, vertices, outlines)
 
 
 def apply_cuts(part: "Part", cuts: "Sequence[Any]") -> "Part":

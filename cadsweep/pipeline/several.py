@@ -39,6 +39,7 @@ from ..order2.elevate import elevate
 from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks
+from ..stack import Slides
 from ..sweep import Intervals, Sweep
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
@@ -219,6 +220,7 @@ def finish(
     *,
     notes: Sequence[str] = (),
     sweeps: Sequence[dict[str, Any]] = (),
+    slides: Callable[[], Slides] | None = None,
 ) -> HexMesh | BlockMesh:
     """Name, check, smooth and check again a mesh of the cells of a part; of blocks in memory, or as blocks.
 
@@ -248,8 +250,9 @@ def finish(
         with run.stage("assembly"):
             joined = cells.joined() if isinstance(cells, CellBlocks) else cells
         mesh = checked_cells(
-            part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info
-        )
+            part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
+            slides=slides,
+        )  # fmt: skip
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
@@ -297,6 +300,7 @@ def checked_cells(
     info: dict[str, Any],
     smooth_below: float = SMOOTH_BELOW,
     kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
 ) -> HexMesh:
     """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
 
@@ -308,6 +312,8 @@ def checked_cells(
         Worst scaled Jacobian below which it is smoothed, valid or not.
     kept : (n,) bool or None
         Nodes that smoothing must not move, besides those on the model's faces.
+    slides : callable or None
+        Gives the nodes on the model's faces that smoothing may move on these.
 
     Returns
     -------
@@ -324,7 +330,7 @@ def checked_cells(
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):
-        better = _smoothed(joined, names, run, kept)
+        better = _smoothed(joined, names, run, kept, slides)
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
@@ -351,11 +357,22 @@ def _is_poor(report: QualityReport, options: SweepOptions, smooth_below: float) 
     return options.smoothing and bool(report.min_scaled_jacobian < smooth_below or report.n_inverted)
 
 
-def _smoothed(joined: JoinedMesh, names: NamedFaces, run: Run, kept: np.ndarray | None = None) -> smoothing.Smoothed:
+def _smoothed(
+    joined: JoinedMesh,
+    names: NamedFaces,
+    run: Run,
+    kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
+) -> smoothing.Smoothed:
     with run.stage("smoothing"):
         fixed = fixed_nodes(joined, names)
         blocks = Blocks(joined.hexes, len(joined.points))
-        return smoothing.improve(joined.points, blocks, fixed=fixed if kept is None else fixed | kept)
+        return smoothing.improve(
+            joined.points,
+            blocks,
+            fixed=fixed if kept is None else fixed | kept,
+            slides=None if slides is None else slides(),
+        )
 
 
 def _at_fault(mesh: HexMesh | BlockMesh, report: QualityReport) -> tuple[str, ...]:

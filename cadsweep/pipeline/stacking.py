@@ -30,9 +30,10 @@ from .periodic import side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
 from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
+from .stack_merging import merged_stack
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
-from .stack_sizes import by_place
+from .stack_sizes import at_narrow_places, by_place
 from .stack_walls import StackWalls, plan_stack_walls
 
 log = logging.getLogger(__name__)
@@ -195,9 +196,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     for name in ("fractions", "bias", "tolerance"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
-    sheets = stacks.find_sheets(stack)
-    hints = resolve_stack_hints(part, stack, sheets, options)
     size = None if options.size is None else options.size / part.scale
+    with run.stage("recognition"):
+        stack = merged_stack(stack, intervals.default_size(stack.plan) if size is None else size)
+        sheets = stacks.find_sheets(stack)
+    hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
     matches, walls = match_walls(part, stack, options), StackWalls()
 
@@ -222,6 +225,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     counts, _ = attempt(hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     hints = by_place(part, stack, sheets, options, hints, counts.size)
+    hints = at_narrow_places(stack, hints, counts.size)
     walls = plan_stack_walls(part, stack, sheets, options, counts)
     hints = walls.added_to(hints)
     with run.stage("intervals"):
@@ -251,6 +255,10 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         options,
         run,
         notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *finer],
+        # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
+        slides=None
+        if options.periodic or options.wall_layers
+        else partial(stacks.find_slides, stack, levels, quads, built),
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],

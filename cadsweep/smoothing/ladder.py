@@ -28,11 +28,13 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..quality import corner_limits
+from ..stack import Slides
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
 from .laplacian import relaxed
 from .optimise import polished, untangled
@@ -98,7 +100,9 @@ class Smoothed:
     n_inverted_after: int
 
 
-def improve(points: FloatArray, structure: Connected, *, fixed: BoolArray, goal: float = GOAL) -> Smoothed:
+def improve(
+    points: FloatArray, structure: Connected, *, fixed: BoolArray, goal: float = GOAL, slides: Slides | None = None
+) -> Smoothed:
     """Raise the worst scaled Jacobian of a mesh to a goal, where that can be done.
 
     Parameters
@@ -111,6 +115,8 @@ def improve(points: FloatArray, structure: Connected, *, fixed: BoolArray, goal:
         Nodes that must not move: those on the boundary.
     goal : float
         Scaled Jacobian that every hexahedron should reach.
+    slides : Slides, optional
+        Nodes on the boundary that may move on its faces, `fixed` or not.
 
     Returns
     -------
@@ -118,13 +124,15 @@ def improve(points: FloatArray, structure: Connected, *, fixed: BoolArray, goal:
         ``after >= before``; no node moves where nothing is below the goal or nothing helps.
     """
     points = np.array(points, dtype=np.float64)
-    fixed = np.asarray(fixed, dtype=bool)
+    fixed = np.asarray(fixed, dtype=bool) if slides is None else fixed & ~slides.mask
     values = hex_values(points, structure)
     before, inverted = float(np.min(values, initial=1.0)), int(np.count_nonzero(values <= 0))
     given, steps = points.copy(), list[str]()
-    values = _raised(points, structure, values, fixed, steps, goal=goal, growths=GROWTH, largest=MOST_HEXES)
+    values = _raised(points, structure, values, fixed, steps, slides, goal=goal, growths=GROWTH, largest=MOST_HEXES)
     if steps and goal < AIM and _can_rise(points, structure, values, fixed):
-        values = _raised(points, structure, values, fixed, steps, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED)
+        values = _raised(
+            points, structure, values, fixed, steps, slides, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED
+        )
     for line in steps:
         _log.info("%s", line)
     nodes = np.flatnonzero(np.any(points != given, axis=1))
@@ -139,12 +147,13 @@ def improve(points: FloatArray, structure: Connected, *, fixed: BoolArray, goal:
     )
 
 
-def _raised(
+def _raised(  # noqa: PLR0917
     points: FloatArray,
     structure: Connected,
     values: FloatArray,
     fixed: BoolArray,
     steps: list[str],
+    slides: Slides | None,
     *,
     goal: float,
     growths: tuple[int, ...],
@@ -166,7 +175,7 @@ def _raised(
             places = hexes.tobytes() + points[np.unique(hex_nodes(structure, hexes))].tobytes()
             if places in idle:
                 continue
-            mended = _mend(points, structure, hexes, fixed, goal, steps)
+            mended = _mend(points, structure, hexes, fixed, goal, steps, slides)
             points[mended.nodes] = mended.positions
             gain = max(gain, mended.gain)
             if not len(mended.nodes):
@@ -216,7 +225,13 @@ class _Mended:
 
 
 def _mend(  # noqa: PLR0917
-    points: FloatArray, structure: Connected, hexes: IntArray, fixed: BoolArray, goal: float, steps: list[str]
+    points: FloatArray,
+    structure: Connected,
+    hexes: IntArray,
+    fixed: BoolArray,
+    goal: float,
+    steps: list[str],
+    slides: Slides | None,
 ) -> _Mended:
     """Relax and untangle a patch, or polish it where nothing is inverted."""
     nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
@@ -231,6 +246,8 @@ def _mend(  # noqa: PLR0917
         free=free,
         lengths=_wanted_lengths(points, structure, hexes, start[local]),
         goals=_goals(start, local, fixed[nodes], goal),
+        projectors=None if slides is None else slides.projectors(nodes[free], start[free]),
+        snap=None if slides is None else partial(_snapped, slides, nodes, free),
     )
     if isinstance(structure, Blocks):
         where = f"{len(hexes)} hexahedra from {int(hexes[0])} to {int(hexes[-1])}"
@@ -253,6 +270,12 @@ def _mend(  # noqa: PLR0917
             break
     changed = free & np.any(current != start, axis=1)
     return _Mended(nodes=nodes[changed], positions=current[changed], gain=min(score.reached, 1.0) - before)
+
+
+def _snapped(slides: Slides, nodes: IntArray, free: BoolArray, points: FloatArray) -> FloatArray:
+    """The free nodes of a patch brought back to their faces."""
+    points[free] = slides.snapped(nodes[free], points[free])
+    return points
 
 
 def _wanted_lengths(points: FloatArray, structure: Connected, hexes: IntArray, corners: FloatArray) -> FloatArray:

@@ -56,8 +56,12 @@ def relaxed(patch: Patch, points: FloatArray) -> FloatArray:
         New positions; nodes that are not free keep theirs, bit for bit.
     """
     result = points.copy()
-    result[patch.free] = _solved(laplacian(patch), patch.free, points)
-    return result
+    moved = _solved(laplacian(patch), patch.free, points)
+    if patch.snap is None:
+        result[patch.free] = moved
+        return result
+    result[patch.free] += patch.allowed(moved - result[patch.free])
+    return patch.snap(result)
 
 
 def _solved(laplacian: scipy.sparse.csr_matrix, free: BoolArray, points: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ minimum, the steps end after their iterations, and the caller keeps what is bett
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -32,6 +33,7 @@ class _Energy:
         self.centre = points[patch.free].mean(axis=0)
         self.x = (points - self.centre) / self.unit
         self.free = patch.free
+        self.allowed = patch.allowed
         self.inverse = self.unit / np.maximum(patch.lengths, 1e-12 * np.max(patch.lengths))
         # Neighbours in different threads would write to the same nodes: every thread has its own gradient.
         threads = n_threads() if len(patch.hexes) > 4000 else 1
@@ -69,11 +71,15 @@ class _Energy:
             gradient += part[2]
         if not np.isfinite(energy):
             return np.inf, gradient[self.free]
-        chosen = gradient[self.free]
+        chosen = self.allowed(gradient[self.free])
         if self.power > 0:
             # A smooth maximum: the sum of high powers itself would span many orders of magnitude.
             return float(np.log(energy)) / self.power, chosen / (energy * self.power)
         return energy, chosen
+
+    def coordinates(self, points: FloatArray) -> FloatArray:
+        """Those of the free nodes at points (n, 3)."""
+        return np.asarray((points[self.free] - self.centre) / self.unit)
 
     def positions(self, free: FloatArray) -> FloatArray:
         points = self.x * self.unit + self.centre
@@ -89,7 +95,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     (n, 3) float64
         New positions; those of nodes that are not free are the given ones, bit for bit.
     """
-    energy, solve = _Energy(patch, points), laplacian_solver(patch)
+    energy, solve = _Energy(patch, points), _solver(patch)
     free = energy.x[patch.free]
     energy(free)
     best, best_score = points, patch.score(points)
@@ -101,6 +107,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
         after = energy(free)[0]
         moved = _kept(patch, points, energy.positions(free))
         score = patch.score(moved)
+        free = energy.coordinates(moved)
         if score.beats(best_score):
             best, best_score = moved, score
         settled = settled + 1 if after > before * (1 - 1e-3) else 0
@@ -118,7 +125,7 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
         As for :func:`untangled`.
     """
     best, best_score = points, patch.score(points)
-    energy, solve = _Energy(patch, points), laplacian_solver(patch)
+    energy, solve = _Energy(patch, points), _solver(patch)
     energy.eps = 1e-9
     free = energy.x[patch.free]
     energy.shape_weight = 0.05
@@ -128,6 +135,8 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
         moved = _kept(patch, points, energy.positions(free))
         score = patch.score(moved)
         idle = 0 if score.reached > best_score.reached + LEAST_GAIN else idle + 1
+        if score.worst > 0:  # brought back to curved faces, nodes may have gone too far
+            free = energy.coordinates(moved)
         if score.beats(best_score):
             best, best_score = moved, score
         if best_score.reached >= 1 or idle == 2:
@@ -135,7 +144,13 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
     return best
 
 
+def _solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:
+    """The Laplacian's inverse between movements that the free nodes can follow."""
+    solve = laplacian_solver(patch)
+    return solve if patch.projectors is None else lambda moves: patch.allowed(solve(patch.allowed(moves)))
+
+
 def _kept(patch: Patch, points: FloatArray, moved: FloatArray) -> FloatArray:
-    """Scaling there and back rounds: nodes that are not free take their given coordinates."""
+    """Scaling there and back rounds: nodes that are not free take their given coordinates, others go to their faces."""
     moved[~patch.free] = points[~patch.free]
-    return moved
+    return moved if patch.snap is None else patch.snap(moved)

@@ -9,6 +9,7 @@ right are its angles, so graded layers stay graded.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +61,10 @@ class Patch:
         Wanted edge lengths along xi, eta, zeta.
     goals : (m,) float64
         Scaled Jacobian that each hexahedron should reach; not positive where nothing is asked of it.
+    projectors : (f, 3, 3) float64 or None
+        What of a movement each free node can follow, where some may move on faces alone.
+    snap : callable or None
+        Brings all points (n, 3) back to these faces.
     """
 
     points: FloatArray
@@ -67,6 +72,12 @@ class Patch:
     free: BoolArray
     lengths: FloatArray
     goals: FloatArray
+    projectors: FloatArray | None = None
+    snap: Callable[[FloatArray], FloatArray] | None = None
+
+    def allowed(self, moves: FloatArray) -> FloatArray:
+        """What of movements (f, 3) the free nodes can follow."""
+        return moves if self.projectors is None else np.einsum("nij,nj->ni", self.projectors, moves)
 
     def score(self, points: FloatArray) -> Score:
         """How good the patch is with its nodes at `points` (n, 3)."""

@@ -10,10 +10,15 @@ normals    of all faces, and the directions that they suggest
 sides      faces along a direction, faces across it, and those that are neither
 along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
+graph      the lines of an arrangement as a planar graph that can be changed
+merging    outlines that nearly coincide in plan, laid together
+fineness   shorter segments at narrow places
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
 planar     how good the quads of the arrangement are
 nodes      heights of all nodes
+places     places of the nodes of every level
+slides     nodes that may move on the part's faces
 lines      nodes along the edges of the part
 blocks     hexahedra, and the face of every boundary quad
 ========== =====================================================================
@@ -21,13 +26,17 @@ blocks     hexahedra, and the face of every boundary quad
 
 from .blocks import build_mesh
 from .columns import make_stack
+from .fineness import grade_edges
 from .levels import assign_levels
+from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
 from .planar import divide_at_cusps, find_poor_edges, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
+from .slides import find_slides
 
 __all__ = [
+    "NEAR",
     "Normals",
     "Sheets",
     "Sides",
@@ -38,8 +47,11 @@ __all__ = [
     "find_directions",
     "find_poor_edges",
     "find_sheets",
+    "find_slides",
     "find_stations",
+    "grade_edges",
     "make_stack",
+    "merge_outlines",
     "read_sides",
     "sizes_across",
 ]

@@ -18,6 +18,7 @@ from ..mesh import QuadMesh
 from ..stack import Levels, Stack, StackMesh
 from .lines import nodes_on_edges
 from .nodes import Heights, place_nodes, quads_by_cell
+from .places import find_places
 
 
 def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
@@ -35,11 +36,12 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
     SurfaceMeshError
         Two caps of one level have different heights over one node, or a wall is missing.
     """
-    heights = place_nodes(stack, levels, mesh)
+    places = find_places(stack, levels, mesh)
+    heights = place_nodes(stack, levels, mesh, places)
     material = find_material(stack, levels)
     cells = np.argsort(stack.arrangement.bottoms)[np.searchsorted(np.sort(stack.arrangement.bottoms), mesh.faces)]
     layers = [mesh.quads[material[cells, k]] for k in range(levels.n_layers)]
-    numbers, points = _number(stack, mesh, heights, layers)
+    numbers, points, level_of, place_of = _number(stack, places, heights, layers)
     hexes = [np.concatenate([numbers.above[k][q], numbers.below[k + 1][q]], axis=1) for k, q in enumerate(layers)]
     caps = _cap_quads(stack, levels, mesh, numbers)
     walls = _wall_quads(stack, levels, mesh, material, numbers)
@@ -49,6 +51,8 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
         quads=np.concatenate([q for q, _ in caps + walls]),
         faces=np.concatenate([f for _, f in caps + walls]),
         edge_nodes=nodes_on_edges(stack, levels, mesh, numbers.row, points),
+        levels=level_of,
+        places=place_of,
     )
 
 
@@ -73,8 +77,10 @@ class _Numbers:
         return (self.above if begins else self.below)[level]
 
 
-def _number(stack: Stack, mesh: QuadMesh, heights: Heights, layers: list[IntArray]) -> tuple[_Numbers, FloatArray]:
-    """Number the nodes that hexahedra use, level by level, and place them."""
+def _number(
+    stack: Stack, places: FloatArray, heights: Heights, layers: list[IntArray]
+) -> tuple[_Numbers, FloatArray, IntArray, IntArray]:
+    """Number the nodes that hexahedra use, level by level, and place them; levels and places of each."""
     shape = heights.below.shape
     used = np.zeros((shape[0], 2, shape[1]), dtype=bool)  # level by level: below, then above where it is another
     is_open = heights.open
@@ -86,10 +92,9 @@ def _number(stack: Stack, mesh: QuadMesh, heights: Heights, layers: list[IntArra
         used[k + 1, 0] |= ends
     number = np.cumsum(used).reshape(used.shape) - 1
     numbers = _Numbers(below=number[:, 0], above=np.where(is_open, number[:, 1], number[:, 0]))
-    flat = mesh.points - np.outer(mesh.points @ stack.direction, stack.direction)
     level, copy, node = np.nonzero(used)
     height = np.where(copy == 0, heights.below[level, node], heights.above[level, node])
-    return numbers, flat[node] + height[:, None] * stack.direction
+    return numbers, places[level, node] + height[:, None] * stack.direction, level, node
 
 
 def _cap_quads(stack: Stack, levels: Levels, mesh: QuadMesh, numbers: _Numbers) -> list[tuple[IntArray, IntArray]]:

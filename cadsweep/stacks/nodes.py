@@ -49,8 +49,14 @@ class Heights:
         return np.isfinite(self.below) & (self.below != self.above)
 
 
-def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
+def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray) -> Heights:
     """Find the heights of all nodes.
+
+    Parameters
+    ----------
+    stack, levels, mesh
+    places : (n_layers + 1, n_nodes, 3) float64
+        Where they are over the plane on every level.
 
     Raises
     ------
@@ -73,14 +79,15 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh) -> Heights:
         face = stack.solid.faces[cap]
         curved = [] if face.kind == "plane" else rims[cap]
         own = [(stack.solid.edges[one], np.searchsorted(nodes, mesh.edge_nodes[e])) for one, e in curved]
-        found = heights_on_cap(face, stack.direction, mesh.points[nodes], own)
+        found = heights_on_cap(face, stack.direction, places[level, nodes], own)
         _fix((begins if cap in sources else ends)[level], nodes, found, tolerance, face.label())
     for e, over in arrangement.over.items():
         for station in set(over) & levels.stations.keys():
             edge = stack.solid.edges[station]
             nodes = mesh.edge_nodes[e]
-            found = heights_on_edge(edge, stack.direction, mesh.points[nodes])
-            _fix(ends[levels.stations[station]], nodes, found, tolerance, edge.label())
+            level = levels.stations[station]
+            found = heights_on_edge(edge, stack.direction, places[level, nodes])
+            _fix(ends[level], nodes, found, tolerance, edge.label())
     below, above = np.where(np.isnan(ends), begins, ends), np.where(np.isnan(begins), ends, begins)
     closed = np.abs(above - below) <= 10.0 * tolerance
     above[closed] = below[closed]

@@ -28,6 +28,7 @@ from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .structured import fill_lattice, fill_round_core
 from .symmetric import fill_symmetric
+from .tips import SHARP, lay_tips
 from .transfinite import GOOD_ENOUGH, fill
 from .wall_filling import lay_rows_along_walls
 
@@ -43,12 +44,29 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
     south, east, north, west = (outline.chain_uv(chain) for chain in chains)
     rim = (outline.known[bottom], outline.known[right], outline.known[top], outline.known[left])
     points, _, worst = fill(outline.face.surface, (south, east, north, west), rim, side=-1.0)
+    if outline.sizes is not None and _too_coarse(points, outline.sizes):
+        return None
     h, w = points.shape[0] - 1, points.shape[1] - 1
     ids = np.empty((h + 1, w + 1), dtype=np.int64)
     ids[1:-1, 1:-1] = len(outline.known) + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
     ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
     quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
     return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
+
+
+def _too_coarse(points: FloatArray, sizes: Callable[[FloatArray], FloatArray]) -> bool:
+    """Whether a grid (h, w, 3) has cells far larger than what is wanted there: its rows go by its edges alone."""
+    middles = (points[:-1, :-1] + points[1:, :-1] + points[1:, 1:] + points[:-1, 1:]) / 4
+    across = np.linalg.norm(points[:-1, 1:] - points[:-1, :-1], axis=-1)
+    along = np.linalg.norm(points[1:, :-1] - points[:-1, :-1], axis=-1)
+    wanted = sizes(middles.reshape(-1, 3)).reshape(across.shape)
+    return bool((np.sqrt(across * along) > _COARSE * wanted).any())
+
+
+_FEW = 0.7
+"""Quads, of those that the sizes at places ask for, below which a mesher has missed some of these."""
+_COARSE = 1.5
+"""Size of a grid's cell over the one wanted in its middle beyond which the grid is not what is asked for."""
 
 
 def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
@@ -97,6 +115,43 @@ def fill_around_hole(outline: Outline, *, thin: bool) -> FaceQuads | None:
     return None
 
 
+def lay_sharp_tips(outline: Outline) -> FaceQuads | None:
+    """Quads in the sharp corners, the rest by gmsh; None where no corner is sharp, or none fits."""
+    if sharpest_corner(outline) >= SHARP:
+        return None
+    best: FaceQuads | None = None
+    for chart in outline.charts(outline.nodes):
+        tips = lay_tips(chart.boundary)
+        if tips is None:
+            continue
+        inner, quads, left = tips
+        places = np.concatenate([*chart.boundary, inner])
+        remaining = [places[loop] for loop in left]
+        for setting in settings_for(remaining):
+            try:
+                more, others = mesh_polygon(remaining, setting)
+            except SurfaceMeshError:
+                continue  # the next setting, or another way
+            number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
+            boundary = np.concatenate(outline.nodes)
+            made = outline.lift(chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]), boundary)
+            if best is None or made.better_than(best):
+                best = made
+            if best.expected >= min(setting.good_enough, _enough_at_tips(outline)):
+                return best
+    return best
+
+
+def sharpest_corner(outline: Outline) -> float:
+    """Least interior angle of a face's corners, radians."""
+    return min((angle for loop in outline.loops for angle in outline.angles(loop)), default=np.pi)
+
+
+def _enough_at_tips(outline: Outline) -> float:
+    """What the sharpest corner allows, or nearly so; half a right angle's sine elsewhere."""
+    return min(GOOD_ENOUGH, 0.9 * float(np.sin(min(sharpest_corner(outline), np.pi / 2))))
+
+
 def mesh_freely(outline: Outline) -> FaceQuads:
     """Mesh a face with gmsh in a chart: the best of several settings by the worst quad.
 
@@ -115,6 +170,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     limit = min((np.sin(a) for loop in outline.loops for a in outline.angles(loop) if a < np.pi / 2), default=1.0)
     reasons: list[str] = []
     best: FaceQuads | None = None
+    missed: FaceQuads | None = None
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
@@ -126,12 +182,18 @@ def mesh_freely(outline: Outline) -> FaceQuads:
                 reasons.append(str(error))
                 continue
             made = outline.lift(chart, inner, quads, boundary)
+            # Advancing fronts pass by what is fine in the middle alone.
+            asked = 0.0 if outline.sizes is None or background is None else background.count_quads(chart.boundary)
+            if len(quads) < _FEW * asked:
+                missed = made if missed is None or made.better_than(missed) else missed
+                continue
             if best is None or made.better_than(best):
                 best = made
             if best.expected >= min(setting.good_enough, 0.95 * limit):
                 return best
         if best is not None and best.expected >= GOOD_ENOUGH / 2:
             return best
+    best = best or missed
     if best is None:
         why = (
             "; ".join(list(dict.fromkeys(reasons))[:3])
@@ -186,6 +248,8 @@ FILLINGS = (
     Filling(fill_round_core, lambda _: 0.7),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
+    # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
+    Filling(lay_sharp_tips, _enough_at_tips),
     Filling(mesh_with_mirrors, lambda _: GOOD_ENOUGH),
     Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
 )

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from .background import Background
@@ -66,6 +67,8 @@ _SMALL_LOOP = 16
 """Nodes of a loop below which it is so coarse that all settings are worth a try."""
 _MANY_ODD_CORNERS = 4
 """Corners at odd places beyond which subdivision cuts them off."""
+_APART = 0.05
+"""How far loops that touch are drawn apart for gmsh, in segments."""
 _LARGE = 1000
 """Boundary nodes from which on Blossom takes seconds."""
 
@@ -119,6 +122,7 @@ def mesh_polygon(
         The boundary crosses itself, a triangle is left that cannot be removed, a boundary node is lost, or gmsh
         failed.
     """
+    own, (loops, order) = loops, parted(loops)
     if setting.even_loops and any(len(loop) % 2 for loop in loops):
         raise SurfaceMeshError("a boundary loop has an odd number of segments")
     # gmsh works without end between boundaries that cross; to subdivide it first takes every second node.
@@ -147,7 +151,58 @@ def mesh_polygon(
             _set_background(gmsh, background, origin, scale)
         gmsh.model.mesh.generate(2)
         inner, quads = _read_quads(gmsh, surface, len(boundary))
-    return mend_flat_corners(loops, inner * scale + origin, quads, opposite)
+    quads = np.concatenate([order, len(order) + np.arange(len(inner))])[quads]
+    return mend_flat_corners(own, inner * scale + origin, quads, opposite)
+
+
+def parted(loops: Sequence[FloatArray]) -> tuple[list[FloatArray], IntArray]:
+    """Loops that touch themselves or each other in a node, as cells do that meet in a point, drawn apart there.
+
+    Every visit of such a node gets one sector of the polygon, whatever loop it is in, and is moved a little into it.
+
+    Returns
+    -------
+    loops : list of (m, 2) float64
+        Outer loop first; the given ones where none touch.
+    order : (b,) int64
+        Which node of the given loops, counted through, each of theirs is.
+    """
+    places = np.concatenate(loops)
+    _, node, uses = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    node = node.ravel()
+    twice = uses[node] > 1
+    if not twice.any():
+        return list(loops), np.arange(len(places))
+    firsts = np.cumsum([0, *(len(loop) for loop in loops)])
+    after = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(firsts)])
+    before = np.concatenate([np.roll(np.arange(a, b), 1) for a, b in pairwise(firsts)])
+    following = after.copy()
+    for one in np.unique(node[twice]):
+        visits = np.flatnonzero(node == one)
+        ahead, back = places[after[visits]] - places[visits], places[before[visits]] - places[visits]
+        # The inside lies between where a way goes on and, counter-clockwise from there, where it came from.
+        turn = np.arctan2(back[:, 1], back[:, 0])[:, None] - np.arctan2(ahead[:, 1], ahead[:, 0])
+        following[visits] = after[visits[np.argmin(turn % (2.0 * np.pi), axis=1)]]
+    found: list[IntArray] = []
+    left = set(range(len(places)))
+    while left:
+        way = [min(left)]
+        while (step := int(following[way[-1]])) != way[0]:
+            way.append(step)
+        left.difference_update(way)
+        found.append(np.array(way, dtype=np.int64))
+    found.sort(key=lambda way: -float(np.ptp(places[way], axis=0).sum()))
+    return [_drawn_in(places[way], twice[way]) for way in found], np.concatenate(found)
+
+
+def _drawn_in(loop: FloatArray, which: BoolArray) -> FloatArray:
+    """Some nodes of a loop moved into the polygon on its left."""
+    after, back = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+    lengths = np.linalg.norm(after, axis=1), np.linalg.norm(back, axis=1)
+    angles = np.arctan2(after[:, 1], after[:, 0])
+    half = (np.arctan2(back[:, 1], back[:, 0]) - angles) % (2.0 * np.pi) / 2.0
+    inward = np.stack([np.cos(angles + half), np.sin(angles + half)], axis=1)
+    return np.where(which[:, None], loop + _APART * np.minimum(*lengths)[:, None] * inward, loop)
 
 
 def triangulate(loops: Sequence[FloatArray], background: Background) -> tuple[FloatArray, IntArray]:
