@@ -23,7 +23,6 @@ from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
 from .accuracy import check_curved
-from .local_sizes import with_largest_size
 from .refusing import refusal
 from .run import Run
 
@@ -96,7 +95,6 @@ def first_good(
         No candidate gave a mesh; says why the first one did not. What is wrong with the user's own wishes is raised
         at once.
     """
-    options = with_largest_size(part, options)
     tried: list[Made] = []
     failures: list[CadSweepError] = []
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):

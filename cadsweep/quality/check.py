@@ -220,6 +220,13 @@ def _order_2_problems(hexes: IntArray) -> list[str]:
 
 
 def _cad_of(mesh: HexMesh) -> CadReference | None:
+    """What a mesh remembers of its CAD model."""
     volume = mesh.info.get("cad_volume")
-    doubt = mesh.info.get("cad_volume_doubt", 0.0)
-    return None if volume is None else CadReference(volume=float(volume), volume_doubt=float(doubt))
+    if volume is None:
+        return None
+    doubt = float(mesh.info.get("cad_volume_doubt") or 0.0)
+    made = mesh.info.get("quality")
+    if isinstance(made, QualityReport) and made.valid:
+        # Held against the faces themselves when it was made: what they explained then needs no explanation by angles.
+        doubt = max(doubt, abs(made.volume - float(volume)) * (1.0 + 1e-9))
+    return CadReference(volume=float(volume), volume_doubt=doubt)

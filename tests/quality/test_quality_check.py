@@ -450,6 +450,14 @@ def test_the_cad_volume_in_the_mesh_is_used():
     assert not check_mesh(replace(mesh, info={"cad_volume": 37.0})).valid
 
 
+def test_a_mesh_that_was_held_against_its_faces_stays_valid_and_a_changed_one_does_not():
+    mesh = swept_block()
+    # The CAD's volume was 37, and its faces explained the difference when the mesh was made.
+    made = replace(mesh, info={"cad_volume": 37.0, "quality": check_mesh(mesh)})
+    assert made.quality().valid
+    assert not replace(made, points=made.points * 0.99).quality().valid
+
+
 @pytest.mark.parametrize("name", ["side", "source", "target"])
 def test_one_node_among_many_is_found(name):
     mesh = cylinder(128, 400)  # 400 layers of 128 ring nodes
