@@ -131,7 +131,7 @@ class _Cutters:
         rims, others = list(self.rims()), [*self.batches(columns), *single]
         cones = list(under_circles(self.solid, FLAT))
         boxes = into_boxes(self.solid, FLAT)
-        first = [*through_centers(self.solid), *boxes, *self.between(), *at_crossings(self.solid)]
+        first = [*through_centers(self.solid), *self.between(), *boxes, *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = cones if any(rim.price for rim in rims) else []
         late = [] if early else cones

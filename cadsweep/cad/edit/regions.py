@@ -43,6 +43,8 @@ DEEPEST = 6
 """Planes of which one divides what the one before left, at most."""
 BOX, STUCK, TOWARDS = 1.0, 6.0, 0.6
 """Costs of a box, of one whose features ask for different directions, and of a cut that its sweep ends on."""
+NARROW, WIDE = 0.4, 0.2
+"""Cost of a plane in no gap at all, and the gap, as a share of the cell's size, from which on a plane costs none."""
 _EVERY = frozenset(range(3))
 _Box = tuple[tuple[float, float], ...]
 _AXES = {
@@ -124,18 +126,18 @@ class _Guillotine:
             found: tuple[float, tuple[_Cut, ...]] = (BOX + TOWARDS * towards, ())
         else:
             found = (BOX + STUCK + len(inside), ())
-            for axis, offset in self.planes(box, inside) if depth else ():
+            for axis, offset, price in self.planes(box, inside) if depth else ():
                 if self.n_looked >= MOST_BOXES:
                     break
                 (start, end), below, above = box[axis], list(box), list(box)
                 below[axis], above[axis] = (start, offset), (offset, end)
                 low, high = tuple(below), tuple(above)
                 cost, cuts = self.best(low, (*ends[: 3 + axis], True, *ends[4 + axis :]), depth - 1)
-                if cost + BOX >= found[0]:
+                if cost + BOX + price >= found[0]:
                     continue
                 other, more = self.best(high, (*ends[:axis], True, *ends[axis + 1 :]), depth - 1)
-                if cost + other < found[0]:
-                    found = (cost + other, (_Cut(axis=axis, offset=offset, box=box), *cuts, *more))
+                if cost + other + price < found[0]:
+                    found = (cost + other + price, (_Cut(axis=axis, offset=offset, box=box), *cuts, *more))
         self.known[key] = found
         return found
 
@@ -148,8 +150,8 @@ class _Guillotine:
                 return False
         return True
 
-    def planes(self, box: _Box, inside: Sequence[_Feature]) -> list[tuple[int, float]]:
-        """Planes that part a box, those with the most unlike features on both sides first."""
+    def planes(self, box: _Box, inside: Sequence[_Feature]) -> list[tuple[int, float, float]]:
+        """Planes that part a box with their prices, those with the most unlike features on both sides first."""
         found: list[tuple[int, float, int, float]] = []
         for axis, (low, high) in enumerate(box):
             spans = [(max(low, a), min(high, b)) for a, b in (f.spans[axis] for f in inside)]
@@ -173,7 +175,10 @@ class _Guillotine:
                 apart = sum(a != b for a, b in zip(below, above, strict=True))
                 if parted or apart:
                     found.append((-parted, -gap, axis, place))
-        return [(axis, place) for _, _, axis, place in sorted(found)[:MOST_PLANES]]
+        wide = WIDE * self.least / GAP
+        return [
+            (axis, place, NARROW * max(0.0, 1.0 + gap / wide)) for _, gap, axis, place in sorted(found)[:MOST_PLANES]
+        ]
 
 
 def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
