@@ -34,17 +34,20 @@ def _under(height: Callable[[float, float], float], section: cq.Workplane, *, to
 
 
 def _star(n: int, outer: float, inner: float) -> cq.Workplane:
-    points = [
-        (r * math.cos(math.pi * k / n), r * math.sin(math.pi * k / n))
-        for k, r in ((k, outer if k % 2 == 0 else inner) for k in range(2 * n))
-    ]
-    return cq.Workplane().spline(points, periodic=True).wire()
+    """A smooth star; its seam is away from the points."""
+    at = 2 * np.pi * (np.arange(12 * n) + 3) / (12 * n)
+    radii = (outer + inner) / 2 + (outer - inner) / 2 * np.cos(n * at)
+    return _closed(np.column_stack([radii * np.cos(at), radii * np.sin(at)]))
+
+
+def _closed(points: np.ndarray) -> cq.Workplane:
+    return cq.Workplane().spline([tuple(p) for p in points.tolist()], periodic=True).wire()
 
 
 def _blade(twist: float, thick: float) -> cq.Workplane:
-    at = np.linspace(0, 2 * math.pi, 24, endpoint=False)
-    points = [(10 * math.cos(t), thick * math.sin(t) * (1 - 0.35 * math.cos(t))) for t in at]
-    return cq.Workplane().spline(points, periodic=True).wire().twistExtrude(40, twist)
+    at = 2 * np.pi * (np.arange(48) + 12) / 48
+    points = np.column_stack([10 * np.cos(at), thick * np.sin(at) * (1 - 0.35 * np.cos(at))])
+    return _closed(points).twistExtrude(40, twist)
 
 
 def _tube(points: list[tuple[float, float, float]], radius: float, wall: float = 0.0) -> cq.Workplane:

@@ -16,7 +16,7 @@ from ..sweep import Sweep
 from .biases import biases_of, resolve_biases, whole_edges
 from .local_sizes import size_field
 from .periodic import Match, find_matches, with_images
-from .size_divisions import divide_by_sizes
+from .size_divisions import divide_by_sizes, least_along
 
 _SPAN = re.compile(r"span\s+(\d+)")
 
@@ -75,7 +75,7 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         sizes=sizes,
         counts=_counts(part, sweep, options),
         wished=named,
-        inside=field_,
+        inside=None if field_ is None else least_along(sweep, field_),
         divisions=divisions,
         matches=matches,
     )

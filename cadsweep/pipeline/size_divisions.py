@@ -164,3 +164,40 @@ def _groups(edges: Collection[int], pairs: Iterable[_Pair]) -> list[Mapping[int,
         seen |= group.keys()
         groups.append(group)
     return groups
+
+
+def least_along(sweep: Sweep, field: Field) -> Field:
+    """The least size on the way from a place of the source to its image on the target: quads go all the way.
+
+    The way is taken to be straight between images under one affine map, which the edges of the caps tell.
+    """
+    on_source = {e for loop in sweep.source_loops for e, _ in loop}
+    on_target = {e for loop in sweep.target_loops for e, _ in loop}
+    at = np.linspace(0.0, 1.0, _ACROSS)
+    ends: tuple[list[FloatArray], list[FloatArray]] = ([], [])
+    for side in sweep.linking_sides:
+        if (
+            len(side.bottom) == len(side.top) == 1
+            and {side.bottom[0][0]} <= on_source
+            and {side.top[0][0]} <= on_target
+        ):
+            for found, (e, forward) in zip(ends, (side.bottom[0], side.top[0]), strict=True):
+                found.append(sweep.solid.edges[e].curve.evaluate(at if forward else 1.0 - at))
+    if not ends[0]:
+        return field  # walls in several storeys: what is asked for counts where the source is
+    first, last = (np.concatenate(points) for points in ends)
+    begin, end = first.mean(axis=0), last.mean(axis=0)
+    linear = np.linalg.lstsq(first - begin, last - end, rcond=_SAME_PLANE)[0]
+
+    def least(points: FloatArray) -> FloatArray:
+        image = end + (points - begin) @ linear
+        ways = [(1.0 - s) * points + s * image for s in np.linspace(0.0, 1.0, _ON_THE_WAY)]
+        return np.asarray(np.min([field(places) for places in ways], axis=0))
+
+    return least
+
+
+_ON_THE_WAY = 9
+"""Places between the caps at which the size is looked at."""
+_SAME_PLANE = 1e-6
+"""Part of a cap's width up to which its edges lie in one plane: they tell nothing of what is across it."""

@@ -14,6 +14,9 @@ from pathlib import Path
 
 from ..errors import CadSweepError
 
+_DRAWS_WITHOUT_DISPLAY = (9, 4)
+"""The first VTK whose wheels look for EGL or OSMesa by themselves; those before abort the process."""
+
 
 def can_open_window() -> bool:
     """Whether there is a display; away from X11 and Wayland there always is."""
@@ -51,6 +54,14 @@ def check_drawing() -> None:
     """
     if can_open_window():
         return
+    from vtkmodules.vtkCommonCore import vtkVersion
+
+    version = vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()
+    if version < _DRAWS_WITHOUT_DISPLAY:
+        raise CadSweepError(
+            f"there is no display, and VTK {version[0]}.{version[1]} draws on nothing else; take VTK 9.4 or later "
+            "(it comes with CadQuery 2.8), or run this under xvfb-run"
+        )
     for library in ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so"):
         with suppress(OSError):
             ctypes.CDLL(library)

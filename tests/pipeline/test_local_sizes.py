@@ -46,6 +46,14 @@ def test_a_function_sets_the_sizes_of_edges_of_sides_too(plate):
     assert heights == pytest.approx(0.5 + 0.3 * np.abs(middles - 5), rel=0.15)
 
 
+def test_a_place_in_the_middle_of_the_other_cap_counts(plate):
+    mesh = cs.sweep_mesh(plate, source="<Z", size=[4, {"at": (5, 3, 5), "radius": 5, "size": 1.0}])
+    middles, lengths = edge_lengths(mesh)
+    away = np.linalg.norm(middles - np.array([5, 3, 5]), axis=1)
+    assert np.median(lengths[away < 4]) == pytest.approx(1.0, rel=0.3)
+    assert np.median(lengths[away > 20]) > 2
+
+
 def test_a_name_is_a_place():
     work = cq.Workplane().box(60, 40, 10).faces(">Z").workplane().center(15, 5).hole(6)
     mesh = cs.sweep_mesh(work, size=5, source="<Z", local_sizes=[cs.LocalSize(at="edges:%CIRCLE", size=0.6)])
