@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from .. import stacks
 from ..arrays import FloatArray
 from ..brep import Part
 from ..errors import InputError
@@ -69,15 +68,6 @@ def by_place(  # noqa: PLR0917
         layer_sizes=layers | hints.layer_sizes,
         gradings=gradings | hints.gradings,
     )
-
-
-def at_narrow_places(stack: Stack, hints: StackHints, size: float) -> StackHints:
-    """The hints with shorter segments where outlines are near each other, or short; what was asked for stays."""
-    finer, divisions = stacks.grade_edges(stack, size)
-    asked = {e for edges in hints.counts for e in edges} | hints.sizes.keys()
-    sizes = {e: min(own, hints.most_sizes.get(e, own)) for e, own in finer.items()}
-    graded = {e: division for e, division in divisions.items() if e not in asked and e not in hints.most_sizes}
-    return replace(hints, most_sizes=hints.most_sizes | sizes, divisions=graded | hints.divisions)
 
 
 def _layers(

@@ -33,7 +33,7 @@ from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
 from .stack_merging import merged_stack
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
-from .stack_sizes import at_narrow_places, by_place
+from .stack_sizes import by_place
 from .stack_walls import StackWalls, plan_stack_walls
 
 log = logging.getLogger(__name__)
@@ -225,7 +225,6 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     counts, _ = attempt(hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     hints = by_place(part, stack, sheets, options, hints, counts.size)
-    hints = at_narrow_places(stack, hints, counts.size)
     walls = plan_stack_walls(part, stack, sheets, options, counts)
     hints = walls.added_to(hints)
     with run.stage("intervals"):

@@ -12,7 +12,6 @@ along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
 graph      the lines of an arrangement as a planar graph that can be changed
 merging    outlines that nearly coincide in plan, laid together
-fineness   shorter segments at narrow places
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
 planar     how good the quads of the arrangement are
@@ -26,7 +25,6 @@ blocks     hexahedra, and the face of every boundary quad
 
 from .blocks import build_mesh
 from .columns import make_stack
-from .fineness import grade_edges
 from .levels import assign_levels
 from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
@@ -49,7 +47,6 @@ __all__ = [
     "find_sheets",
     "find_slides",
     "find_stations",
-    "grade_edges",
     "make_stack",
     "merge_outlines",
     "read_sides",
