@@ -74,7 +74,11 @@ fi
 
 # A folder that an interrupted run has left without pip is made anew.
 .venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf .venv; "$python" -m venv .venv; }
-.venv/bin/python -m pip install --quiet --disable-pip-version-check ".${extra:+[$extra]}"
+# Whoever runs the tests runs the sources: kernels compiled below are theirs, and not those of a copy beside them.
+editable=""
+[ "$extra" = test ] && editable="--editable"
+# shellcheck disable=SC2086
+.venv/bin/python -m pip install --quiet --disable-pip-version-check $editable ".${extra:+[$extra]}"
 say "compiling kernels, so that the first mesh need not"
 .venv/bin/python scripts/compile_kernels.py || say "they are compiled when they are first used"
 say "done: .venv/bin/cadsweep"
