@@ -269,9 +269,11 @@ class Slides:
         found[sliding & self.rises[nodes]] += upright
         return found
 
-    def snapped(self, nodes: IntArray, points: FloatArray) -> FloatArray:
-        """Points (m, 3) brought back to the curves of their nodes, at their own heights."""
-        found = points.copy()
+    def snapped(self, nodes: IntArray, points: FloatArray, start: FloatArray) -> FloatArray:
+        """Points (m, 3) brought back to their nodes' curves; those that may not rise, to their heights at `start`."""
+        level = self.mask[nodes] & ~self.rises[nodes]
+        found = points + np.where(level, (start - points) @ self.up, 0.0)[:, None] * self.up
+        points = found.copy()
         for number, at in self._by_curve(nodes):
             curve = self.curves[number]
             places = curve.evaluate(self._fractions(curve, points[at]))

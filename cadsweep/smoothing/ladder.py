@@ -247,7 +247,7 @@ def _mend(  # noqa: PLR0917
         lengths=_wanted_lengths(points, structure, hexes, start[local]),
         goals=_goals(start, local, fixed[nodes], goal),
         projectors=None if slides is None else slides.projectors(nodes[free], start[free]),
-        snap=None if slides is None else partial(_snapped, slides, nodes, free),
+        snap=None if slides is None else partial(_snapped, slides, nodes, free, start),
     )
     if isinstance(structure, Blocks):
         where = f"{len(hexes)} hexahedra from {int(hexes[0])} to {int(hexes[-1])}"
@@ -272,9 +272,9 @@ def _mend(  # noqa: PLR0917
     return _Mended(nodes=nodes[changed], positions=current[changed], gain=min(score.reached, 1.0) - before)
 
 
-def _snapped(slides: Slides, nodes: IntArray, free: BoolArray, points: FloatArray) -> FloatArray:
+def _snapped(slides: Slides, nodes: IntArray, free: BoolArray, start: FloatArray, points: FloatArray) -> FloatArray:
     """The free nodes of a patch brought back to their faces."""
-    points[free] = slides.snapped(nodes[free], points[free])
+    points[free] = slides.snapped(nodes[free], points[free], start[free])
     return points
 
 

@@ -45,6 +45,9 @@ _MERGED = 1e-6
 
 _ENOUGH = 0.6
 """Worst corner sine from which on no other setting of the mesher is tried."""
+_SHORTEST = 0.25
+"""Edge of a quad, as a share of the rim's shortest segment, below which symmetry has squeezed it: its neighbours are
+four times as long, and a curved rim beside it may fold it at order 2."""
 
 
 @dataclass(kw_only=True)
@@ -265,6 +268,11 @@ def _copied(
     return whole[np.sort(first)][len(boundary) :], ids
 
 
+def _edge_lengths(polygons: FloatArray) -> FloatArray:
+    """Lengths (..., k) of the edges of polygons (..., k, 3)."""
+    return np.asarray(np.linalg.norm(polygons - np.roll(polygons, 1, axis=-2), axis=-1))
+
+
 def _symmetric(  # noqa: PLR0917
     outline: Outline, chart: Chart, wedge: Wedge, boundary: IntArray, inner: FloatArray, quads: IntArray
 ) -> FaceQuads | None:
@@ -279,6 +287,7 @@ def _symmetric(  # noqa: PLR0917
     relaxed = np.concatenate([rim, (made.inner_points - origin) @ axes.T])
     tree = scipy.spatial.cKDTree(before)
     near = _MERGED * float(np.max(np.ptp(rim, axis=0)))
+    shortest = min(float(_edge_lengths(outline.known[nodes]).min()) for nodes in outline.nodes)
     best: FaceQuads | None = None
     for places in (relaxed, before):
         mean = np.zeros_like(places)
@@ -292,6 +301,8 @@ def _symmetric(  # noqa: PLR0917
         every = np.concatenate([outline.known[boundary], points])
         normals = np.broadcast_to(-outline.face.surface.normals(chart.boundary_uv[:1]), every.shape)
         worst = float(corner_sines(every, quads, normals).min())
+        if _edge_lengths(every[quads]).min() < _SHORTEST * shortest:
+            continue
         ids = np.concatenate([boundary, len(outline.known) + np.arange(len(inner), dtype=np.int64)])
         found = outline.judged(points, ids[quads], worst)
         if best is None or found.better_than(best):
