@@ -56,12 +56,6 @@ def factor_arrays(factored: FactoredMesh) -> dict[str, Any]:
     return {**sweep_arrays(factored.sweep), **{_PREFIX + name: array for name, array in arrays.items()}}
 
 
-def load_factors(path: str | PathLike[str]) -> FactoredMesh:
-    """Read what :func:`save_factors` wrote; raises as :func:`reading`."""
-    with reading(path) as arrays:
-        return factored_of_arrays(arrays)
-
-
 @contextmanager
 def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
     """All arrays of a file, for somebody who makes a mesh of them.

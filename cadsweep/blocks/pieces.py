@@ -98,28 +98,13 @@ def _around(mesh: BlockMesh, runs: list[Run], mine: IntArray) -> list[Slab]:
                 beside = np.flatnonzero(np.isin(slab.nodes, mine)[slab.hexes].any(axis=1))
                 for ids in np.split(beside, np.flatnonzero(np.diff(beside) > 1) + 1):
                     if len(ids):
-                        found.append(_cut(slab, int(ids[0]), int(ids[-1]) + 1))
+                        found.append(slab.cut(int(ids[0]), int(ids[-1]) + 1))
     return found
 
 
 def _kept(slab: Slab) -> Slab:
     """The slab with points of its own."""
-    return _cut(slab, 0, len(slab.hexes))
-
-
-def _cut(slab: Slab, start: int, stop: int) -> Slab:
-    """Some of the hexahedra of a slab, with points of their own."""
-    rows, hexes = np.unique(slab.hexes[start:stop], return_inverse=True)
-    return Slab(
-        points=slab.points[rows],
-        nodes=slab.nodes[rows],
-        hexes=hexes.reshape(-1, 8),
-        first_hex=slab.first_hex + start,
-        own=np.empty(0, dtype=np.int64),
-        first_node=0,
-        layer=slab.layer,
-        per_layer=slab.per_layer,
-    )
+    return slab.cut(0, len(slab.hexes))
 
 
 def _joined(arrays: list[IntArray]) -> IntArray:

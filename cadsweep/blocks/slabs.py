@@ -66,6 +66,20 @@ class Slab:
     layer: int
     per_layer: int
 
+    def cut(self, start: int, stop: int) -> Slab:
+        """Some of its hexahedra, with points of their own, which no later slab overwrites."""
+        rows, hexes = np.unique(self.hexes[start:stop], return_inverse=True)
+        return Slab(
+            points=self.points[rows],
+            nodes=self.nodes[rows],
+            hexes=hexes.reshape(-1, 8),
+            first_hex=self.first_hex + start,
+            own=np.empty(0, dtype=np.int64),
+            first_node=0,
+            layer=self.layer,
+            per_layer=self.per_layer,
+        )
+
 
 class Block(Protocol):
     """What every block knows."""
@@ -319,18 +333,18 @@ class ArrayBlock:
 
     def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
         stop = len(self.hexes) if stop is None else stop
+        every = Slab(
+            points=self.points,
+            nodes=self.nodes,
+            hexes=self.hexes,
+            first_hex=self.first_hex,
+            own=np.empty(0, dtype=np.int64),
+            first_node=0,
+            layer=0,
+            per_layer=1,
+        )
         for first in range(start, stop, SLAB_NODES):
-            rows, hexes = np.unique(self.hexes[first : min(first + SLAB_NODES, stop)], return_inverse=True)
-            yield Slab(
-                points=self.points[rows],
-                nodes=self.nodes[rows],
-                hexes=hexes.reshape(-1, 8),
-                first_hex=self.first_hex + first,
-                own=np.empty(0, dtype=np.int64),
-                first_node=0,
-                layer=first,
-                per_layer=1,
-            )
+            yield replace(every.cut(first, min(first + SLAB_NODES, stop)), layer=first)
 
     def border(self, start: int, stop: int) -> IntArray:
         return self.nodes[np.unique(self.hexes[start:stop])]

@@ -41,11 +41,6 @@ Run = tuple[Block, int, int]
 """A block, and which of its layers: stop exclusive."""
 
 
-def all_runs(mesh: BlockMesh) -> list[Run]:
-    """Every layer of every block."""
-    return [(block, 0, block.n_layers) for block in mesh.blocks]
-
-
 def measure(mesh: BlockMesh, runs: list[Run]) -> QualityAccumulator:
     """Measure some layers of hexahedra, without keeping them."""
     seen = QualityAccumulator()

@@ -20,6 +20,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from ..arrays import FloatArray
+from ..brep import Solid
 from ..errors import CadError
 
 SOLID = TopAbs_ShapeEnum.TopAbs_SOLID
@@ -147,3 +148,10 @@ class SolidShape:
     faces: list[Any]
     edges: list[Any]
     vertices: list[Any]
+
+
+def shapes_of(solid: Solid) -> SolidShape:
+    """OpenCASCADE's side of a solid that ``cad`` has read or made."""
+    holder = solid.kernel
+    assert isinstance(holder, SolidShape), "it comes from OpenCASCADE"
+    return holder

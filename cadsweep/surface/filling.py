@@ -12,7 +12,7 @@ strips and rings are tried (``annulus``); any face is mapped to a plane (``chart
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,7 +23,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from .annulus import THIN, fill_wall, wall_thickness
 from .chart import Chart
-from .gmsh_quads import mesh_polygon, settings_for
+from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
 from .structured import fill_lattice, fill_round_core
@@ -78,24 +78,28 @@ def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
         rows = lay_rows(chart.boundary, list(outline.smooth), partial(_normals_at, outline.face, chart))
         if rows is None:
             continue
-        inner, quads, left = rows
-        places = np.concatenate([*chart.boundary, inner])
-        remaining = [places[loop] for loop in left]
-        for setting in settings_for(remaining):
-            try:
-                more, others = mesh_polygon(remaining, setting)
-            except SurfaceMeshError:
-                continue  # the next setting, or another way
-            number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
-            made = outline.lift(
-                chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]),
-                np.concatenate(outline.nodes), n_rows=len(inner),
-            )  # fmt: skip
+        for inner, quads, setting in _with_rest(chart, *rows):
+            made = outline.lift(chart, inner, quads, np.concatenate(outline.nodes), n_rows=len(rows[0]))
             if best is None or made.worst > best.worst:
                 best = made
             if best.worst >= setting.good_enough:
                 return best
     return best
+
+
+def _with_rest(
+    chart: Chart, inner: FloatArray, quads: IntArray, left: Sequence[IntArray]
+) -> Iterator[tuple[FloatArray, IntArray, Setting]]:
+    """Quads along a chart's boundary with what they leave filled by gmsh, for each of its settings that does it."""
+    places = np.concatenate([*chart.boundary, inner])
+    remaining = [places[loop] for loop in left]
+    for setting in settings_for(remaining):
+        try:
+            more, others = mesh_polygon(remaining, setting)
+        except SurfaceMeshError:
+            continue  # the next setting, or another way
+        number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
+        yield np.concatenate([inner, more]), np.concatenate([quads, number[others]]), setting
 
 
 def fill_around_hole(outline: Outline, *, thin: bool) -> FaceQuads | None:
@@ -124,17 +128,8 @@ def lay_sharp_tips(outline: Outline) -> FaceQuads | None:
         tips = lay_tips(chart.boundary)
         if tips is None:
             continue
-        inner, quads, left = tips
-        places = np.concatenate([*chart.boundary, inner])
-        remaining = [places[loop] for loop in left]
-        for setting in settings_for(remaining):
-            try:
-                more, others = mesh_polygon(remaining, setting)
-            except SurfaceMeshError:
-                continue  # the next setting, or another way
-            number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
-            boundary = np.concatenate(outline.nodes)
-            made = outline.lift(chart, np.concatenate([inner, more]), np.concatenate([quads, number[others]]), boundary)
+        for inner, quads, setting in _with_rest(chart, *tips):
+            made = outline.lift(chart, inner, quads, np.concatenate(outline.nodes))
             if best is None or made.better_than(best):
                 best = made
             if best.expected >= min(setting.good_enough, _enough_at_tips(outline)):

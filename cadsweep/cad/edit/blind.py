@@ -30,7 +30,7 @@ from OCP.TopAbs import TopAbs_IN
 
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Solid
-from ..shapes import SolidShape
+from ..shapes import shapes_of
 from .central import SAME, Cutter, plane_tool
 
 DEPTHS = (0.8, 0.5, 0.3)
@@ -65,8 +65,7 @@ def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    holder = shapes_of(solid)
     rims = sorted(_rims(solid, flat), key=lambda rim: -rim.radius)
     if not rims:
         return

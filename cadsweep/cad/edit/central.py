@@ -19,7 +19,7 @@ from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
-from ..shapes import SolidShape
+from ..shapes import shapes_of
 
 SAME = 1e-6
 """Distance, as a share of the cell's size, up to which two places are one."""
@@ -74,8 +74,7 @@ def through_axes(solid: Solid) -> list[Cutter]:
 
 
 def _cutters(solid: Solid, *, pointed: bool) -> Iterator[Cutter]:
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    holder = shapes_of(solid)
     planes = [face for face in solid.faces if face.kind == "plane"]
     taken: list[FloatArray] = []
     for face in sorted(solid.faces, key=lambda face: -face.area):

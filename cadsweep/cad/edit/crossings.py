@@ -22,7 +22,7 @@ from OCP.GeomAbs import GeomAbs_Cylinder
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from ..shapes import SolidShape
+from ..shapes import shapes_of
 from .central import Cutter, plane_tool
 
 MEET = 1e-4
@@ -111,8 +111,7 @@ def _between(solid: Solid, axes: list[_Axis], points: dict[int, list[float]]) ->
 
 def _axes(solid: Solid) -> list[_Axis]:
     """The lines about which a solid has whole cylinders, with what of each they reach."""
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    holder = shapes_of(solid)
     found: list[_Axis] = []
     at = np.linspace(0.0, 1.0, 5)
     for face in solid.faces:

@@ -31,7 +31,7 @@ from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
-from ..shapes import FACE, SolidShape, subshapes
+from ..shapes import FACE, shapes_of, subshapes
 from .blind import under_circles
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
@@ -155,7 +155,7 @@ class _Cutters:
 
     def surface_of(self, owner: Solid, face: Face) -> _Found | None:
         """The tool of a face's surface; None where it is of a kind that is not extended."""
-        adaptor = BRepAdaptor_Surface(_shapes(owner).faces[face.id])
+        adaptor = BRepAdaptor_Surface(shapes_of(owner).faces[face.id])
         kind = adaptor.GetType()
         if kind == GeomAbs_Plane:
             plane = adaptor.Plane()
@@ -217,7 +217,7 @@ class _Cutters:
 
     def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
         """An edge carried into the material."""
-        made = BRepPrimAPI_MakePrism(_shapes(self.solid).edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
+        made = BRepPrimAPI_MakePrism(shapes_of(self.solid).edges[edge.id], gp_Vec(*(-2.0 * self.reach * normal)), True)
         return subshapes(made.Shape(), FACE)
 
     def rims(self) -> Iterator[Cutter]:
@@ -328,12 +328,6 @@ class _Cutters:
             else:
                 seen.append((direction, sum(one.edges.values())))
         return [direction for direction, _ in sorted(seen, key=lambda pair: -pair[1])[:3]]
-
-
-def _shapes(solid: Solid) -> SolidShape:
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
-    return holder
 
 
 def _array(thing: Any) -> FloatArray:

@@ -23,7 +23,7 @@ from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
 from ..imprinting.checking import volume_and_center
 from ..imprinting.joining import imprint
-from ..shapes import EDGE, FACE, SOLID, SolidShape, explore, index_map, subshapes
+from ..shapes import EDGE, FACE, SOLID, explore, index_map, shapes_of, subshapes
 
 logger = logging.getLogger(__name__)
 
@@ -64,7 +64,7 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
             parted[other] = own_pieces
     shapes, labels, owners = [], [], []
     for j, own in enumerate(part.solids):
-        for shape, label in parted.get(j) or [(_shape(own).shape, labels_of(own))]:
+        for shape, label in parted.get(j) or [(shapes_of(own).shape, labels_of(own))]:
             shapes.append(shape)
             labels.append(label)
             owners.append(part.owners[j])
@@ -93,15 +93,9 @@ def labels_of(solid: Solid) -> Labels:
     )
 
 
-def _shape(solid: Solid) -> SolidShape:
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
-    return holder
-
-
 def _split(solid: Solid, tools: Sequence[Any]) -> list[tuple[Any, Labels]] | None:
     """The pieces of a solid with the labels of their faces and edges."""
-    holder = _shape(solid)
+    holder = shapes_of(solid)
     splitter = BOPAlgo_Splitter()
     splitter.AddArgument(holder.shape)
     for tool in tools:

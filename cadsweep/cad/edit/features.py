@@ -13,10 +13,9 @@ Not handled: roundings that are splines, and holes that are not round.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -25,7 +24,7 @@ from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Sphere, GeomAbs_Torus
 from ...brep import Part, Solid
 from ...errors import InputError
 from ..names.selection import select_faces
-from ..shapes import SolidShape
+from ..shapes import shapes_of
 
 TANGENT = 1e-3
 """Radians from pi up to which a rounding runs tangent into its neighbour."""
@@ -79,7 +78,7 @@ def find_features(part: Part, word: str) -> list[Feature]:
 def find_fillets(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Feature]:
     """Roundings of a radius below a limit, working units, those that touch together; labels in units of `scale`."""
     radii: dict[int, float] = {}
-    for face, shape in zip(solid.faces, _shapes(solid), strict=True):
+    for face, shape in zip(solid.faces, shapes_of(solid).faces, strict=True):
         adaptor = BRepAdaptor_Surface(shape)
         kind = adaptor.GetType()
         if kind == GeomAbs_Cylinder:
@@ -101,7 +100,7 @@ def find_fillets(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Fea
 def find_holes(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Feature]:
     """Round holes of a diameter below a limit, working units; labels in units of `scale`."""
     walls: dict[int, float] = {}
-    for face, shape in zip(solid.faces, _shapes(solid), strict=True):
+    for face, shape in zip(solid.faces, shapes_of(solid).faces, strict=True):
         adaptor = BRepAdaptor_Surface(shape)
         if adaptor.GetType() != GeomAbs_Cylinder or 2.0 * adaptor.Cylinder().Radius() >= below:
             continue
@@ -122,15 +121,9 @@ def find_holes(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Featu
     for faces in _together(solid, walls):
         if sum(walls[f] for f in faces) < 2.0 * pi - TANGENT:
             continue
-        radius = max(BRepAdaptor_Surface(_shapes(solid)[f]).Cylinder().Radius() for f in faces)
+        radius = max(BRepAdaptor_Surface(shapes_of(solid).faces[f]).Cylinder().Radius() for f in faces)
         inside = _reached_through(solid, faces)
         yield Feature(what=f"hole of diameter {2.0 * radius * scale:.4g}", faces=tuple(sorted({*faces, *inside})))
-
-
-def _shapes(solid: Solid) -> Sequence[Any]:
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "parts come from OpenCASCADE"
-    return holder.faces
 
 
 def _together(solid: Solid, faces: Collection[int]) -> list[list[int]]:

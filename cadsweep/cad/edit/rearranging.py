@@ -22,7 +22,7 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement, Outline
-from ..shapes import EDGE, SolidShape, index_map
+from ..shapes import EDGE, index_map, shapes_of
 from .plane_cells import Line, cells_between
 
 _SAME = 1e-7
@@ -57,8 +57,7 @@ def rearrange(  # noqa: PLR0917
     CadError
         They cross each other, or their cells are not those of the part.
     """
-    holder = arrangement.prism.kernel
-    assert isinstance(holder, SolidShape), "the prism was made by OpenCASCADE"
+    holder = shapes_of(arrangement.prism)
     heights = solid.vertices @ direction
     low, high = float(heights.min()), float(heights.max())
     plane = Geom_Plane(gp_Pln(gp_Pnt(*(low * direction)), gp_Dir(*direction)))
@@ -88,8 +87,7 @@ def rearrange(  # noqa: PLR0917
 
 def _numbers(made: Arrangement, pieces: Sequence[Line]) -> dict[int, int]:
     """Edge of the arrangement that every piece became; those that bound no material are not in it."""
-    holder = made.prism.kernel
-    assert isinstance(holder, SolidShape), "the prism was made by OpenCASCADE"
+    holder = shapes_of(made.prism)
     number = index_map(holder.shape, EDGE)
     at = [number.FindIndex(piece.shape) - 1 for piece in pieces]
     return {j: e for j, e in enumerate(at) if e in made.over}

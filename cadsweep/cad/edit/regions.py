@@ -28,7 +28,7 @@ from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
-from ..shapes import SolidShape
+from ..shapes import shapes_of
 from .central import Cutter
 
 ALONG, SQUARE = 1e-9, 1e-5
@@ -230,8 +230,7 @@ def _direction(solid: Solid, face: Face) -> FloatArray | None:
     """Normal of a plane, or axis of a round face; None for what has none."""
     if face.kind == "plane":
         return face.normal
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape), "cells come from OpenCASCADE"
+    holder = shapes_of(solid)
     adaptor = BRepAdaptor_Surface(holder.faces[face.id])
     read = _AXES.get(adaptor.GetType())
     if read is None:

@@ -23,7 +23,7 @@ from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
-from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, index_map, shapes_of, subshapes, typed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,8 +66,7 @@ def part_apart(part: Part) -> Part | None:
 def contains(part: Part, faces: Sequence[int]) -> Callable[[FloatArray], BoolArray]:
     """Tell which points (m, 3) near some faces of the one cell of a part project into one of them."""
     (cell,) = part.solids
-    holder = cell.kernel
-    assert isinstance(holder, SolidShape)
+    holder = shapes_of(cell)
     known = [(cell.faces[f].surface, BRepTopAdaptor_FClass2d(holder.faces[f], 1e-9)) for f in faces]
 
     def inside(points: FloatArray) -> BoolArray:

@@ -26,7 +26,7 @@ from OCP.TopAbs import TopAbs_State
 
 from ...arrays import FloatArray
 from ...brep import Face, Part
-from ..shapes import SolidShape, bounds
+from ..shapes import bounds, shapes_of
 from .fusing import near_boxes
 
 WIDEST = 1e-3
@@ -94,8 +94,7 @@ def find_gaps(part: Part, *, tolerance: float) -> list[Gap]:
     uses = Counter(key for solid in part.solids for key in solid.face_keys.tolist())
     sides: list[list[_Side]] = []
     for cell, solid in enumerate(part.solids):
-        holder = solid.kernel
-        assert isinstance(holder, SolidShape)
+        holder = shapes_of(solid)
         alone = [face for face in solid.faces if uses[int(solid.face_keys[face.id])] == 1]
         sides.append([_Side(cell, face, holder.faces[face.id]) for face in alone])
     found = []
@@ -191,8 +190,7 @@ def _least(
 def _is_filled(part: Part, place: FloatArray, tolerance: float, *, beside: tuple[int, int]) -> bool:
     """Whether a point (3,) lies in or on a cell other than two."""
     for cell, solid in enumerate(part.solids):
-        holder = solid.kernel
-        assert isinstance(holder, SolidShape)
+        holder = shapes_of(solid)
         low, high = bounds(holder.shape)
         if cell in beside or not ((place >= low - tolerance) & (place <= high + tolerance)).all():
             continue
