@@ -13,6 +13,7 @@ import cadsweep
 PACKAGE = Path(cadsweep.__file__).parent
 FOUNDATION = {
     "arrays",
+    "polygons",
     "asked",
     "contacts",
     "brep",

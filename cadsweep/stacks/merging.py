@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray
+from ..polygons import is_inside
 from ..stack import Claim, Outline, Stack
 from .graph import Graph
 
@@ -182,7 +183,7 @@ class _Merger:
             j = int(owner[k])
             other = halves[j]
             place = starts[k] + at[k] * (ends[k] - starts[k])
-            if not is_inside((corner + place) / 2.0, polygons):
+            if not is_inside(polygons, (corner + place)[None] / 2.0)[0]:
                 continue
             own = lengths[owner == j]
             run = own[: k - offsets[j]].sum() + at[k] * own[k - offsets[j]]
@@ -423,14 +424,3 @@ def nearest(point: FloatArray, starts: FloatArray, ends: FloatArray) -> tuple[Fl
     along = ends - starts
     at = np.clip(((point - starts) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0.0, 1.0)
     return np.linalg.norm(starts + at[:, None] * along - point, axis=1), at
-
-
-def is_inside(point: FloatArray, polygons: Sequence[FloatArray]) -> bool:
-    """Whether an even-odd walk finds a point inside of closed polygons."""
-    inside = False
-    x, y = point
-    for polygon in polygons:
-        for (ax, ay), (bx, by) in pairwise([*polygon, polygon[0]]):
-            if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-                inside = not inside
-    return inside

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Face, Solid
+from ..polygons import is_inside
 
 _ALONG_EDGES = np.linspace(0.0, 1.0, 9)
 _GRID = 9
@@ -86,20 +87,7 @@ def _inner_places(face: Face) -> FloatArray:
     low, high = np.concatenate(loops).min(axis=0), np.concatenate(loops).max(axis=0)
     steps = (np.arange(_GRID) + 0.5) / _GRID
     grid = low + np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low)
-    return np.asarray(grid[_is_inside(grid, loops)])
-
-
-def _is_inside(places: FloatArray, loops: list[FloatArray]) -> np.ndarray:
-    """Which places (m, 2) an even-odd walk finds inside of closed polygons."""
-    inside = np.zeros(len(places), dtype=bool)
-    x, y = places[:, :1], places[:, 1:]
-    for loop in loops:
-        a, b = loop, np.roll(loop, -1, axis=0)
-        crosses = (a[:, 1] > y) != (b[:, 1] > y)
-        rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
-        at = a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
-        inside ^= (crosses & (x < at)).sum(axis=1) % 2 == 1
-    return inside
+    return np.asarray(grid[is_inside(loops, grid)])
 
 
 def find_directions(normals: Normals) -> list[FloatArray]:

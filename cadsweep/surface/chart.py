@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
-from .background import GROWTH, Background, is_inside, make_background
+from ..polygons import is_inside
+from .background import GROWTH, Background, make_background
 from .crossings import loops_cross
 
 _SAMPLES = 24

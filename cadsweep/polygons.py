@@ -1,0 +1,40 @@
+"""Closed polygons in the plane, as arrays of their corners; numpy alone.
+
+Place in the flow: wherever a face or the plan of a part is seen from one direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .arrays import BoolArray, FloatArray
+
+_MOST_PAIRS = 10**6
+"""Pairs of a place and a segment that are looked at together."""
+
+
+def is_inside(loops: Sequence[FloatArray], places: FloatArray) -> BoolArray:
+    """Which places (n, 2) lie inside closed polygons (m, 2), by the parity of their crossings with a ray."""
+    starts = np.concatenate(loops)
+    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    order = np.argsort(places[:, 1], kind="stable")
+    x, y = places[order].T
+    # A ray crosses a segment where its height is between the ends': places by height, each segment has a run of them.
+    first = np.searchsorted(y, np.minimum(starts[:, 1], ends[:, 1]))
+    runs = np.searchsorted(y, np.maximum(starts[:, 1], ends[:, 1])) - first
+    crossings = np.zeros(len(places), dtype=np.int64)
+    total = np.cumsum(runs)
+    n_chunks = 1 + int(total[-1]) // _MOST_PAIRS
+    bounds = np.searchsorted(total, np.linspace(0, total[-1], n_chunks + 1)[1:-1])
+    for chunk in np.split(np.arange(len(starts)), bounds):
+        segment = np.repeat(chunk, runs[chunk])
+        within = np.arange(len(segment)) - np.repeat(np.cumsum(runs[chunk]) - runs[chunk], runs[chunk])
+        place = first[segment] + within
+        share = (y[place] - starts[segment, 1]) / (ends[segment, 1] - starts[segment, 1])
+        right = x[place] < starts[segment, 0] + share * (ends[segment, 0] - starts[segment, 0])
+        crossings += np.bincount(place[right], minlength=len(places))
+    inside = np.empty(len(places), dtype=bool)
+    inside[order] = crossings % 2 == 1
+    return inside
