@@ -101,8 +101,8 @@ def _make_rim_distance(
             vertices.setdefault(vertex, set()).update(around)
 
     at_group: dict[int, set[int]] = {}
-    for vertex, around in vertices.items():
-        for group in around:
+    for vertex, meeting in vertices.items():
+        for group in meeting:
             at_group.setdefault(group, set()).add(vertex)
 
     def rim_distance(points: FloatArray, meeting_owners: frozenset[frozenset[str]]) -> FloatArray:

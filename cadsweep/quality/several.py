@@ -170,7 +170,7 @@ def shared_problems(
     if not interfaces:
         return []
     every = np.concatenate([own.quads for own in surfaces])
-    keys, first, uses = distinct(conformity.row_keys(every), return_index=True, return_counts=True)
+    keys, first, uses = np.unique(conformity.row_keys(every), return_index=True, return_counts=True)
     given = distinct(conformity.row_keys(np.concatenate(list(interfaces.values()))))
     return _hold_interfaces(points, every[first[uses > 1]], keys[uses > 1], given)
 
