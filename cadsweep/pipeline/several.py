@@ -75,7 +75,7 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     NotSweepableError
         A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
     """
-    candidates = [_sweeps(solid) for solid in part.solids]
+    candidates = recognition.sweeps_of_each(part.solids)
     try:
         return Complex(part=part, plan=make_plan(part, candidates), model=part)
     except PlanError as error:
@@ -83,7 +83,7 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
             raise _refused(part, candidates, error) from error
     found = cut_until_planned(part, run)
     if found.plan is None:
-        raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
+        raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
     return as_complex(found, part)
 
 
@@ -132,11 +132,6 @@ def _usable(solid: Solid) -> list[Sweep]:
         if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
             return usable
     return []
-
-
-def _sweeps(solid: Solid) -> list[Sweep]:
-    """The sweeps of one cell as it is; none where there are none."""
-    return recognition.search_sweeps(solid).sweeps
 
 
 def _refused(
