@@ -42,7 +42,7 @@ class Fused:
         for group in neighbours(boxes, fuzzy):
             if len(group) > 1:
                 own = [shapes[i] for i in group]
-                shared = share_whole_faces(own, fuzzy)
+                shared = share_whole_faces(own, boxes[group], fuzzy)
                 if shared is None:
                     self._fuse(own, group, fuzzy)
                     continue

@@ -117,34 +117,36 @@ class WholeFaces:
         return typed(out.Oriented(face.Orientation()), FACE)
 
 
-def share_whole_faces(shapes: Sequence[Any], tolerance: float) -> WholeFaces | None:
+def share_whole_faces(shapes: Sequence[Any], boxes: FloatArray, tolerance: float) -> WholeFaces | None:
     """Let solids share what they touch in; None where they are not convex, or touch in parts of faces.
 
     Parameters
     ----------
     shapes : sequence of TopoDS_Solid
+    boxes : (n, 2, 3) float64
+        About each of them.
     tolerance : float
         Distance up to which solids touch.
     """
-    blocks = []
-    for shape in shapes:
-        block = _read(shape, tolerance)
-        if block is None:
+    blocks: dict[int, _Block] = {}
+    for pair in _near_pairs(boxes, tolerance):
+        for i in pair:  # each when it is asked for: the first pair may be the last
+            block = blocks.get(i) or _read(shapes[i], tolerance)
+            if block is None:
+                return None
+            blocks[i] = block
+        if not _touch_wholly(*(blocks[i] for i in pair), tolerance):
             return None
-        blocks.append(block)
-    points = np.concatenate([block.points for block in blocks])
+    read = [blocks[i] for i in range(len(shapes))]
+    points = np.concatenate([block.points for block in read])
     pairs = scipy.spatial.cKDTree(points).query_pairs(_SAME, output_type="ndarray")
     ones = np.ones(len(pairs), dtype=bool)
     graph = scipy.sparse.coo_array((ones, (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     _, every = scipy.sparse.csgraph.connected_components(graph, directed=False)
-    names = np.split(every.astype(np.int64), np.cumsum([len(block.points) for block in blocks])[:-1])
+    names = np.split(every.astype(np.int64), np.cumsum([len(block.points) for block in read])[:-1])
     if any(len(np.unique(own)) < len(own) for own in names):
         return None
-    boxes = np.array([[block.points.min(axis=0), block.points.max(axis=0)] for block in blocks])
-    for i, j in _near_pairs(boxes, tolerance):
-        if not _touch_wholly(blocks[i], blocks[j], names[i], names[j], tolerance):
-            return None
-    return WholeFaces(shapes, blocks, names)
+    return WholeFaces(shapes, read, names)
 
 
 def _near_pairs(boxes: FloatArray, reach: float) -> list[tuple[int, int]]:
@@ -198,7 +200,7 @@ def _read(shape: Any, tolerance: float) -> _Block | None:
     )
 
 
-def _touch_wholly(one: _Block, other: _Block, names: IntArray, others: IntArray, tolerance: float) -> bool:
+def _touch_wholly(one: _Block, other: _Block, tolerance: float) -> bool:
     """Whether two blocks are apart, or touch in entities that both have, and lie on two sides of them."""
     on_one, on_other = np.ones(len(one.points), dtype=bool), np.ones(len(other.points), dtype=bool)
     parted = False
@@ -211,9 +213,15 @@ def _touch_wholly(one: _Block, other: _Block, names: IntArray, others: IntArray,
             parted = True
             on_near &= above_near[:, f] >= -tolerance
             on_far &= above_far[:, f] <= tolerance
-    if not parted or set(names[on_one].tolist()) != set(others[on_other].tolist()):
+    mine, theirs = np.flatnonzero(on_one), np.flatnonzero(on_other)
+    if not parted or len(mine) != len(theirs):
         return False
-    return _within(one, names, on_one) == _within(other, others, on_other)
+    same = np.linalg.norm(one.points[mine][:, None] - other.points[theirs], axis=2) <= _SAME
+    if not ((same.sum(axis=0) == 1).all() and (same.sum(axis=1) == 1).all()):
+        return False
+    answer = np.full(len(other.points), -1)
+    answer[theirs] = mine[same.argmax(axis=0)]
+    return _within(one, np.arange(len(one.points)), on_one) == _within(other, answer, on_other)
 
 
 def _within(block: _Block, names: IntArray, chosen: np.ndarray) -> tuple[set[frozenset[int]], set[frozenset[int]]]:
