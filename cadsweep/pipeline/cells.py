@@ -289,7 +289,7 @@ class _Builder:
         return ends, faces
 
     def landed_on_grid(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> IntArray | None:
-        """The target's nodes under the source's where both caps are one grid each; None where they are not, or differ."""
+        """The target's nodes under the source's where both caps are one grid each; None where not, or they differ."""
         if len(sweep.source) > 1 or len(sweep.target) > 1:
             return None
         keys = self.part.solids[cell].face_keys

@@ -67,6 +67,7 @@ def cad_problems(
     if len({quads.shape[1] for quads in whole.values()}) > 1:
         whole = dict(boundaries)
     whole_blocks = boundary_blocks(whole, len(points))
+    plain = {(name,) for name, quads in whole.items() if whole_blocks.get((name,)) is quads}
     blocks = {names: quads[:, :4] for names, quads in whole_blocks.items()}
     slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
     overlaps = {(one, other) for names in blocks for one in names for other in names if one != other}
@@ -75,8 +76,7 @@ def cad_problems(
         joint: sum(area for names, area in block_areas.items() if set(names) & set(joint)) for joint in cad.joint_areas
     }
     volume_slack = {
-        names: slack[names[0]][0] if len(names) == 1 and len(quads) == len(boundaries[names[0]]) else _slack(points, quads)[0]
-        for names, quads in blocks.items()
+        names: slack[names[0]][0] if names in plain else _slack(points, quads)[0] for names, quads in blocks.items()
     }
     odd = _odd_figures(found, volume, slack, cad, sum(volume_slack.values()))
     if odd and cad.distance is not None and cad.relative is None:

@@ -3,8 +3,8 @@
 Place in the flow: ``pipeline`` asks for the sweeps of every cell; a wall of a hundred bricks has few different ones.
 
 What recognition reads of a solid, besides names for its messages: which edges bound which faces, angles, kinds, areas,
-and where vertices and the middles of edges and faces are. Solids that agree in all of it from their first vertex on have
-the same sweeps. Copies that are turned, or numbered otherwise, count as different, which only costs time.
+and where vertices and the middles of edges and faces are. Solids that agree in all of it from their first vertex on
+have the same sweeps. Copies that are turned, or numbered otherwise, count as different, which only costs time.
 """
 
 from __future__ import annotations

@@ -122,8 +122,7 @@ def best_places(points, normals, quads, sines, starts, around, nodes, offsets, o
 
 @kernel
 def worst_grid_corner(points, normals):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Least sine of the corners of a grid of quads (h + 1, w + 1, 3), seen along normals; -inf where one is no number.
-    """
+    """Least sine of the corners of a grid of quads (h + 1, w + 1, 3), seen along normals; -inf where one is nan."""
     rows, columns = points.shape[0], points.shape[1]
     along, across = np.empty((rows, columns - 1, 3)), np.empty((rows - 1, columns, 3))
     for k in range(rows):
@@ -138,7 +137,7 @@ def worst_grid_corner(points, normals):  # type: ignore[no-untyped-def]  # pragm
             for row in range(2):
                 for column in range(2):
                     sine = _sine(along[k + row, i], across[k, i + column], normals[k + row, i + column])
-                    if sine != sine:
+                    if np.isnan(sine):
                         return -np.inf
                     worst = min(worst, sine)
     return worst

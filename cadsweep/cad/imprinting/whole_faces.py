@@ -1,12 +1,13 @@
 """Convex blocks that touch in whole faces, edges or corners: shared without the general fuse, which takes far longer.
 
-Place in the flow: :mod:`.fusing` tries it on solids that may touch; where anything is not as said here, it gives nothing,
-and the general fuse is made. Bricks, cells of a battery, layers of one outline, boxes that a box was cut into.
+Place in the flow: :mod:`.fusing` tries it on solids that may touch; where anything is not as said here, it gives
+nothing, and the general fuse is made. Bricks, cells of a battery, layers of one outline, boxes that a box was cut into.
 
 Method: a solid of plane faces and straight edges whose vertices all lie behind every face is convex. Where two such
-solids lie on two sides of a plane, they touch within it, so only where both have vertices on it; of all face planes that
-part them the common part counts. If both have the same vertices, edges and faces there, that is their contact, whole,
-and the second takes the entities of the first. Nothing is moved: vertices must agree within OpenCASCADE's own tolerance.
+solids lie on two sides of a plane, they touch within it, so only where both have vertices on it; of all face planes
+that part them the common part counts. If both have the same vertices, edges and faces there, that is their contact,
+whole, and the second takes the entities of the first. Nothing is moved: vertices must agree within OpenCASCADE's own
+tolerance.
 """
 
 from __future__ import annotations
@@ -23,7 +24,20 @@ from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray, IntArray
-from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, children, compound, index_map, space_range, subshapes, typed
+from ..shapes import (
+    EDGE,
+    FACE,
+    SHELL,
+    SOLID,
+    VERTEX,
+    WIRE,
+    children,
+    compound,
+    index_map,
+    space_range,
+    subshapes,
+    typed,
+)
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 _SAME = 1e-7
@@ -32,7 +46,7 @@ _SAME = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Block:
-    """A convex solid: its corners, which of them each edge and face has, and outward normals (f, 3) with heights (f,)."""
+    """A convex solid: its corners, which of them edges and faces have, outward normals (f, 3) and heights (f,)."""
 
     shape: Any
     vertices: list[Any]
@@ -135,7 +149,7 @@ def share_whole_faces(shapes: Sequence[Any], boxes: FloatArray, tolerance: float
             if block is None:
                 return None
             blocks[i] = block
-        if not _touch_wholly(*(blocks[i] for i in pair), tolerance):
+        if not _touch_wholly(blocks[pair[0]], blocks[pair[1]], tolerance):
             return None
     read = [blocks[i] for i in range(len(shapes))]
     points = np.concatenate([block.points for block in read])
@@ -158,12 +172,15 @@ def _near_pairs(boxes: FloatArray, reach: float) -> list[tuple[int, int]]:
 def _read(shape: Any, tolerance: float) -> _Block | None:
     """A convex solid between planes; None for any other."""
     faces, edges, vertices = (subshapes(shape, kind) for kind in (FACE, EDGE, VERTEX))
-    if len(subshapes(shape, SHELL)) > 1 or shape.Orientation() != _FORWARD:
-        return None
     surfaces = [BRepAdaptor_Surface(face, False) for face in faces]
-    if any(surface.GetType() != GeomAbs_SurfaceType.GeomAbs_Plane for surface in surfaces):
-        return None
-    if any(BRepAdaptor_Curve(edge).GetType() != GeomAbs_CurveType.GeomAbs_Line for edge in edges):
+    is_plain = (
+        len(subshapes(shape, SHELL)) == 1
+        and shape.Orientation() == _FORWARD
+        and all(surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane for surface in surfaces)
+        and all(len(subshapes(face, WIRE)) == 1 for face in faces)
+        and all(BRepAdaptor_Curve(edge).GetType() == GeomAbs_CurveType.GeomAbs_Line for edge in edges)
+    )
+    if not is_plain:
         return None
     points = np.array([(p.X(), p.Y(), p.Z()) for p in map(BRep_Tool.Pnt_s, vertices)])
     of_vertex, of_edge = index_map(shape, VERTEX), index_map(shape, EDGE)
@@ -176,8 +193,6 @@ def _read(shape: Any, tolerance: float) -> _Block | None:
         ends.append([of_vertex.FindIndex(vertex) - 1 for vertex in own])
     normals, heights, corners = [], [], []
     for face, surface in zip(faces, surfaces, strict=True):
-        if len(subshapes(face, WIRE)) > 1:
-            return None
         around = {v for edge in subshapes(face, EDGE) for v in ends[of_edge.FindIndex(edge) - 1]}
         plane = surface.Plane()
         axis = plane.Axis().Direction()
@@ -209,10 +224,10 @@ def _touch_wholly(one: _Block, other: _Block, tolerance: float) -> bool:
         least = above_far.min(axis=0)
         if (least > tolerance).any():
             return True
-        for f in np.flatnonzero(least >= -_SAME):
-            parted = True
-            on_near &= above_near[:, f] >= -tolerance
-            on_far &= above_far[:, f] <= tolerance
+        parting = np.flatnonzero(least >= -_SAME)
+        parted |= bool(len(parting))
+        np.logical_and(on_near, (above_near[:, parting] >= -tolerance).all(axis=1), out=on_near)
+        np.logical_and(on_far, (above_far[:, parting] <= tolerance).all(axis=1), out=on_far)
     mine, theirs = np.flatnonzero(on_one), np.flatnonzero(on_other)
     if not parted or len(mine) != len(theirs):
         return False
