@@ -71,11 +71,8 @@ def test_notes_are_one_line_a_kind():
     ]
 
 
-def test_wrong_usage_is_told_to_programs_and_to_people():
-    done = subprocess.run(
-        [sys.executable, "-m", "cadsweep", "mesh", "a.step", "-o", "a.vtu", "--sise", "2", "--json"],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
+def test_wrong_usage_is_told_to_programs_and_to_people(command, tmp_path):
+    done = command("mesh", "a.step", "-o", "a.vtu", "--sise", "2", "--json", cwd=tmp_path)
     assert done.returncode == 2
     assert json.loads(done.stdout)["error"]["type"] == "UsageError"
     assert "--size" in json.loads(done.stdout)["error"]["hint"]
