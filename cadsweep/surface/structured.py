@@ -235,7 +235,7 @@ def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]
 
 
 def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
-    """Quads whose inner nodes stand at the mean of their neighbours in the chart; of even lengths where it is curved."""
+    """Quads whose inner nodes stand at the mean of their neighbours in the chart; a curved one's are evened."""
     rim = np.concatenate(chart.boundary)
     places = _embedded(rim, n_inner, quads)
     if n_inner and not chart.isometric:
