@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..brep import Part, Solid
     from ..stack import Arrangement, Outline
     from .edit.cutters import Cutter
+    from .edit.cutting import Parted
 
 __all__ = [
     "ANNULI_NOTE",
@@ -28,7 +29,6 @@ __all__ = [
     "arrange",
     "contains",
     "cut_along",
-    "cut_cell",
     "cut_closed",
     "cut_ring",
     "divide_annuli",
@@ -47,6 +47,7 @@ __all__ = [
     "select_edges_of",
     "select_faces",
     "select_vertices",
+    "split_cell",
     "write_step",
 ]
 
@@ -173,11 +174,11 @@ def find_facets(solid: "Solid") -> "list[tuple[FloatArray, IntArray]]":
     return find(solid)
 
 
-def cut_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]" = ()) -> "Part | None":
-    """Part one cell, and others with it (:func:`cadsweep.cad.edit.cutting.cut_cell`)."""
-    from .edit.cutting import cut_cell as cut
+def split_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]" = ()) -> "Parted | None":
+    """Part one cell, and others with it (:func:`cadsweep.cad.edit.cutting.split_cell`)."""
+    from .edit.cutting import split_cell as split
 
-    return cut(part, cell, cutter.tools, others if cutter.everywhere else ())
+    return split(part, cell, cutter.tools, others if cutter.everywhere else ())
 
 
 def suppress(part: "Part", words: "Sequence[str]") -> "Part":

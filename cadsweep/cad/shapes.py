@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
@@ -133,6 +136,14 @@ def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
     return np.array(box.Get()).reshape(2, 3)
 
 
+def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
+    """Volume and centroid (3,) of a solid, by OpenCASCADE."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    center = properties.CentreOfMass()
+    return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolidShape:
     """The OpenCASCADE side of a ``brep.Solid``; it is the solid's ``kernel``.
@@ -148,6 +159,11 @@ class SolidShape:
     faces: list[Any]
     edges: list[Any]
     vertices: list[Any]
+
+    @cached_property
+    def mass(self) -> tuple[float, FloatArray]:
+        """Volume and centroid, by OpenCASCADE."""
+        return volume_and_center(self.shape)
 
 
 def shapes_of(solid: Solid) -> SolidShape:

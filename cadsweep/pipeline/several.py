@@ -100,7 +100,7 @@ def cutting_tools(run: Run) -> Tools:
         recognise=recognise,
         make_plan=make_plan,
         find_cutters=cad.find_cutters,
-        cut=cad.cut_cell,
+        split=cad.split_cell,
         on_progress=lambda n: run.on_progress(say_open(n), None),
         is_late=run.is_late,
     )

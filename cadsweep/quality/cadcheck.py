@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from . import surface_kernels
 from .boundary import boundary_blocks
 from .metrics import quad_areas
@@ -99,7 +99,7 @@ def _face_problems(
     """Boundaries with nodes off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
     problems = []
     for name, quads in boundaries.items():
-        nodes = np.unique(quads)
+        nodes = distinct(quads)
         problems += _off(points, nodes, distance(points[nodes], name, tolerance), tolerance, f"of '{name}'", "face")
     return problems
 
@@ -112,14 +112,14 @@ def _rim_problems(
 ) -> list[str]:
     """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
     names = list(blocks)
-    used = [np.unique(quads) for quads in blocks.values()]
+    used = [distinct(quads) for quads in blocks.values()]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
     nodes, owners = nodes[order], owners[order]
     shared, first, count = np.unique(nodes, return_index=True, return_counts=True)
     problems = []
-    for n in np.unique(count[count > 1]):
+    for n in distinct(count[count > 1]):
         some = np.flatnonzero(count == n)
         groups, member, sizes = np.unique(
             owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True, return_counts=True

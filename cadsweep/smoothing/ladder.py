@@ -33,7 +33,7 @@ from functools import partial
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..quality import corner_limits
 from ..stack import Slides
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
@@ -181,7 +181,7 @@ def _raised(
             if len(hexes) > largest:
                 steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
                 continue
-            places = hexes.tobytes() + points[np.unique(hex_nodes(structure, hexes))].tobytes()
+            places = hexes.tobytes() + points[distinct(hex_nodes(structure, hexes))].tobytes()
             if places in idle:
                 continue
             mended = _mend(points, structure, hexes, fixed, goal, steps, slides)

@@ -9,21 +9,22 @@ no piece a sliver and no edge shorter than the model can bear. The pieces and th
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Splitter
 from OCP.TopAbs import TopAbs_Orientation
 
+from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels, labels_of
 from ..heal.validate import check_closed, faults
-from ..imprinting.checking import volume_and_center
-from ..imprinting.joining import imprint
-from ..shapes import EDGE, FACE, SOLID, explore, index_map, shapes_of, subshapes
+from ..imprinting.joining import imprint, reach_of, widest_closed
+from ..shapes import EDGE, FACE, SOLID, SolidShape, explore, index_map, listed, shapes_of, subshapes, volume_and_center
+from .grafting import graft
 
 logger = logging.getLogger(__name__)
 
@@ -53,8 +54,13 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
     Part or None
         The pieces stand where the cell stood; owners and names are kept, faces of the cut have none.
     """
-    solid = part.solids[cell]
-    pieces = _split(solid, tools)
+    parted = split_cell(part, cell, tools, others)
+    return None if parted is None else parted.imprinted()
+
+
+def split_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] = ()) -> Parted | None:
+    """Part one cell as :func:`cut_cell` does, the rest of the part as it was still."""
+    pieces = _split(part.solids[cell], tools)
     if pieces is None:
         return None
     parted = {cell: pieces}
@@ -62,39 +68,91 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
         own_pieces = _split(part.solids[other], tools) if other != cell else None
         if own_pieces is not None:
             parted[other] = own_pieces
-    shapes, labels, owners = [], [], []
-    for j, own in enumerate(part.solids):
-        for shape, label in parted.get(j) or [(shapes_of(own).shape, labels_of(own))]:
-            shapes.append(shape)
-            labels.append(label)
-            owners.append(part.owners[j])
-    try:
+    return Parted(part=part, pieces=parted)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Pieces:
+    """What a splitter made of a cell: its pieces with the labels of their faces and edges, and its history."""
+
+    shapes: Sequence[Any]
+    labels: Sequence[Labels]
+    splitter: Any
+
+    def image(self, sub: Any) -> list[Any]:
+        """What a face, an edge or a vertex of the cell has become; empty where it is as it was."""
+        return listed(self.splitter.Modified(sub))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parted:
+    """Cells of a part in pieces, before these and their neighbours are imprinted on each other.
+
+    Attributes
+    ----------
+    part : Part
+    pieces : dict of int to pieces
+        By cell.
+    """
+
+    part: Part
+    pieces: Mapping[int, _Pieces]
+
+    @property
+    def key(self) -> tuple[tuple[float, ...], ...]:
+        """Equal for two parts with the same cells, however they were cut and in whatever order."""
+        size = max(solid.size for solid in self.part.solids)
+        masses: list[tuple[float, FloatArray]] = []
+        for j, solid in enumerate(self.part.solids):
+            parted = self.pieces.get(j)
+            masses += [shapes_of(solid).mass] if parted is None else map(volume_and_center, parted.shapes)
+        return tuple(sorted((round(v / size**3, 9), *(round(float(c) / size, 6) for c in at)) for v, at in masses))
+
+    def imprinted(self) -> Part | None:
+        """The part with the pieces in it; None where OpenCASCADE fails at it."""
+        part = self.part
+        if len(self.pieces) == 1:
+            ((cell, own),) = self.pieces.items()
+            size = max(solid.size for solid in part.solids)
+            try:
+                return graft(
+                    part,
+                    cell,
+                    list(zip(own.shapes, own.labels, strict=True)),
+                    own.image,
+                    closed=widest_closed(reach_of(size, part.touch)),
+                )
+            except CadError as error:
+                logger.info("the pieces of cell %d are imprinted anew: %s", cell, error)
+        try:
+            return self.fused()
+        except CadError as error:
+            logger.info("a cut of cells %s is given up: %s", list(self.pieces), error)
+            return None
+
+    def fused(self) -> Part:
+        """The part with the pieces in it, by a general fuse of all cells."""
+        part, shapes, labels, owners = self.part, list[Any](), list[Labels](), list[int]()
+        for j, solid in enumerate(part.solids):
+            own = self.pieces.get(j)
+            shapes += [shapes_of(solid).shape] if own is None else own.shapes
+            labels += [labels_of(solid)] if own is None else own.labels
+            owners += [part.owners[j]] * (1 if own is None else len(own.shapes))
         found = imprint(
             shapes,
             labels=labels,
             models=part.models,
             owners=owners,
-            units=solid.units,
+            units=part.solids[0].units,
             name=part.name,
             notes=part.notes,
             names=part.names,
         )
         return replace(found, touch=part.touch)
-    except CadError as error:
-        logger.info("a cut of cell %d is given up: %s", cell, error)
-        return None
 
 
-def labels_of(solid: Solid) -> Labels:
-    """The labels of a solid's faces and edges, as they were read."""
-    return Labels(
-        [FaceLabel(face.key, face.names, face.color) for face in solid.faces],
-        [EdgeLabel(edge.key, edge.names) for edge in solid.edges],
-    )
-
-
-def _split(solid: Solid, tools: Sequence[Any]) -> list[tuple[Any, Labels]] | None:
-    """The pieces of a solid with the labels of their faces and edges."""
+def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
+    """The pieces of a solid."""
     holder = shapes_of(solid)
     splitter = BOPAlgo_Splitter()
     splitter.AddArgument(holder.shape)
@@ -106,21 +164,19 @@ def _split(solid: Solid, tools: Sequence[Any]) -> list[tuple[Any, Labels]] | Non
     if splitter.HasErrors():
         return None
     pieces = subshapes(splitter.Shape(), SOLID)
-    if len(pieces) < 2 or not _sound(solid, holder.shape, pieces):
+    if len(pieces) < 2 or not _sound(solid, holder, pieces):
         return None
     labels = labels_of(solid)
     faces = _images(splitter, holder.faces, labels.faces, FACE)
     edges = _images(splitter, holder.edges, labels.edges, EDGE)
-    return [
-        (
-            piece,
-            Labels(
-                [_found(faces, face) or FaceLabel() for face in subshapes(piece, FACE)],
-                [_found(edges, edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
-            ),
+    own = [
+        Labels(
+            [_found(faces, face) or FaceLabel() for face in subshapes(piece, FACE)],
+            [_found(edges, edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
         )
         for piece in pieces
     ]
+    return _Pieces(shapes=pieces, labels=own, splitter=splitter)
 
 
 def _images(splitter: Any, old: Sequence[Any], labels: Sequence[Any], kind: Any) -> list[tuple[Any, Any]]:
@@ -129,7 +185,7 @@ def _images(splitter: Any, old: Sequence[Any], labels: Sequence[Any], kind: Any)
     for shape, label in zip(old, labels, strict=True):
         if splitter.IsDeleted(shape):
             continue
-        became = list(splitter.Modified(shape)) or [shape]
+        became = listed(splitter.Modified(shape)) or [shape]
         out += [(index_map(piece, kind), label) for piece in became]
     return out
 
@@ -138,14 +194,14 @@ def _found(images: Sequence[tuple[Any, Any]], shape: Any) -> Any:
     return next((label for found, label in images if found.Contains(shape)), None)
 
 
-def _sound(solid: Solid, shape: Any, pieces: Sequence[Any]) -> bool:
+def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:
     """Whether the pieces are the solid, and fit to be meshed."""
-    whole = volume_and_center(shape)[0]
+    whole = holder.mass[0]
     volumes = [volume_and_center(piece)[0] for piece in pieces]
     curved = any(face.kind != "plane" for face in solid.faces)
     if abs(sum(volumes) - whole) > (INTEGRATED if curved else KEPT) * whole or min(volumes) < THINNEST * whole:
         return False
-    old = index_map(shape, EDGE)
+    old = index_map(holder.shape, EDGE)
     for piece in pieces:
         # What dangles in a piece came of a tool that does not end on the solid's faces.
         if any(face.Orientation() == TopAbs_Orientation.TopAbs_INTERNAL for face in explore(piece, FACE)):

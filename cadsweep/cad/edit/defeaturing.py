@@ -20,15 +20,13 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Defeaturing
 
 from ...brep import Part, Solid
 from ...errors import CadError, InputError
-from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..extract.labels import EdgeLabel, FaceLabel, Labels, labels_of
 from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..imprinting.checking import volume_and_center
-from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed
-from .cutting import labels_of
+from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed, volume_and_center
 from .features import Feature, find_features, find_fillets, find_holes
 
 logger = logging.getLogger(__name__)

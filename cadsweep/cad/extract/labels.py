@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ...brep import Face
+from ...brep import Face, Solid
 
 
 class FaceLabel(NamedTuple):
@@ -36,3 +36,8 @@ class Labels(NamedTuple):
 def label_of(face: Face | None) -> FaceLabel:
     """The label of a face, for one that is made of it; an empty one for a face that comes from none."""
     return FaceLabel() if face is None else FaceLabel(face.key, face.names, face.color)
+
+
+def labels_of(solid: Solid) -> Labels:
+    """The labels of a solid's faces and edges, as they were read."""
+    return Labels([label_of(face) for face in solid.faces], [EdgeLabel(edge.key, edge.names) for edge in solid.edges])

@@ -12,6 +12,7 @@ Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
 from ..geometry.surfaces import Plane
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped
+from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, shapes_of
 from .face_surfaces import read_face_surface
 from .flat import is_exact, measure_flat
 from .gaps import border_gaps
@@ -176,6 +177,27 @@ def extract_solid(
         color=color,
         units=units,
         opened=opened,
+    )
+
+
+def rekeyed(solid: Solid, shared: PartGeometry) -> Solid:
+    """A solid that was read before, as a cell of another part: its geometry is the same, its keys are the part's.
+
+    Parameters
+    ----------
+    solid : Solid
+        Its shape is in the part.
+    shared : PartGeometry
+        Of the part.
+    """
+    holder = shapes_of(solid)
+    vertex_keys = shared.keys(VERTEX, holder.vertices)
+    return replace(
+        solid,
+        vertices=shared.positions[vertex_keys],
+        vertex_keys=vertex_keys,
+        edge_keys=shared.keys(EDGE, holder.edges),
+        face_keys=shared.keys(FACE, holder.faces),
     )
 
 

@@ -18,13 +18,13 @@ from ...contacts import say_leave_out
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..imprinting.apart import Original
-from ..imprinting.checking import integrated_volume, volume_and_center
+from ..imprinting.checking import integrated_volume
 from ..imprinting.joining import imprint
 from ..names.naming import declare_names
 from ..names.unique import declare_words, number_repeated
 from ..read.colors import split_colors
 from ..read.model import Model, Named
-from ..shapes import EDGE, FACE, SOLID, compound, explore, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, compound, explore, index_map, subshapes, typed, volume_and_center
 from .clean import lost_names, stage
 from .solids import mend
 from .tracing import Traced

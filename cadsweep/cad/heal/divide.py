@@ -95,6 +95,12 @@ def _uses(face: Any) -> list[tuple[Any, int]]:
     return [(edge, counts[j + 1]) for j, edge in enumerate(mapped(numbers, EDGE))]
 
 
+def is_divided(shape: Any) -> bool:
+    """Whether no face and no edge of a shape is closed upon itself."""
+    uses = (use for face in subshapes(shape, FACE) for use in _uses(face))
+    return not any(n_uses > 1 or len(subshapes(edge, VERTEX)) < 2 for edge, n_uses in uses)
+
+
 def _check_divided(shape: Any, old_faces: Any) -> None:
     """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
     for number, face in enumerate(subshapes(shape, FACE)):

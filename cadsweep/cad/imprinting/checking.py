@@ -12,7 +12,6 @@ import numpy as np
 from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
-from ...arrays import FloatArray
 from ...brep import Units
 from ...contacts import say_leave_out
 from ...errors import CadError
@@ -21,19 +20,11 @@ from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes, typed
+from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes, typed, volume_and_center
 from .fusing import Fused
 
 SAME_VOLUME = 1e-6
 """Share of a solid's volume, and of a face's area, that imprinting may change: OpenCASCADE integrates no better."""
-
-
-def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
-    """Volume and centroid of a solid, by OpenCASCADE."""
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
-    center = properties.CentreOfMass()
-    return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
 
 
 def integrated_volume(solid: Any) -> float:

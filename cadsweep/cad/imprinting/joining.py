@@ -26,8 +26,19 @@ from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
-from ..shapes import EDGE, FACE, SOLID, bounds, children, compound, index_map, subshapes, typed
-from .checking import check_counts, check_distinct, check_imprinted, volume_and_center
+from ..shapes import (
+    EDGE,
+    FACE,
+    SOLID,
+    bounds,
+    children,
+    compound,
+    index_map,
+    subshapes,
+    typed,
+    volume_and_center,
+)
+from .checking import check_counts, check_distinct, check_imprinted
 from .doubts import doubt_notes
 from .fusing import Fused
 from .gaps import find_gaps
@@ -102,15 +113,14 @@ def imprint(
     if labels is None:
         labels = _numbered(shapes)
     size = _size(shapes)
-    tolerance = max(TOLERANCE * size, _LEAST_TOLERANCE, touch / units.scale)
+    tolerance = reach_of(size, touch / units.scale)
     shapes, labels = align_seams(shapes, labels, size)
     traced = _imprinted(shapes, called, units, tolerance)
     part_surfaces(traced)
     notes = [*notes, *divide_closed(traced)]
     cells = [typed(cell, SOLID) for cell in children(traced.shape)]
     origins = _Origins(shapes, labels, traced)
-    # What lies within the tolerance of both of two solids is twice as far apart at most, on a slanted face farther.
-    shared = PartGeometry(traced.shape, closed=_SLANTED * tolerance)
+    shared = PartGeometry(traced.shape, closed=widest_closed(tolerance))
     solids = []
     for i, cell in enumerate(cells):
         if on_progress is not None:
@@ -143,6 +153,19 @@ def imprint(
     for note in doubts:
         logger.warning("%s", note)
     return replace(part, notes=(*part.notes, *doubts))
+
+
+def reach_of(size: float, touch: float) -> float:
+    """Distance, working units, up to which the faces of a part of a size are taken to touch."""
+    return max(TOLERANCE * size, _LEAST_TOLERANCE, touch)
+
+
+def widest_closed(tolerance: float) -> float:
+    """Width of gaps that an imprint with a tolerance closes.
+
+    What lies within it of both of two solids is twice as far apart at most, on a slanted face farther.
+    """
+    return _SLANTED * tolerance
 
 
 def _size(shapes: Sequence[Any]) -> float:

@@ -125,6 +125,10 @@ def align_seams(shapes: Sequence[Any], labels: Sequence[Labels], size: float) ->
         found, stay = _chains(i, shape, size, used)
         chains += found
         fixed += stay
+    if not chains:
+        return list(shapes), list(labels)
+    for shape in shapes:
+        fixed += _fixed_angles(shape)
     turns: list[list[tuple[_Chain, float]]] = [[] for _ in shapes]
     for group in _by_axis(chains, size):
         axis = group[0].axis
@@ -156,15 +160,15 @@ class _Used:
 
 
 def _chains(number: int, shape: Any, size: float, used: _Used) -> tuple[list[_Chain], list[tuple[_Axis, float]]]:
-    """Chains of a solid that can be turned, and the angles of edges along an axis that cannot."""
+    """Chains of a solid that can be turned, and the seams of those that cannot."""
     fixed: list[tuple[_Axis, float]] = []
     rings: list[tuple[Any, _Axis]] = []
     for face in subshapes(shape, FACE):
         axis = _axis(face)
         if axis is not None and _is_full_ring(face):
             rings.append((face, axis))
-        elif axis is not None:
-            fixed += [(axis, angle) for angle in _axial_angles(face, axis)]
+    if not rings:
+        return [], []
     beside = _Beside(shape)
     numbers = index_map(compound([face for face, _ in rings]), FACE)
     chains = []
@@ -183,6 +187,14 @@ def _chains(number: int, shape: Any, size: float, used: _Used) -> tuple[list[_Ch
         elif angle is not None:
             fixed.append((axis, angle))
     return chains, fixed
+
+
+def _fixed_angles(shape: Any) -> Iterator[tuple[_Axis, float]]:
+    """The angles of edges along an axis that cannot be turned."""
+    for face in subshapes(shape, FACE):
+        axis = _axis(face)
+        if axis is not None and not _is_full_ring(face):
+            yield from ((axis, angle) for angle in _axial_angles(face, axis))
 
 
 def _linked(first: int, rings: Sequence[tuple[Any, _Axis]], beside: _Beside, numbers: Any) -> set[int]:
