@@ -13,7 +13,7 @@ from .dividing import MOST_HALVINGS
 from .run import Run
 from .stack_hints import StackHints
 
-MOST_REFINED = 2
+MOST_REFINED = 3
 """How often the segments around poor quads are halved."""
 
 MOST_BLUNTED = 4
@@ -70,7 +70,7 @@ def mesh_plane(
             mended = stacks.mend_quads(stack, levels, surfaces.source)
             found = stacks.judge_plane(stack, levels, mended)
         # A cell that no division mends must not keep the others from what they gain.
-        if found.lacking >= judged.lacking or found.worst < min(judged.worst, stacks.WANTED):
+        if found.lacking >= judged.lacking:
             break
         best, judged, poor = mended, found, found.poor
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]

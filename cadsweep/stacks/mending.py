@@ -92,7 +92,9 @@ class _Quads:
         self.lines: set[tuple[int, int]] = set()
         for nodes in mesh.edge_nodes.values():
             self.fixed[nodes] = True
-            self.lines.update((min(a, b), max(a, b)) for a, b in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True))
+            self.lines.update(
+                (min(a, b), max(a, b)) for a, b in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)
+            )
         self.around: dict[int, set[int]] = {}
         for q, nodes in enumerate(self.quads.tolist()):
             for node in nodes:
@@ -119,7 +121,8 @@ class _Quads:
         nodes = [n for n in np.unique(self.quads[quads]).tolist() if not self.fixed[n]]
         near = sorted({q for n in nodes for q in self.around[n]} | set(quads))
         for _ in range(_ROUNDS):
-            if not any([self._look_around(n) for n in nodes]):
+            moved = [self._look_around(n) for n in nodes]
+            if not any(moved):
                 break
         return float(self.worst(near).min())
 

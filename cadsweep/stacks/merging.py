@@ -435,7 +435,7 @@ def n_crossings(graph: Graph, edges: set[int], cells: set[int]) -> int:
 
 
 def _sides_of(lines: FloatArray, others: FloatArray) -> npt.NDArray[np.int8]:
-    """-1 where the ends of other segments lie on two sides of lines (both (..., 2, 2)), 1 on one, 0 where one is on it."""
+    """-1 where other segments' ends lie on two sides of lines (both (..., 2, 2)), 1 on one, 0 where one is on it."""
     start, along = lines[..., 0, :], lines[..., 1, :] - lines[..., 0, :]
     off = others - start[..., None, :]
     area = along[..., None, 0] * off[..., 1] - along[..., None, 1] * off[..., 0]

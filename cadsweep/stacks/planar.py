@@ -51,7 +51,7 @@ class Judged:
     Attributes
     ----------
     poor : set of int
-        Edges of the arrangement around cells whose quads are worse than they need be.
+        Edges of the arrangement by the quads that are worse than their cells ask.
     worst : float
         Worst corner sine of all quads.
     lacking : float
@@ -76,16 +76,18 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
             sines[there] = np.minimum(sines[there], corner_sines(places, mesh.quads[there], stack.direction))
     worst = np.ones(len(arrangement.prism.faces))
     np.minimum.at(worst, mesh.faces, sines)
-    poor: set[int] = set()
-    lacking = 0.0
+    wanted = np.zeros(len(worst))
     for f in arrangement.bottoms:
         face = arrangement.prism.faces[f]
         sharpest = min([np.pi / 2, *(angle for loop in face.loops for angle in loop.angles)])
-        lack = min(WANTED, _SHARE * float(np.sin(sharpest))) - float(worst[f])
-        if lack > 0.0:
-            poor.update(face.edges)
-            lacking += lack
-    return Judged(poor=poor, worst=float(sines.min()), lacking=lacking)
+        wanted[f] = min(WANTED, _SHARE * float(np.sin(sharpest)))
+    near = np.zeros(len(mesh.points), dtype=bool)
+    near[mesh.quads[sines < wanted[mesh.faces]]] = True
+    near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
+    poor: set[int] = set()
+    for f in np.flatnonzero(worst < wanted).tolist():
+        poor.update(e for e in arrangement.prism.faces[f].edges if near[mesh.edge_nodes[e]].any())
+    return Judged(poor=poor, worst=float(sines.min()), lacking=float(np.maximum(wanted - worst, 0.0).sum()))
 
 
 def sizes_across(stack: Stack, size: float) -> dict[int, float]:
