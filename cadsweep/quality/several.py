@@ -70,10 +70,9 @@ def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> l
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
     found: list[dict[str, IntArray]] = [{} for _ in surfaces]
-    for name, quads in names.items():
+    for name, quads in ((name, np.asarray(own)) for name, own in names.items()):
         if not len(quads):
             continue
-        quads = np.asarray(quads)
         own_keys = conformity.row_keys(quads[:, :4])
         wanted = distinct(own_keys)
         first, last = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")

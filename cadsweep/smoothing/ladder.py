@@ -34,11 +34,11 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..quality import corner_limits
-from ..stack import Slides
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
 from .laplacian import relaxed
 from .optimise import polished, untangled
 from .patch import BoolArray, Patch, edge_lengths, proven_values
+from .sliding import Slides
 
 _log = logging.getLogger(__name__)
 

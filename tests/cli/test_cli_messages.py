@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
 
@@ -12,12 +10,11 @@ from cadsweep.cli.failure import describe_failure, in_command_words
 from cadsweep.cli.show import few_notes
 from cadsweep.errors import CadSweepError, InputError, NotSweepableError, PlanError
 
+from ..commands import as_program
+
 
 def test_a_failure_is_one_object_for_programs(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "cadsweep", "mesh", "nothing.step", "-o", "a.vtu", "--json"],
-        capture_output=True, text=True, timeout=60, check=False, cwd=tmp_path,
-    )  # fmt: skip
+    done = as_program("mesh", "nothing.step", "-o", "a.vtu", "--json", cwd=tmp_path)
     assert done.returncode == 1
     error = json.loads(done.stdout)["error"]
     assert set(error) == {"type", "message", "hint", "faces"}
@@ -74,11 +71,8 @@ def test_notes_are_one_line_a_kind():
     ]
 
 
-def test_wrong_usage_is_told_to_programs_and_to_people():
-    done = subprocess.run(
-        [sys.executable, "-m", "cadsweep", "mesh", "a.step", "-o", "a.vtu", "--sise", "2", "--json"],
-        capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
+def test_wrong_usage_is_told_to_programs_and_to_people(command, tmp_path):
+    done = command("mesh", "a.step", "-o", "a.vtu", "--sise", "2", "--json", cwd=tmp_path)
     assert done.returncode == 2
     assert json.loads(done.stdout)["error"]["type"] == "UsageError"
     assert "--size" in json.loads(done.stdout)["error"]["hint"]
@@ -86,15 +80,13 @@ def test_wrong_usage_is_told_to_programs_and_to_people():
 
 
 @pytest.mark.parametrize(("word", "meant"), [("mseh", "mesh"), ("veiw", "view"), ("raport", "report")])
-def test_a_misspelled_command_gets_the_nearest_one(word, meant):
-    done = subprocess.run(
-        [sys.executable, "-m", "cadsweep", word], capture_output=True, text=True, timeout=60, check=False
-    )
+def test_a_misspelled_command_gets_the_nearest_one(word, meant, command, tmp_path):
+    done = command(word, cwd=tmp_path)
     assert done.returncode == 2
     assert f"did you mean '{meant}'?" in done.stderr
 
 
-def test_check_holds_meshes_to_limits(tmp_path):
+def test_check_holds_meshes_to_limits(tmp_path, command):
     import numpy as np
 
     from cadsweep.cells import HEX_FACES
@@ -107,10 +99,7 @@ def test_check_holds_meshes_to_limits(tmp_path):
         write(mesh, tmp_path / f"{name}.vtu")
 
     def check(*args):
-        return subprocess.run(
-            [sys.executable, "-m", "cadsweep", "check", *args],
-            capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path,
-        )  # fmt: skip
+        return command("check", *args, cwd=tmp_path)
 
     done = check("cube.vtu", "bar.vtu", "--strict", "--min-scaled-jacobian", "0.3")
     assert (done.returncode, done.stdout) == (0, "")
