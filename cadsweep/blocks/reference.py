@@ -82,11 +82,12 @@ def _make_rim_distance(
     for (face, _), names in name_pieces(sweep).items():
         if face in faces:
             owners.setdefault(face, set()).add(frozenset(names))
-    joined: list[set[frozenset[str]]] = []
+    group_of: dict[frozenset[str], int] = {}
+    members: list[set[frozenset[str]]] = []
     for own in owners.values():
-        merged = own.union(*(others for others in joined if others & own))
-        joined = [others for others in joined if not others & own] + [merged]
-    group_of = {owner: j for j, group in enumerate(joined) for owner in group}
+        met = {group_of[owner] for owner in own if owner in group_of}
+        members.append(own.union(*(members[j] for j in met)))
+        group_of |= dict.fromkeys(members[-1], len(members) - 1)
     groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
     edges: dict[frozenset[int], list[int]] = {}
     vertices: dict[int, set[int]] = {}
@@ -99,6 +100,11 @@ def _make_rim_distance(
         for vertex in (edge.start, edge.end):
             vertices.setdefault(vertex, set()).update(around)
 
+    at_group: dict[int, set[int]] = {}
+    for vertex, meeting in vertices.items():
+        for group in meeting:
+            at_group.setdefault(group, set()).add(vertex)
+
     def rim_distance(points: FloatArray, meeting_owners: frozenset[frozenset[str]]) -> FloatArray:
         meeting = frozenset(group_of[owner] for owner in meeting_owners)
         if len(meeting) == 1:
@@ -106,7 +112,7 @@ def _make_rim_distance(
         places = (points - part.offset) / part.scale
         away = [solid.edges[e].curve.distance(places) for e in edges.get(meeting, ())]
         if not away:
-            corners = [v for v, around in vertices.items() if meeting <= around]
+            corners = sorted(set.intersection(*(at_group.get(group, set()) for group in meeting)))
             away = [np.linalg.norm(places - solid.vertices[v], axis=1) for v in corners]
         return np.min([np.full(len(places), np.inf), *away], axis=0) * part.scale
 

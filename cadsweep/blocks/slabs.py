@@ -24,7 +24,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Units
 from ..cells import SweptStructure, sweep_hexes
 from ..projection import FactoredSweep
@@ -270,7 +270,7 @@ class SweptBlock:
 
     def border(self, start: int, stop: int) -> IntArray:
         ends = self.layers(np.array([start, stop]))
-        return np.unique(np.concatenate([ends.reshape(-1), self.rings[start : stop + 1].reshape(-1)]))
+        return distinct(np.concatenate([ends.reshape(-1), self.rings[start : stop + 1].reshape(-1)]))
 
     def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
         hit: BoolArray = np.asarray(np.isin(self.rings, nodes).any(axis=1))
@@ -287,7 +287,7 @@ class SweptBlock:
         structure = SweptStructure(quads=sweep.quads, loops=sweep.loops, n_nodes=n, n_layers=self.n_layers)
         found = structure_problems(structure, (self.n_layers + 1) * n)
         borrowed = np.concatenate([self.bottom, self.top, self.rings[1:-1].reshape(-1)])
-        if len(np.unique(borrowed)) != len(borrowed):
+        if len(distinct(borrowed)) != len(borrowed):
             found.append("a node of its caps and sides stands in two places")
         return found
 
@@ -347,7 +347,7 @@ class ArrayBlock:
             yield replace(every.cut(first, min(first + SLAB_NODES, stop)), layer=first)
 
     def border(self, start: int, stop: int) -> IntArray:
-        return self.nodes[np.unique(self.hexes[start:stop])]
+        return self.nodes[distinct(self.hexes[start:stop])]
 
     def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
         hit: BoolArray = np.asarray(np.isin(self.nodes, nodes)[self.hexes].any(axis=1))

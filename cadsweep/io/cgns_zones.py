@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import IntArray, distinct
 from ..contacts import solids_of
 from .labels import LabelledMesh
 
@@ -88,7 +88,7 @@ def zone_pieces(mesh: LabelledMesh) -> list[ZonePiece]:
             ZonePiece(
                 name=_free(name, {*mesh.faces.names, "Base"}),
                 parts={block: name},
-                nodes=np.unique(mesh.hexes[ids]),
+                nodes=distinct(mesh.hexes[ids]),
                 hexes=ids,
                 quads=rows,
                 turned=second[rows] == block,

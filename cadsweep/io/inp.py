@@ -30,7 +30,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import IntArray, distinct
 from ..contacts import solids_of
 from ..errors import InputError
 from ..mesh import HexMesh
@@ -105,7 +105,7 @@ def write(
     of, sides = mesh.sides if len(mesh.quads) else (np.empty(0, int), np.empty(0, int))
     for name in mesh.faces.names:
         ids = mesh.faces.named(name)
-        _write_list(stream, f"*NSET, NSET={prefix}{name}", np.unique(mesh.quads[ids]) + first_node)
+        _write_list(stream, f"*NSET, NSET={prefix}{name}", distinct(mesh.quads[ids]) + first_node)
         stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
         write_rows(stream, "%d, S%d\n", of[ids] + first_element, sides[ids] + 1)
     for name, quads in _other_sides(mesh).items():

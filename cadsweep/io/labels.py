@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..errors import InputError
 from ..mesh import HexMesh
 from .names import portable_names
@@ -267,7 +267,7 @@ def _materials(mesh: HexMesh) -> dict[str, IntArray]:
         if part in mesh.parts and material:
             found.setdefault(str(material), []).append(np.asarray(mesh.parts[part], dtype=np.int64))
     names = portable_names(found, max_length=80, reserved=())
-    return {names[material]: np.unique(np.concatenate(ids)) for material, ids in found.items()}
+    return {names[material]: distinct(np.concatenate(ids)) for material, ids in found.items()}
 
 
 def _without_empty(groups: dict[str, IntArray], what: str) -> dict[str, IntArray]:

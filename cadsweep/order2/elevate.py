@@ -29,7 +29,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError, InvertedHexError
 from ..mesh import HexMesh
@@ -163,7 +163,7 @@ def _boundary_bow(
         bow[ids] = project(straight[ids]) - straight[ids]
         placed[ids] = True
     for quads, project in surfaces:
-        ids = np.unique(find_rows(edges, _quad_edges(quads).reshape(-1, 2), "quad's edge"))
+        ids = distinct(find_rows(edges, _quad_edges(quads).reshape(-1, 2), "quad's edge"))
         ids = ids[~placed[ids]]
         if len(ids):
             bow[ids] = project(straight[ids]) - straight[ids]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Solid
 from ..errors import InputError
 
@@ -52,7 +52,7 @@ def find_on_model(solid: Solid, points: FloatArray, quads: IntArray) -> OnModel:
     InputError
         An edge or vertex has no nodes along it.
     """
-    nodes = np.unique(quads)
+    nodes = distinct(quads)
     segments = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     width = int(nodes.max()) + 1
     keys = segments[:, 0] * width + segments[:, 1]
@@ -129,5 +129,5 @@ def _nearest(solid: Solid, candidates: Sequence[int], points: FloatArray, quads:
         raise InputError(f"{_unlike(solid)}: its boundary does not fall apart into its faces")
     if len(candidates) == 1:
         return candidates[0]
-    nodes = points[np.unique(quads)]
+    nodes = points[distinct(quads)]
     return min(candidates, key=lambda face: float(solid.faces[face].surface.distance(nodes).max()))

@@ -7,7 +7,7 @@ open, faces merged); those that touch are planned and meshed together.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -26,6 +26,7 @@ from ..blocks.finish import (
     to_block_mesh,
     to_hex_mesh,
 )
+from ..blocks.interface_slides import find_interface_slides
 from ..blocks.joined import JoinedMesh, neighbours_of
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
@@ -38,8 +39,7 @@ from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
 from ..plan import Fill, Plan, list_ways, make_plan
 from ..quality import QualityReport, check_mesh
-from ..smoothing import Blocks
-from ..stack import Slides
+from ..smoothing import Blocks, Slides
 from ..sweep import Intervals, Sweep
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
@@ -75,7 +75,7 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     NotSweepableError
         A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
     """
-    candidates = [_sweeps(solid) for solid in part.solids]
+    candidates = recognition.sweeps_of_each(part.solids)
     try:
         return Complex(part=part, plan=make_plan(part, candidates), model=part)
     except PlanError as error:
@@ -83,7 +83,7 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
             raise _refused(part, candidates, error) from error
     found = cut_until_planned(part, run)
     if found.plan is None:
-        raise _refused(found.part, [_sweeps(solid) for solid in found.part.solids], None, found)
+        raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
     return as_complex(found, part)
 
 
@@ -132,11 +132,6 @@ def _usable(solid: Solid) -> list[Sweep]:
         if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
             return usable
     return []
-
-
-def _sweeps(solid: Solid) -> list[Sweep]:
-    """The sweeps of one cell as it is; none where there are none."""
-    return recognition.search_sweeps(solid).sweeps
 
 
 def _refused(
@@ -249,6 +244,7 @@ def finish(
     else:
         with run.stage("assembly"):
             joined = cells.joined() if isinstance(cells, CellBlocks) else cells
+        slides = slides or contact_slides(part, joined, names, options)
         mesh = checked_cells(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
             slides=slides,
@@ -282,7 +278,8 @@ def checked_blocks(
 
     mesh, report = checked(cells)
     if _is_poor(report, options, SMOOTH_BELOW):
-        better = _smoothed(cells.joined(), names, run)
+        joined = cells.joined()
+        better = _smoothed(joined, names, run, slides=contact_slides(part, joined, names, options))
         info["notes"] += better.steps
         if len(better.nodes):
             mesh, report = checked(cells.moved(better.nodes, better.positions))
@@ -375,6 +372,16 @@ def _smoothed(
         )
 
 
+def contact_slides(
+    part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions
+) -> Callable[[], Slides] | None:
+    """What finds the nodes of contacts that smoothing may move; None where there are none, or places are asked for."""
+    if not names.between or options.wall_layers:
+        return None
+    along_edges = not (options.biases or options.periodic)
+    return lambda: find_interface_slides(part, joined, names, along_edges=along_edges)
+
+
 def _at_fault(mesh: HexMesh | BlockMesh, report: QualityReport) -> tuple[str, ...]:
     """The parts of a mesh that its problems are about."""
     said = [name for name in mesh.parts if any(problem.startswith(f"part '{name}'") for problem in report.problems)]
@@ -394,44 +401,6 @@ def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
     return fixed
 
 
-def side_by_side(meshes: Sequence[HexMesh]) -> HexMesh:
-    """One mesh of several that share no node; boundaries of one name become one."""
-    nodes = np.cumsum([0, *(mesh.n_nodes for mesh in meshes)])
-    hexes = np.cumsum([0, *(mesh.n_hexes for mesh in meshes)])
-    kinds = ("boundaries", "interfaces", "periodic", "parts")
-    groups: dict[str, dict[str, list[np.ndarray]]] = {kind: {} for kind in kinds}
-    for mesh, node, first in zip(meshes, nodes, hexes, strict=False):
-        for kind, start in zip(kinds, (node, node, node, first), strict=True):
-            for name, ids in getattr(mesh, kind).items():
-                groups[kind].setdefault(name, []).append(ids + start)
-    merged = {kind: {n: np.concatenate(ids) for n, ids in own.items()} for kind, own in groups.items()}
-    return HexMesh(
-        points=np.concatenate([mesh.points for mesh in meshes]),
-        hexes=np.concatenate([mesh.hexes + node for mesh, node in zip(meshes, nodes, strict=False)]),
-        boundaries=merged["boundaries"],
-        interfaces=merged["interfaces"],
-        periodic=merged["periodic"],
-        parts=merged["parts"],
-        info=info_of_all([mesh.info for mesh in meshes]),
-    )
-
-
-def info_of_all(infos: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What is known of several meshes together."""
-    return {
-        **infos[0],
-        "material": None,
-        "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
-        "cad_volume": sum(info["cad_volume"] for info in infos),
-        "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
-        "colors": {
-            kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
-            for kind in ("boundaries", "parts")
-        },
-        "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
-    }
-
-
 __all__ = [
     "Complex",
     "as_complex",
@@ -442,5 +411,4 @@ __all__ = [
     "mesh_complex",
     "plan_cells",
     "say_open",
-    "side_by_side",
 ]

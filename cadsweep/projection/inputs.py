@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..errors import InputError
 
 
@@ -56,7 +56,7 @@ def checked_loops(loops: Sequence[npt.ArrayLike], n_nodes: int) -> tuple[IntArra
         if loop.ndim != 1 or len(loop) < 2:
             raise InputError(f"`loops[{j}]` has shape {loop.shape}; a loop is a row of node ids")
     nodes = np.concatenate(checked)
-    if len(np.unique(nodes)) != len(nodes):
+    if len(distinct(nodes)) != len(nodes):
         raise InputError("`loops` use a node twice; each boundary node belongs to one loop, once")
     return checked
 

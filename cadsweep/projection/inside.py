@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, others
 from ..cells import HEX_EDGES
 from ..errors import ProjectionError
 
@@ -47,7 +47,7 @@ def carry_inside(points: FloatArray, hexes: IntArray, known: IntArray, places: F
     image = (points - center) @ linear + there
     left = np.zeros_like(points)
     left[known] = places - image[known]
-    free = np.setdiff1d(np.arange(len(points)), known)
+    free = others(len(points), known)
     if len(free) and np.abs(left).max() > 0.0:
         left[free] = _harmonic(points, hexes, known, free, left[known])
     result = image + left

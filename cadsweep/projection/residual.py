@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, others
 from ..errors import InputError
 from .inputs import loop_slices
 
@@ -158,7 +158,7 @@ def extend(weights: scipy.sparse.csr_matrix, boundary: IntArray, values: FloatAr
     n_nodes = weights.shape[0]
     result = np.empty((n_nodes, values.shape[1]))
     result[boundary] = values
-    inside = np.setdiff1d(np.arange(n_nodes), boundary)
+    inside = others(n_nodes, boundary)
     if not len(inside):
         return result
     _refuse_loose(weights, boundary, inside)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..cells import HEX_FACES
 from . import surface_kernels
 
@@ -186,7 +186,7 @@ def duplicate_rows(rows: IntArray) -> list[tuple[int, int]]:
     ordered = np.sort(keys)
     if not np.any(ordered[1:] == ordered[:-1]):
         return []
-    repeated = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+    repeated = distinct(ordered[1:][ordered[1:] == ordered[:-1]])
     suspects = np.flatnonzero(np.isin(keys, repeated))
     seen: dict[tuple[int, ...], int] = {}
     pairs = []

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
@@ -89,7 +89,7 @@ def measure_deviation(
     after = np.concatenate([np.roll(loop, -1) for loop in _loops(source.loops)])
     sides: dict[int, SideDeviation] = {}
     faces: dict[int, float] = {}
-    for f in np.unique(surfaces.side_faces):
+    for f in distinct(surfaces.side_faces):
         if solid.faces[f].kind == "plane":
             continue
         surface = solid.faces[f].surface
@@ -114,7 +114,7 @@ def measure_deviation(
     sags = np.zeros(len(source.quads))
     curved = np.zeros(len(source.quads), dtype=bool)
     for owners, corners in caps if not sweep.closed else ():
-        for f in np.unique(owners):
+        for f in distinct(owners):
             if solid.faces[f].kind == "plane":
                 continue
             mine = np.flatnonzero(owners == f)

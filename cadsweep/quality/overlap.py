@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from . import overlap_kernels as kernels
 from .hulls import crossing_pairs
 from .threads import map_chunks
@@ -174,7 +174,7 @@ def describe_crossings(
     """
     if not len(pairs):
         return ()
-    wanted = np.unique(pairs)
+    wanted = distinct(pairs)
     names = dict.fromkeys(wanted.tolist(), "boundary")
     by_nodes = {tuple(sorted(quads[i, :4].tolist())): i for i in wanted.tolist()}
     involved = np.zeros(len(points), dtype=np.bool_)
@@ -222,7 +222,7 @@ def nesting_problems(points: FloatArray, quads: IntArray) -> list[str]:
     piece_of_quad = label[quads[:, 0]]
     if np.all(piece_of_quad == piece_of_quad[:1]):
         return []
-    pieces = np.unique(piece_of_quad)
+    pieces = distinct(piece_of_quad)
     corners = {int(p): np.ascontiguousarray(points[quads[piece_of_quad == p]]) for p in pieces}
     boxes = {p: (c.min(axis=(0, 1)), c.max(axis=(0, 1))) for p, c in corners.items()}
     problems = []

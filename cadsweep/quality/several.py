@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..mesh import HexMesh
 from . import conformity
 from .boundary import place, quad_keys
@@ -73,7 +73,7 @@ def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> l
     for name, quads in names.items():
         if not len(quads):
             continue
-        wanted = np.unique(conformity.row_keys(np.asarray(quads)[:, :4]))
+        wanted = distinct(conformity.row_keys(np.asarray(quads)[:, :4]))
         first, last = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
         most = int((last - first).max(initial=0))  # 2 where the quads are between two parts
         rows = np.sort(np.concatenate([order[first[last - first > k] + k] for k in range(most)] or [order[:0]]))
@@ -128,7 +128,7 @@ def interface_problems(mesh: HexMesh) -> list[str]:
     order = np.argsort(keys)
     keys, owner = keys[order], np.repeat(part, 6)[order]
     pair = np.flatnonzero((keys[1:] == keys[:-1]) & (owner[1:] != owner[:-1]))
-    given = np.unique(conformity.row_keys(np.concatenate([np.asarray(q)[:, :4] for q in mesh.interfaces.values()])))
+    given = distinct(conformity.row_keys(np.concatenate([np.asarray(q)[:, :4] for q in mesh.interfaces.values()])))
     return _hold_interfaces(mesh.points, faces[order[pair]], keys[pair], given)
 
 
@@ -171,7 +171,7 @@ def shared_problems(
         return []
     every = np.concatenate([own.quads for own in surfaces])
     keys, first, uses = np.unique(conformity.row_keys(every), return_index=True, return_counts=True)
-    given = np.unique(conformity.row_keys(np.concatenate(list(interfaces.values()))))
+    given = distinct(conformity.row_keys(np.concatenate(list(interfaces.values()))))
     return _hold_interfaces(points, every[first[uses > 1]], keys[uses > 1], given)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ..arrays import IntArray
+from ..arrays import IntArray, distinct
 from ..cells import SweptStructure, side_quads
 from .conformity import duplicate_rows, scan_hexes
 
@@ -54,13 +54,15 @@ def structure_problems(structure: SweptStructure, n_nodes: int) -> list[str]:
     forward = np.sort(starts * n + ends)
     if np.any(forward[1:] == forward[:-1]):
         problems.append("an edge of the quads is run through twice in one direction")
-    rim = np.setdiff1d(forward, ends * n + starts)
+    backward = np.sort(ends * n + starts)
+    met = np.searchsorted(backward[:-1], forward)
+    rim = distinct(forward[backward[met] != forward])
     loops = [np.asarray(loop) for loop in structure.loops]
     ring = np.concatenate(loops) if loops else np.zeros(0, dtype=np.int64)
     expected = np.concatenate([loop * n + np.roll(loop, -1) for loop in loops]) if loops else ring
     if not np.array_equal(rim, np.sort(expected)):
         problems.append("the loops are not the rim of the quads")
-    if len(np.unique(ring)) != len(ring):
+    if len(distinct(ring)) != len(ring):
         problems.append("a node occurs twice in the loops")
     return problems
 

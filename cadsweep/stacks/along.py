@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..brep import Edge, Face
+from ..brep import Curve, Edge, Face
 from ..errors import SurfaceMeshError
 
 Rim = tuple[Edge, IntArray]
@@ -21,16 +21,25 @@ _CLOSE = 1e-12
 """Distance from the line, in sizes of the face, at which a point of the face is on it."""
 _ENOUGH = 1e-9
 """The same, beyond which the search has failed."""
-_SAMPLES = 129
+_AT = np.linspace(0.0, 1.0, 129)
+"""Fractions of an edge's samples."""
+_APART = 1e-6
+"""Fraction of an edge over which its tangent is taken."""
+_STILL = 1e-13
+"""Move, as a fraction of the edge, below which a place has been found."""
 _AT_END = 1e-6
 """Distance from the place of an edge's end, in lengths of the edge, at which a place is that."""
 
 
 def across(direction: FloatArray) -> FloatArray:
     """Two unit vectors (2, 3) across a direction, right-handed with it."""
-    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    x, y, z = direction.tolist()
+    axis = int(np.argmin(np.abs(direction)))
+    first = np.array([(0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)][axis])
     first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])
+    a, b, c = first.tolist()
+    # Written out: many caps and edges ask for it, and ``numpy.cross`` takes ten times as long for two vectors.
+    return np.array([first, (y * c - z * b, z * a - x * c, x * b - y * a)])
 
 
 def heights_on_face(face: Face, direction: FloatArray, places: FloatArray) -> FloatArray:
@@ -104,21 +113,29 @@ def heights_on_cap(face: Face, direction: FloatArray, places: FloatArray, rims: 
 
 def heights_on_edge(edge: Edge, direction: FloatArray, places: FloatArray) -> FloatArray:
     """Heights of the points of an edge over places (m, 3) that lie under it."""
-    frame = across(direction)
-    at = np.linspace(0.0, 1.0, _SAMPLES)
-    seen = edge.curve.evaluate(at) @ frame.T
+    curve, frame = edge.curve, across(direction)
+    seen = curve.evaluate(_AT) @ frame.T
     target = places @ frame.T
     # An edge that ends along the direction has no height to speak of there but that of its end.
-    ends = [np.linalg.norm(target - seen[end], axis=1) <= _AT_END * edge.length for end in (0, -1)]
-    fractions = at[np.argmin(np.linalg.norm(seen[None] - target[:, None], axis=2), axis=1)]
-    step = 1e-6
+    at_start, at_end = (np.linalg.norm(target - seen[end], axis=1) <= _AT_END * edge.length for end in (0, -1))
+    fractions = np.where(at_end & ~at_start, 1.0, 0.0)
+    inner = np.flatnonzero(~(at_start | at_end))
+    if len(inner):
+        fractions[inner] = _fractions_under(curve, frame, seen, target[inner])
+    return np.asarray(curve.evaluate(fractions) @ direction)
+
+
+def _fractions_under(curve: Curve, frame: FloatArray, seen: FloatArray, target: FloatArray) -> FloatArray:
+    """Fractions (m,) of a curve at places (m, 2) of the plane, from its samples `seen` there."""
+    n = len(target)
+    fractions = _AT[np.argmin(np.linalg.norm(seen[None] - target[:, None], axis=2), axis=1)]
     for _ in range(_STEPS):
-        low, high = np.clip(fractions - step, 0.0, 1.0), np.clip(fractions + step, 0.0, 1.0)
-        tangent = (edge.curve.evaluate(high) - edge.curve.evaluate(low)) @ frame.T / (high - low)[:, None]
-        gap = target - edge.curve.evaluate(fractions) @ frame.T
+        low, high = np.clip(fractions - _APART, 0.0, 1.0), np.clip(fractions + _APART, 0.0, 1.0)
+        found = curve.evaluate(np.concatenate([low, high, fractions])) @ frame.T
+        tangent = (found[n : 2 * n] - found[:n]) / (high - low)[:, None]
+        gap = target - found[2 * n :]
         move = (gap * tangent).sum(axis=1) / np.maximum((tangent**2).sum(axis=1), 1e-300)
         fractions = np.clip(fractions + move, 0.0, 1.0)
-        if float(np.abs(move).max()) < 1e-13:
+        if float(np.abs(move).max()) < _STILL:
             break
-    fractions = np.where(ends[0], 0.0, np.where(ends[1], 1.0, fractions))
-    return np.asarray(edge.curve.evaluate(fractions) @ direction)
+    return fractions

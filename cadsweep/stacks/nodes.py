@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
@@ -65,7 +65,7 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
     """
     arrangement = stack.arrangement
     quads_of = quads_by_cell(stack, mesh)
-    nodes_of = [np.unique(quads) for quads in quads_of]
+    nodes_of = [distinct(quads) for quads in quads_of]
     under: dict[int, list[int]] = {}
     for c, caps in enumerate(arrangement.caps):
         for f in caps:
@@ -75,7 +75,7 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
     sources = set(stack.source)
     rims = stack.rims
     for cap, level in levels.caps.items():
-        nodes = np.unique(np.concatenate([nodes_of[c] for c in under[cap]]))
+        nodes = distinct(np.concatenate([nodes_of[c] for c in under[cap]]))
         face = stack.solid.faces[cap]
         curved = [] if face.kind == "plane" else rims[cap]
         own = [(stack.solid.edges[one], np.searchsorted(nodes, mesh.edge_nodes[e])) for one, e in curved]

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from .background import Background
@@ -283,7 +283,7 @@ def _read_cells(gmsh: Any, surface: int, n_boundary: int) -> tuple[FloatArray, F
     tags = np.asarray(tags, dtype=np.int64)
     xy = np.empty((int(np.max(tags)) + 1, 2))
     xy[tags] = np.asarray(xyz).reshape(-1, 3)[:, :2]
-    used = np.unique(np.concatenate([c.ravel() for c in cells.values()]))
+    used = distinct(np.concatenate([c.ravel() for c in cells.values()]))
     inner = used[used > n_boundary]
     if len(used) - len(inner) != n_boundary:
         raise SurfaceMeshError(f"gmsh lost {n_boundary - (len(used) - len(inner))} boundary nodes")

@@ -23,7 +23,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 
 _FLAT = np.radians(150)
 """Angle of a quad's corner from which on it counts as flat: a sine of a half."""
@@ -82,7 +82,7 @@ def mend_flat_corners(
     for at in flat:
         mender.mend(int(at))
     kept: IntArray = np.array([q for q in mender.quads if q is not None], dtype=np.int64)
-    used = np.unique(kept[kept >= n_boundary])
+    used = distinct(kept[kept >= n_boundary])
     number = np.arange(len(mender.points))
     number[used] = n_boundary + np.arange(len(used))
     return np.array(mender.points)[used], number[kept]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from .matched import Motion
 
 
@@ -68,7 +68,7 @@ def image_nodes(  # noqa: PLR0917
     for key in edges:
         other, same = partners.edges[key]
         image[edge_nodes[key]] = edge_nodes[other][:: 1 if same else -1]
-    inside = np.unique(quads)
+    inside = distinct(quads)
     inside = inside[image[inside] < 0]
     image[inside] = add(partners.motion(points[inside]))
     return image

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
@@ -169,7 +169,7 @@ class CapBuilder:
         face = outline.face
         points = np.concatenate([outline.known, patch.inner_points])
         normals = np.zeros(points.shape)
-        used = np.unique(patch.quads)
+        used = distinct(patch.quads)
         normals[used] = -face.surface.normals(face.surface.project(points[used]))
         sines = corner_sines(points, patch.quads, normals).min(axis=1)
         near = np.isin(np.arange(len(points)), patch.quads[sines < _POOR])

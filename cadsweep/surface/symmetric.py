@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from .background import GROWTH
 from .chart import Chart, signed_area
@@ -252,7 +252,7 @@ def _copied(
     own = np.concatenate([_places(boundary, domain), inner])
     elements = wedge.elements()
     every = np.concatenate([wedge.carry(g, own) for g in elements])
-    used = np.unique(np.concatenate([quads + k * len(own) for k in range(len(elements))]))
+    used = distinct(np.concatenate([quads + k * len(own) for k in range(len(elements))]))
     whole = np.concatenate([boundary, every[used]])
     pairs = scipy.spatial.cKDTree(whole).query_pairs(near, output_type="ndarray")
     graph = scipy.sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(whole), len(whole)))
@@ -273,6 +273,18 @@ def _edge_lengths(polygons: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(polygons - np.roll(polygons, 1, axis=-2), axis=-1))
 
 
+def _images(wedge: Wedge, places: FloatArray, near: float) -> list[IntArray] | None:
+    """Of every element of the wedge, the node that it carries each of some nodes to; None where one has none near."""
+    tree = scipy.spatial.cKDTree(places)
+    found = []
+    for g in wedge.elements():
+        far, image = tree.query(wedge.carry(g, places))
+        if far.max() > near:
+            return None
+        found.append(image)
+    return found
+
+
 def _symmetric(  # noqa: PLR0917
     outline: Outline, chart: Chart, wedge: Wedge, boundary: IntArray, inner: FloatArray, quads: IntArray
 ) -> FaceQuads | None:
@@ -285,17 +297,15 @@ def _symmetric(  # noqa: PLR0917
     origin, x, y = chart.lift(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))[0]
     axes = np.stack([x - origin, y - origin])
     relaxed = np.concatenate([rim, (made.inner_points - origin) @ axes.T])
-    tree = scipy.spatial.cKDTree(before)
-    near = _MERGED * float(np.max(np.ptp(rim, axis=0)))
+    elements = wedge.elements()
+    images = _images(wedge, before, _MERGED * float(np.max(np.ptp(rim, axis=0))))
+    if images is None:
+        return None
     shortest = min(float(_edge_lengths(outline.known[nodes]).min()) for nodes in outline.nodes)
     best: FaceQuads | None = None
     for places in (relaxed, before):
         mean = np.zeros_like(places)
-        elements = wedge.elements()
-        for g in elements:
-            far, image = tree.query(wedge.carry(g, before))
-            if far.max() > near:
-                return None
+        for g, image in zip(elements, images, strict=True):
             mean += wedge.carry(g.T, places[image])
         points = origin + (mean / len(elements))[len(rim) :] @ axes
         every = np.concatenate([outline.known[boundary], points])

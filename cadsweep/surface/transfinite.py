@@ -22,6 +22,7 @@ import scipy
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from .relax import relax_quads
+from .relax_kernels import worst_grid_corner
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -79,16 +80,7 @@ def worst_corner(points: FloatArray, normals: FloatArray) -> float:
     points, normals : (h + 1, w + 1, 3) float64
         ``d points / d i  x  d points / d k`` should point along the normals.
     """
-    i_step = np.diff(points, axis=1)
-    k_step = np.diff(points, axis=0)
-    i_step /= np.maximum(np.linalg.norm(i_step, axis=-1, keepdims=True), 1e-300)
-    k_step /= np.maximum(np.linalg.norm(k_step, axis=-1, keepdims=True), 1e-300)
-    worst = 1.0
-    for a in (slice(0, -1), slice(1, None)):  # row of the i-edge: lower or upper
-        for b in (slice(0, -1), slice(1, None)):  # column of the k-edge: left or right
-            sine = np.einsum("kid,kid->ki", np.cross(i_step[a], k_step[:, b]), normals[a, b])
-            worst = min(worst, float(sine.min()))
-    return worst
+    return float(worst_grid_corner(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
 
 
 def fill(
