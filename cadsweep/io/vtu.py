@@ -126,7 +126,7 @@ def write_grid(
 
 
 def quoted(value: str) -> str:
-    """A value of an XML attribute, escaped, in quotes: as ``xml.sax.saxutils`` has it, which imports all of ``urllib``."""
+    """A value of an XML attribute, escaped, in quotes; ``xml.sax.saxutils`` has it, and imports all of ``urllib``."""
     escaped = html.escape(value)
     for space in "\n\r\t":
         escaped = escaped.replace(space, f"&#{ord(space)};")
