@@ -2,7 +2,8 @@
 
 Run ``python benchmarks/curved.py`` (all parts), or name some. Every part is meshed by its defaults, and with a
 ``tolerance`` of a thousandth of its size: volume, area and greatest distance of the boundary's nodes, middles of sides
-and of quads from the CAD faces, the edges of the caps' quads over their median, and the worst scaled Jacobian.
+and of quads from the CAD faces, the worst scaled Jacobian, and of the default mesh the edges of the caps' quads over
+the size that the mesh was made with: of the cap that is farther from plane, and of the other.
 """
 
 from __future__ import annotations
@@ -115,14 +116,25 @@ def _row(part: cq.Workplane, **options: Any) -> dict[str, Any]:
     }
 
 
-def _spread(mesh: cs.HexMesh) -> float:
-    """Longest edge of a cap's quads over the median, or the median over the shortest: the greater of the two."""
-    caps = [mesh.boundaries[name] for name in ("source", "target") if name in mesh.boundaries]
-    if not caps:
-        return math.nan
-    corners = mesh.points[np.concatenate(caps)]
-    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).ravel()
-    return float(max(lengths.max() / np.median(lengths), np.median(lengths) / lengths.min()))
+def _spread(mesh: cs.HexMesh) -> list[tuple[float, float]]:
+    """Shortest and longest edge of a cap's quads over the median edge, of the cap that is farther from plane first.
+
+    The median is that of the farther one: a cap that answers it has shorter edges where the other is steep.
+    """
+    n = mesh.structure.n_nodes if mesh.structure is not None else 0
+    if not n or mesh.structure.periodic:
+        return []
+    caps = [points[mesh.structure.quads] for points in (mesh.points[:n], mesh.points[-n:])]
+    caps.sort(key=lambda corners: -_height(corners.reshape(-1, 3)))
+    lengths = [np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2) for corners in caps]
+    middle = np.median(lengths[0])
+    return [(round(float(own.min() / middle), 3), round(float(own.max() / middle), 3)) for own in lengths]
+
+
+def _height(points: np.ndarray) -> float:
+    """How far points are from plane, over how far they reach."""
+    spans = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return float(spans[2] / spans[0])
 
 
 def main() -> None:

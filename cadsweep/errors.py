@@ -7,6 +7,19 @@ wrong, where (face, edge, layer) and what to try. ``assert`` is kept for defects
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+
+def no_such_file(path: object) -> str:
+    """The sentence about a file that is not there, with the file beside it whose name is most like it."""
+    place = Path(str(path))
+    try:
+        beside = [other.name for other in place.parent.iterdir() if other.is_file()]
+    except OSError:
+        return f"{path}: there is no such file, and no folder {place.parent} that can be read; check the path."
+    near = get_close_matches(place.name, beside, n=1)
+    return f"{path}: there is no such file" + (f"; did you mean '{near[0]}'?" if near else "; check the path.")
 
 
 class CadSweepError(Exception):
@@ -24,7 +37,7 @@ class CadSweepError(Exception):
     ...     cs.sweep_mesh("missing.step")
     ... except cs.CadSweepError as error:  # whatever goes wrong on purpose
     ...     print(error)
-    missing.step: there is no such file.
+    missing.step: there is no such file; check the path.
     """
 
     solids: tuple[str, ...] = ()

@@ -20,7 +20,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ..cells import SweptStructure
-from ..errors import InputError
+from ..errors import InputError, no_such_file
 from ..projection.storage import sweep_arrays, sweep_of_arrays
 from .block import FactoredMesh
 
@@ -66,15 +66,17 @@ def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
         The file is missing, damaged, or something else.
     """
     if Path(path).is_file() and not zipfile.is_zipfile(path):  # numpy would talk of pickles
-        raise InputError(f"{path}: not a file of sweep factors (.sweep.npz), or a damaged one")
+        raise InputError(f"{path}: not a file of sweep factors (.sweep.npz), or a damaged one; write or copy it again")
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
         yield arrays
     except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
+        raise InputError(no_such_file(path)) from None
     except (OSError, KeyError, ValueError, EOFError, TypeError, IndexError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: not a file of sweep factors, or a damaged one ({error})") from error
+        raise InputError(
+            f"{path}: not a file of sweep factors, or a damaged one ({error}); write or copy it again"
+        ) from error
 
 
 def factored_of_arrays(arrays: dict[str, Any]) -> FactoredMesh:

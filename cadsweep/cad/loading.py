@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError
+from ..errors import CadError, CadSweepError, InputError, no_such_file
 from ..libraries import explain_import_error
 from .read.model import Model
 
@@ -91,22 +91,25 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
             raise InputError(f"{path}: this is a folder; name a file in it.")
         suffix = path.suffix.lower()
         if suffix not in SCRIPTS + FILES:
-            raise InputError(f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'.")
+            raise InputError(
+                f"{path}: cadsweep reads {', '.join(FILES + SCRIPTS)} files, not '{path.suffix}'; export one of them."
+            )
         if not path.is_file():
-            raise InputError(f"{path}: there is no such file.")
+            raise InputError(no_such_file(path))
         if suffix in SCRIPTS:
             _import_opencascade()
             from .read.scripts import run_script
 
             return run_script(path, params or {})
         if params:
-            raise InputError(f"{path}: only scripts (.py) take parameters, given: {', '.join(map(str, params))}.")
+            given = ", ".join(map(str, params))
+            raise InputError(f"{path}: only scripts (.py) take parameters, given: {given}; leave them out.")
         _import_opencascade()
         from .read.files import read_file
 
         return read_file(path)
     if params:
-        raise InputError("Only scripts (.py) take parameters.")
+        raise InputError("Only scripts (.py) take parameters; leave params out.")
     _import_opencascade()
     from .read.objects import read_object
 

@@ -50,16 +50,23 @@ def typed(shape: Any, kind: Any) -> Any:
 
 def index_map(shape: Any, kind: Any) -> Any:
     """An OpenCASCADE map of the distinct sub-shapes of `kind`, numbered from 1; edges without degenerate ones."""
-    found = TopTools_IndexedMapOfShape()
-    TopExp.MapShapes_s(shape, kind, found)
+    found = _every(shape, kind)
     if kind != EDGE:
         return found
-    kept = TopTools_IndexedMapOfShape()
-    for j in range(1, found.Extent() + 1):
-        edge = TopoDS.Edge_s(found.FindKey(j))
-        if not BRep_Tool.Degenerated_s(edge):
-            kept.Add(edge)
-    return kept
+    edges = mapped(found, EDGE)
+    kept = [edge for edge in edges if not BRep_Tool.Degenerated_s(edge)]
+    if len(kept) == len(edges):
+        return found
+    of_kept = TopTools_IndexedMapOfShape()
+    for edge in kept:
+        of_kept.Add(edge)
+    return of_kept
+
+
+def _every(shape: Any, kind: Any) -> Any:
+    found = TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, kind, found)
+    return found
 
 
 def mapped(found: Any, kind: Any) -> list[Any]:
@@ -70,7 +77,8 @@ def mapped(found: Any, kind: Any) -> list[Any]:
 
 def subshapes(shape: Any, kind: Any) -> list[Any]:
     """The distinct sub-shapes of `kind`, in OpenCASCADE's order; edges without degenerate ones."""
-    return mapped(index_map(shape, kind), kind)
+    found = mapped(_every(shape, kind), kind)
+    return [edge for edge in found if not BRep_Tool.Degenerated_s(edge)] if kind == EDGE else found
 
 
 def explore(shape: Any, kind: Any) -> Iterator[Any]:

@@ -89,9 +89,14 @@ def _terminate(number: int, frame: Any) -> NoReturn:
 
 
 def _run(args: Sequence[str] | None) -> int:
+    as_json = "--json" in (sys.argv[1:] if args is None else args)
     try:
         return cadsweep.main(args=args, standalone_mode=False) or 0
     except click.ClickException as error:
+        if as_json:
+            from .failure import describe_misuse
+
+            click.echo(json.dumps({"error": describe_misuse(error.format_message())}))
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
@@ -100,7 +105,7 @@ def _run(args: Sequence[str] | None) -> int:
     except Terminated as error:
         return 128 + error.number
     except CadSweepError as error:
-        if "--json" in (sys.argv[1:] if args is None else args):
+        if as_json:
             from .failure import describe_failure
 
             click.echo(json.dumps({"error": describe_failure(error)}))

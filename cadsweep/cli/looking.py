@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
-from .mesh_options import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
+from ..errors import CadSweepError
+from .failure import describe_failure
+from .mesh_options import FAMILY, ONLY, PART, SKIP, SUPPRESS, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
@@ -28,6 +30,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 @TOUCH
 @ONLY
 @SKIP
+@SUPPRESS
 @click.option("--edges", is_flag=True, help="List the edges, too: what --edge-size, --edge-count, --rail-layers name.")
 @click.option("--source", metavar="NAME|ID", help="Only sweeps with this source cap, as for 'cadsweep mesh'.")
 @click.option("--target", metavar="NAME|ID", help="Only sweeps with this target cap.")
@@ -43,6 +46,7 @@ def info(
     touch: float | None,
     only: tuple[str, ...] | None,
     skip: tuple[str, ...] | None,
+    suppress: tuple[str, ...],
     edges: bool,
     source: str | None,
     target: str | None,
@@ -64,6 +68,7 @@ def info(
         touch=touch,
         only=only,
         skip=skip,
+        suppress=list(suppress),
         caps=(parse_cap(source), parse_cap(target)),
         timeout=timeout,
         max_memory=max_memory,
@@ -97,7 +102,18 @@ def check(
     """Show every quality and validity figure of mesh files; exit code 0 if all are valid and within limits, else 1."""
     all_well = True
     for mesh_file in mesh_files:
-        data = run("check_file", mesh_file, timeout=timeout, max_memory=max_memory, quiet=quiet or strict)
+        try:
+            data = run("check_file", mesh_file, timeout=timeout, max_memory=max_memory, quiet=quiet or strict)
+        except CadSweepError as error:  # the others are checked all the same
+            all_well = False
+            failure = describe_failure(error)
+            if as_json:
+                click.echo(json.dumps({"file": mesh_file, "passed": False, "error": failure}))
+            elif strict and not quiet:
+                click.echo(f"{mesh_file}: {failure['message']}")
+            else:
+                click.echo(f"cadsweep: {failure['message']}", err=True)
+            continue
         text = data.pop("text")
         wrong = list(data["problems"])
         worst, aspect = data["min_scaled_jacobian"], data["metrics"]["aspect"]["max"]

@@ -22,7 +22,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..contacts import solids_of
-from ..errors import CadSweepError, InputError
+from ..errors import CadSweepError, InputError, no_such_file
 from .atomic import check_place, replaced_file, replaced_folder
 
 if TYPE_CHECKING:  # the command asks for formats before anything is loaded that takes time
@@ -220,14 +220,16 @@ def read(path: str | PathLike[str]) -> HexMesh:
     except InputError as error:
         raise InputError(f"cannot read {path}: {error}") from error
     except FileNotFoundError:
-        raise InputError(f"there is no file {path}") from None
+        raise InputError(no_such_file(path)) from None
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except MemoryError:
         raise InputError(f"cannot read {path}: it asks for more memory than there is; it may be damaged") from None
     except (ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, RuntimeError, struct_error) as error:
         # What numpy and the parsers say of damaged bytes: no defect of ours, and of no use to the user as it stands.
-        raise InputError(f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error})") from error
+        raise InputError(
+            f"cannot read {path}: it is no {_suffix(path)} file, or is damaged ({error}); write or copy it again"
+        ) from error
 
 
 def _check_groups(mesh: HexMesh) -> None:

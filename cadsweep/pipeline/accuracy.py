@@ -25,6 +25,7 @@ from ..quality.deviation import Deviation, measure_deviation
 from ..sweep import Intervals, Sweep
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
+from .local_sizes import GROWTH
 from .periodic import cap_motion
 from .run import Run
 
@@ -36,14 +37,21 @@ MOST_HEXES = 200_000
 """Hexahedra up to which a part is divided finer by itself."""
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
-MOST_ROUNDS = 4
-"""Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers."""
+MOST_ROUNDS = 6
+"""Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers, and for
+meshers whose quads are not as small as they are asked for."""
 MARGIN = 1.1
 """How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
 LEAST_GAIN = 0.95
-"""A round that leaves more than this part of the excess is the last: refining does not help there."""
+"""A round that leaves more than this part of the excess was in vain."""
+ROUNDS_IN_VAIN = 2
+"""Rounds in vain after which refining does not help; one may be so by a mesher's whim."""
 _MOST_FINER = 3.0
 """Factor by which the edges of a cap are divided finer in one round."""
+_NEARLY = 0.7
+"""Share of the length at which a quad would sag too much from which on it may not grow by much, either."""
+_NEAR = 16
+"""Quads that sag, among those nearest to a place, that the length wanted there grows from."""
 _SHARE = 0.1
 """A direction that sags less than this part of what is allowed stays as it is."""
 
@@ -78,11 +86,14 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
     """
     hints = resolve_hints(part, sweep, options)
     limit = _limit(part, sweep, options)
-    best = _make(part, sweep, options, run, hints, streamed=streamed)
+    best = last = _make(part, sweep, options, run, hints, streamed=streamed)
     notes: list[str] = []
+    in_vain = 0
     for _ in range(MOST_ROUNDS if limit is not None else 0):
         assert limit is not None
-        wishes = _finer(sweep, best, hints, limit, fixed=() if _layers_follow(options) else sweep.rails)
+        if _shortfall(best.deviation, limit) <= 1.0:
+            break
+        wishes = _finer(sweep, last, hints, limit.beyond(in_vain), fixed=() if _layers_follow(options) else sweep.rails)
         if wishes is None:
             break
         try:
@@ -93,10 +104,10 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break
         gain = _shortfall(made.deviation, limit) / _shortfall(best.deviation, limit)
-        if gain >= 1.0:
-            break
-        best, hints = made, wishes
-        if gain > LEAST_GAIN:
+        last, hints = made, wishes
+        best = made if gain < 1.0 else best
+        in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
+        if in_vain == ROUNDS_IN_VAIN:
             break  # what is asked for stands in the way
     if limit is not None:
         notes += _unmet(part, best.deviation, limit, options)
@@ -157,6 +168,11 @@ class _Limit:
     distance: float
     lost: float
     most: int | None
+
+    def beyond(self, in_vain: int) -> _Limit:
+        """More than is asked for, after rounds in vain: a mesher answers in whole quads, here and there."""
+        share = MARGIN ** (-2 * in_vain)
+        return replace(self, distance=share * self.distance, lost=share * self.lost)
 
 
 class _TooManyError(Exception):
@@ -223,7 +239,7 @@ def _finer(sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: 
     """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided."""
     deviation, solid = made.deviation, sweep.solid
     excess = _excess(deviation, limit)
-    inside = _inside_sizes(deviation, limit, excess)
+    inside = _inside_sizes(deviation, limit, excess, hints.inside)
     factors = _side_factors(sweep, deviation, limit, excess)
     for e, factor in ({} if inside is None else _cap_factors(sweep, made.counts, inside)).items():
         factors[e] = max(factors.get(e, 1.0), factor)
@@ -273,8 +289,13 @@ def _cap_factors(sweep: Sweep, counts: Intervals, inside: Callable[[FloatArray],
     return factors
 
 
-def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callable[[FloatArray], FloatArray] | None:
-    """Wanted lengths at points of the source, from the quads that sag too much there; None where none does."""
+def _inside_sizes(
+    deviation: Deviation, limit: _Limit, excess: float, before: Callable[[FloatArray], FloatArray] | None
+) -> Callable[[FloatArray], FloatArray] | None:
+    """Wanted lengths at points of the source, from the quads that sag too much there; None where none does.
+
+    A mesher's quads on a small crown are larger than the lengths wanted `before`: these are made shorter, then.
+    """
     sags, lengths = deviation.cap_sags, deviation.cap_lengths
     if not len(sags):
         return None
@@ -283,12 +304,19 @@ def _inside_sizes(deviation: Deviation, limit: _Limit, excess: float) -> Callabl
         factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
     if not (factor > 1.05).any():
         return None
-    wanted = np.where(factor > 1.0, lengths / factor, np.inf)
-    tree = scipy.spatial.cKDTree(deviation.cap_middles)
+    if before is not None:
+        lengths = np.where(factor > 1.0, np.minimum(lengths, before(deviation.cap_middles)), lengths)
+    steep = factor > _NEARLY
+    middles, wanted = deviation.cap_middles[steep], (lengths / factor)[steep]
+    reach = deviation.cap_lengths[steep]
+    tree = scipy.spatial.cKDTree(middles)
 
     def sizes(points: FloatArray) -> FloatArray:
-        _, near = tree.query(points, k=min(4, len(wanted)))
-        return np.asarray(wanted[near.reshape(len(points), -1)].min(axis=1))
+        away, near = tree.query(points, k=min(_NEAR, len(wanted)))
+        away, near = away.reshape(len(points), -1), near.reshape(len(points), -1)
+        # Growing from the quads that sag, so that who asks at a few places does not miss them.
+        grown = wanted[near] + (GROWTH - 1.0) * np.maximum(away - reach[near], 0.0)
+        return np.asarray(grown.min(axis=1))
 
     return sizes
 

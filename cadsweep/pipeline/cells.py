@@ -25,7 +25,7 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads
+from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads, turn_grid
 from ..sweep import Intervals, Sweep
 from .biases import single_segments
 from .cell_asks import resolve_asks
@@ -270,6 +270,9 @@ class _Builder:
     def landed(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> tuple[IntArray, IntArray]:
         """Find the target's nodes under the source's, where both caps are meshed already."""
         skeleton, source = self.skeleton, boundary.source
+        straight = self.landed_on_grid(cell, sweep, boundary)
+        if straight is not None:
+            return straight, np.full(len(source.quads), sweep.target[0], dtype=np.int64)
         quads = [skeleton.quads_of(cell, f) for f in sweep.target]
         known = dict(zip(np.concatenate(source.loops).tolist(), boundary.rings[-1].tolist(), strict=True))
         every = np.concatenate(quads)
@@ -284,6 +287,24 @@ class _Builder:
         owner = {tuple(sorted(q)): f for f, qs in zip(sweep.target, quads, strict=True) for q in qs.tolist()}
         faces = np.array([owner[tuple(sorted(q))] for q in ends[source.quads].tolist()], dtype=np.int64)
         return ends, faces
+
+    def landed_on_grid(self, cell: int, sweep: Sweep, boundary: CellBoundary) -> IntArray | None:
+        """The target's nodes under the source's where both caps are one grid each; None where not, or they differ."""
+        if len(sweep.source) > 1 or len(sweep.target) > 1:
+            return None
+        keys = self.part.solids[cell].face_keys
+        grid, other = (self.skeleton.faces[int(keys[f])].grid for f in (sweep.source[0], sweep.target[0]))
+        if grid is None or other is None:
+            return None
+        below = dict(zip(boundary.rings[0].tolist(), boundary.rings[-1].tolist(), strict=True))
+        corners = [below[node] for node in grid[[0, 0, -1, -1], [0, -1, 0, -1]].tolist()]
+        images = turn_grid(other, np.array(corners).reshape(2, 2))
+        if images is None or images.shape != grid.shape:
+            return None
+        order = np.argsort(boundary.nodes)
+        ends = np.empty_like(boundary.nodes)
+        ends[order[np.searchsorted(boundary.nodes, grid.ravel(), sorter=order)]] = images.ravel()
+        return ends if np.array_equal(ends[: boundary.rings.shape[1]], boundary.rings[-1]) else None
 
     def built(self) -> CellBlocks:
         """All cells together."""

@@ -12,11 +12,11 @@ from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import check_mesh
+from .beside import info_of_all, side_by_side
 from .origin import AnyMesh, Group, GroupsOrigin
 from .refusing import refusal
 from .run import Run, measured
 from .separate import name_contacts
-from .several import info_of_all, side_by_side
 
 
 def make_group(part: Part, mesh: HexMesh) -> Group:

@@ -40,6 +40,7 @@ def cad_problems(
     volume: float | None,
     size: float,
     cad: CadReference,
+    numbers: IntArray | None = None,
 ) -> list[str]:
     """Say where a mesh deviates from its CAD model by more than its facets explain.
 
@@ -54,7 +55,10 @@ def cad_problems(
     size : float
         Diagonal of the mesh's bounding box.
     cad : CadReference
+    numbers : (n,) int64 or None
+        What messages call the points; None: by their places in `points`.
     """
+    number = np.arange(len(points)) if numbers is None else numbers
     problems = []
     if cad.euler is not None and euler is not None and euler != cad.euler:
         problems.append(f"the boundary's Euler characteristic is {euler}, the CAD solid's {cad.euler}")
@@ -63,6 +67,7 @@ def cad_problems(
     if len({quads.shape[1] for quads in whole.values()}) > 1:
         whole = dict(boundaries)
     whole_blocks = boundary_blocks(whole, len(points))
+    plain = {(name,) for name, quads in whole.items() if whole_blocks.get((name,)) is quads}
     blocks = {names: quads[:, :4] for names, quads in whole_blocks.items()}
     slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
     overlaps = {(one, other) for names in blocks for one in names for other in names if one != other}
@@ -70,7 +75,9 @@ def cad_problems(
     found = {(name,): area for name, area in areas.items()} | {
         joint: sum(area for names, area in block_areas.items() if set(names) & set(joint)) for joint in cad.joint_areas
     }
-    volume_slack = {names: _slack(points, quads)[0] for names, quads in blocks.items()}
+    volume_slack = {
+        names: slack[names[0]][0] if names in plain else _slack(points, quads)[0] for names, quads in blocks.items()
+    }
     odd = _odd_figures(found, volume, slack, cad, sum(volume_slack.values()))
     if odd and cad.distance is not None and cad.relative is None:
         # Angles say nothing where a curved face is one facet wide; the face itself does.
@@ -84,14 +91,15 @@ def cad_problems(
         odd = _odd_figures(found, volume, slack, cad, total)
     problems += odd
     if cad.distance is not None:
-        problems += _face_problems(points, whole, cad.distance, cad.tolerance * size)
+        problems += _face_problems(points, number, whole, cad.distance, cad.tolerance * size)
     if cad.rim_distance is not None:
-        problems += _rim_problems(points, whole_blocks, cad.rim_distance, cad.tolerance * size)
+        problems += _rim_problems(points, number, whole_blocks, cad.rim_distance, cad.tolerance * size)
     return problems
 
 
 def _face_problems(
     points: FloatArray,
+    number: IntArray,
     boundaries: Mapping[str, IntArray],
     distance: Callable[[FloatArray, str, float], FloatArray],
     tolerance: float,
@@ -100,12 +108,14 @@ def _face_problems(
     problems = []
     for name, quads in boundaries.items():
         nodes = distinct(quads)
-        problems += _off(points, nodes, distance(points[nodes], name, tolerance), tolerance, f"of '{name}'", "face")
+        away = distance(points[nodes], name, tolerance)
+        problems += _off(points[nodes], number[nodes], away, tolerance, f"of '{name}'", "face")
     return problems
 
 
 def _rim_problems(
     points: FloatArray,
+    number: IntArray,
     blocks: Mapping[tuple[str, ...], IntArray],
     distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray],
     tolerance: float,
@@ -129,26 +139,20 @@ def _rim_problems(
             here = shared[places]
             meeting = [names[j] for j in group]
             where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
-            problems += _off(
-                points,
-                here,
-                distance(points[here], frozenset(map(frozenset, meeting))),
-                tolerance,
-                where,
-                "edge" if n == 2 else "vertex",
-            )
+            away = distance(points[here], frozenset(map(frozenset, meeting)))
+            problems += _off(points[here], number[here], away, tolerance, where, "edge" if n == 2 else "vertex")
     return problems
 
 
 def _off(  # noqa: PLR0917
     points: FloatArray, nodes: IntArray, distances: FloatArray, tolerance: float, where: str, what: str
 ) -> list[str]:
-    """Say which nodes are farther from their CAD entity than the tolerance, if any is."""
+    """Say which of some nodes, with places (m, 3), are farther from their CAD entity than the tolerance."""
     off = ~(distances <= tolerance)
     if not np.any(off):
         return []
     worst = int(np.argmax(np.where(off, np.where(np.isnan(distances), np.inf, distances), -1.0)))
-    place = ", ".join(f"{c:.5g}" for c in points[nodes[worst]])
+    place = ", ".join(f"{c:.5g}" for c in points[worst])
     return [
         f"{np.count_nonzero(off)} nodes {where} are off their CAD {what}, "
         f"the farthest is node {nodes[worst]} at ({place}), by {distances[worst]:.3g}"

@@ -118,7 +118,7 @@ def check_surface(
         found.problems += found.overlaps
     if cad is not None:
         found.problems += cad_problems(
-            points, full_usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad
+            points, full_usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad, numbers=number
         )
     return found
 
@@ -190,10 +190,20 @@ def check_skin(skin: Skin, cad: CadReference | Mapping[str, CadReference] | None
         found.overlaps = crossing_problems(found.crossings)
     # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
     found.problems = [*found.overlaps, *skin.between()]
+    place_of = np.empty(len(points), dtype=np.int64)
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
+        # With its own points alone: hundreds of parts would each go through those of all.
+        nodes = np.unique(own.quads)
+        place_of[nodes] = np.arange(len(nodes))
         alone = check_surface(
-            points, own.quads, own.named, cad=reference, volume=own.volume, overlap=bool(contacts), numbers=numbers
+            points[nodes],
+            place_of[own.quads],
+            {name: place_of[own_quads] for name, own_quads in own.named.items()},
+            cad=reference,
+            volume=own.volume,
+            overlap=bool(contacts),
+            numbers=nodes if numbers is None else numbers[nodes],
         )
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
         found.areas |= {name: alone.areas[name] for name in own.named if name in skin.interfaces}

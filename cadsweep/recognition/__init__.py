@@ -4,6 +4,7 @@ Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a l
 :class:`~cadsweep.sweep.Sweep` to ``intervals`` and ``surface``. The method is in :mod:`.find`.
 """
 
+from .alike import sweeps_of_each
 from .corner_blocks import find_corner_blocks
 from .edges import describe_edges
 from .find import find_sweeps, search_sweeps
@@ -21,6 +22,7 @@ __all__ = [
     "find_sweeps",
     "may_be_ring",
     "search_sweeps",
+    "sweeps_of_each",
     "why_not_closed",
     "worst_rim",
 ]

@@ -2,5 +2,6 @@
 
 from .cutting import Blocks
 from .ladder import Smoothed, improve
+from .sliding import Slides
 
-__all__ = ["Blocks", "Smoothed", "improve"]
+__all__ = ["Blocks", "Slides", "Smoothed", "improve"]

@@ -32,7 +32,7 @@ from .opposite import opposite_angles
 from .partners import Partners
 from .quads import CapBuilder
 from .sides import RingBuilder
-from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads
+from .skeleton import CellBoundary, FaceMesh, Skeleton, grid_quads, turn_grid
 from .spacing import Fit, fit_linear_parts, place_layers
 from .stars import lay_star, patches_of
 from .sweep_grid import build_grid
@@ -57,6 +57,7 @@ __all__ = [
     "match_quads",
     "mesh_surfaces",
     "patches_of",
+    "turn_grid",
     "turned_round",
 ]
 

@@ -13,7 +13,7 @@ strips and rings are tried (``annulus``); any face is mapped to a plane (``chart
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -44,29 +44,12 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
     south, east, north, west = (outline.chain_uv(chain) for chain in chains)
     rim = (outline.known[bottom], outline.known[right], outline.known[top], outline.known[left])
     points, _, worst = fill(outline.face.surface, (south, east, north, west), rim, side=-1.0)
-    if outline.sizes is not None and _too_coarse(points, outline.sizes):
-        return None
     h, w = points.shape[0] - 1, points.shape[1] - 1
     ids = np.empty((h + 1, w + 1), dtype=np.int64)
     ids[1:-1, 1:-1] = len(outline.known) + np.arange((h - 1) * (w - 1)).reshape(h - 1, w - 1)
     ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
     quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
     return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
-
-
-def _too_coarse(points: FloatArray, sizes: Callable[[FloatArray], FloatArray]) -> bool:
-    """Whether a grid (h, w, 3) has cells far larger than what is wanted there: its rows go by its edges alone."""
-    middles = (points[:-1, :-1] + points[1:, :-1] + points[1:, 1:] + points[:-1, 1:]) / 4
-    across = np.linalg.norm(points[:-1, 1:] - points[:-1, :-1], axis=-1)
-    along = np.linalg.norm(points[1:, :-1] - points[:-1, :-1], axis=-1)
-    wanted = sizes(middles.reshape(-1, 3)).reshape(across.shape)
-    return bool((np.sqrt(across * along) > _COARSE * wanted).any())
-
-
-_FEW = 0.7
-"""Quads, of those that the sizes at places ask for, below which a mesher has missed some of these."""
-_COARSE = 1.5
-"""Size of a grid's cell over the one wanted in its middle beyond which the grid is not what is asked for."""
 
 
 def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
@@ -78,24 +61,27 @@ def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
         rows = lay_rows(chart.boundary, list(outline.smooth), partial(_normals_at, outline.face, chart))
         if rows is None:
             continue
-        for inner, quads, setting in _with_rest(chart, *rows):
+        for inner, quads, setting in _with_rest(outline, chart, *rows):
             made = outline.lift(chart, inner, quads, np.concatenate(outline.nodes), n_rows=len(rows[0]))
             if best is None or made.worst > best.worst:
                 best = made
-            if best.worst >= setting.good_enough:
+            if best.worst >= setting.good_enough and best.excess <= 1.0:
                 return best
     return best
 
 
 def _with_rest(
-    chart: Chart, inner: FloatArray, quads: IntArray, left: Sequence[IntArray]
+    outline: Outline, chart: Chart, inner: FloatArray, quads: IntArray, left: Sequence[IntArray]
 ) -> Iterator[tuple[FloatArray, IntArray, Setting]]:
     """Quads along a chart's boundary with what they leave filled by gmsh, for each of its settings that does it."""
     places = np.concatenate([*chart.boundary, inner])
     remaining = [places[loop] for loop in left]
+    given = outline.sizes is not None or chart.conformal
+    rest = replace(chart, boundary=tuple(remaining))
+    background = outline.background(rest, outline.nodes) if given else None
     for setting in settings_for(remaining):
         try:
-            more, others = mesh_polygon(remaining, setting)
+            more, others = mesh_polygon(remaining, setting, None, background)
         except SurfaceMeshError:
             continue  # the next setting, or another way
         number = np.concatenate([*left, len(places) + np.arange(len(more), dtype=np.int64)])
@@ -128,11 +114,11 @@ def lay_sharp_tips(outline: Outline) -> FaceQuads | None:
         tips = lay_tips(chart.boundary)
         if tips is None:
             continue
-        for inner, quads, setting in _with_rest(chart, *tips):
+        for inner, quads, setting in _with_rest(outline, chart, *tips):
             made = outline.lift(chart, inner, quads, np.concatenate(outline.nodes))
             if best is None or made.better_than(best):
                 best = made
-            if best.expected >= min(setting.good_enough, _enough_at_tips(outline)):
+            if best.enough(min(setting.good_enough, _enough_at_tips(outline))):
                 return best
     return best
 
@@ -165,7 +151,6 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     limit = min((np.sin(a) for loop in outline.loops for a in outline.angles(loop) if a < np.pi / 2), default=1.0)
     reasons: list[str] = []
     best: FaceQuads | None = None
-    missed: FaceQuads | None = None
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
@@ -177,18 +162,12 @@ def mesh_freely(outline: Outline) -> FaceQuads:
                 reasons.append(str(error))
                 continue
             made = outline.lift(chart, inner, quads, boundary)
-            # Advancing fronts pass by what is fine in the middle alone.
-            asked = 0.0 if outline.sizes is None or background is None else background.count_quads(chart.boundary)
-            if len(quads) < _FEW * asked:
-                missed = made if missed is None or made.better_than(missed) else missed
-                continue
             if best is None or made.better_than(best):
                 best = made
-            if best.expected >= min(setting.good_enough, 0.95 * limit):
+            if best.enough(min(setting.good_enough, 0.95 * limit)):
                 return best
         if best is not None and best.expected >= GOOD_ENOUGH / 2:
             return best
-    best = best or missed
     if best is None:
         why = (
             "; ".join(list(dict.fromkeys(reasons))[:3])
@@ -272,7 +251,7 @@ def best_quads(outline: Outline) -> FaceQuads:
             continue
         if best is None or made.better_than(best):
             best = made
-        if made.expected >= filling.enough(outline):
+        if made.enough(filling.enough(outline)):
             break
     if best is None:
         assert failure is not None, "mesh_freely gives quads or raises"

@@ -29,6 +29,8 @@ _STRAIGHT = (np.radians(150), np.radians(210))
 """Interior angles inside a side of a grid: within 30 degrees of straight on."""
 _FINER_OUTLINE = 2.0
 """The size over the outline's typical segment beyond which quads grow towards the size inside."""
+_COARSE = 1.5
+"""Mean side of a quad over the length wanted in its middle beyond which quads are not what is asked for."""
 _WORTH = 0.6
 """Part of the quads that growing ones must spare to be worth their irregular nodes."""
 
@@ -45,10 +47,19 @@ class FaceQuads:
     """Worst corner sine on both caps, as far as the angles of their vertices tell; at most `worst`."""
     walls: tuple[WallRows, ...] = ()
     notes: tuple[str, ...] = ()
+    excess: float = 1.0
+    """Above 1: how much larger than allowed quads inside are, for the sizes that are wanted there."""
 
     def better_than(self, other: FaceQuads) -> bool:
-        """Folded quads are never better, whatever is expected of the others."""
-        return (self.worst > 0, self.expected, self.worst) > (other.worst > 0, other.expected, other.worst)
+        """Folded quads are never better, whatever is expected of the others; those that miss the sizes seldom are."""
+        return self._merits() > other._merits()
+
+    def _merits(self) -> tuple[bool, float, float]:
+        return self.worst > 0, self.expected / self.excess**2, self.worst
+
+    def enough(self, expected: float) -> bool:
+        """Whether no others are worth a try: nothing worse than `expected`, and no quad too large."""
+        return self.expected >= expected and self.excess <= 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,8 +127,12 @@ class Outline:
         return outline if outline >= self.size / _FINER_OUTLINE else self.size
 
     def grows(self) -> bool:
-        """Whether quads inside should be larger or smaller than those at the outline: a grid's cannot."""
-        return self.sizes is not None or self.largest(self.nodes) > typical_length([self.known[i] for i in self.nodes])
+        """Whether quads inside should be larger than those at the outline, or of sizes that a plane's are asked for.
+
+        A lattice's cannot; on a curved face, where sizes are a matter of its curvature, they come near.
+        """
+        asked = self.sizes is not None and self.face.kind == "plane"
+        return asked or self.largest(self.nodes) > typical_length([self.known[i] for i in self.nodes])
 
     def background(self, chart: Chart, nodes: Sequence[IntArray]) -> Background | None:
         """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
@@ -162,7 +177,22 @@ class Outline:
         nodes, uses = np.unique(quads, return_counts=True)
         angles = self.opposite_of(nodes) / uses
         sines = np.sin(np.minimum(angles[np.isfinite(angles)], np.pi))
-        return FaceQuads(inner_points=inner, quads=quads, worst=worst, expected=min([worst, *sines.tolist()]))
+        return FaceQuads(
+            inner_points=inner,
+            quads=quads,
+            worst=worst,
+            expected=min([worst, *sines.tolist()]),
+            excess=self._excess(inner, quads),
+        )
+
+    def _excess(self, inner: FloatArray, quads: IntArray) -> float:
+        """How far quads without a node of the outline are too large: a mesher's front passes by a small crown."""
+        inside = quads[(quads >= len(self.known)).all(axis=1)]
+        if self.sizes is None or not len(inside):
+            return 1.0
+        corners = inner[inside - len(self.known)]
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
+        return max(1.0, float(np.max(lengths / self.sizes(corners.mean(axis=1)))) / _COARSE)
 
 
 def reversed_loop(loop: Sequence[DirectedEdge]) -> list[DirectedEdge]:

@@ -36,6 +36,18 @@ def _unit_steps(corners, steps):  # type: ignore[no-untyped-def]  # pragma: no c
             steps[i, d] /= length
 
 
+@njit(nogil=True, error_model="numpy", inline="always")
+def _unit_step(start, end, step):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Unit vector ``step`` (3,) from one point to another."""
+    squared = 0.0
+    for d in range(3):
+        step[d] = end[d] - start[d]
+        squared += step[d] * step[d]
+    length = max(np.sqrt(squared), 1e-300)
+    for d in range(3):
+        step[d] /= length
+
+
 @kernel
 def quad_sines(points, quads, normals, out):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Sines ``out`` (q, 4) of the corner angles of quads (q, 4), seen along the nodes' normals (n, 3)."""
@@ -106,3 +118,26 @@ def best_places(points, normals, quads, sines, starts, around, nodes, offsets, o
                 for d in range(3):
                     off[m, d] = trial[d]
         gain[m] = best - before
+
+
+@kernel
+def worst_grid_corner(points, normals):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least sine of the corners of a grid of quads (h + 1, w + 1, 3), seen along normals; -inf where one is nan."""
+    rows, columns = points.shape[0], points.shape[1]
+    along, across = np.empty((rows, columns - 1, 3)), np.empty((rows - 1, columns, 3))
+    for k in range(rows):
+        for i in range(columns - 1):
+            _unit_step(points[k, i], points[k, i + 1], along[k, i])
+    for k in range(rows - 1):
+        for i in range(columns):
+            _unit_step(points[k, i], points[k + 1, i], across[k, i])
+    worst = 1.0
+    for k in range(rows - 1):
+        for i in range(columns - 1):
+            for row in range(2):
+                for column in range(2):
+                    sine = _sine(along[k + row, i], across[k, i + column], normals[k + row, i + column])
+                    if np.isnan(sine):
+                        return -np.inf
+                    worst = min(worst, sine)
+    return worst

@@ -37,6 +37,9 @@ _LEAST_AROUND = 6
 _RINGS = 0.45
 """Part of the half width that the rings take: core and rings then have quads of one size, as good as it gets."""
 
+_EVENING = 3
+"""Times that a curved face's links are weighed by their lengths."""
+
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -184,6 +187,8 @@ def fill_round_core(outline: Outline) -> FaceQuads | None:
     first, p = _core_corners(rim)
     segment = float(np.mean(np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)))
     half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
+    if not chart.isometric:  # a dome's rim is farther from its middle than it looks from above
+        half *= outline.face.area / signed_area(rim)
     return _relaxed(outline, chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment))))
 
 
@@ -230,18 +235,49 @@ def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]
 
 
 def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
-    """Quads whose inner nodes stand at the mean of their neighbours in the chart."""
-    inner = _embedded(np.concatenate(chart.boundary), n_inner, quads)[-n_inner:] if n_inner else np.zeros((0, 2))
-    return outline.lift(chart, inner, quads, np.concatenate(outline.nodes))
+    """Quads whose inner nodes stand at the mean of their neighbours in the chart; a curved one's are evened."""
+    rim = np.concatenate(chart.boundary)
+    places = _embedded(rim, n_inner, quads)
+    if n_inner and not chart.isometric:
+        places = _evened(outline, chart, places, quads)
+    return outline.lift(chart, places[len(rim) :], quads, np.concatenate(outline.nodes))
 
 
-def _embedded(rim: FloatArray, n_inner: int, quads: IntArray) -> FloatArray:
-    """Places (n, 2) of all nodes of a quad mesh, its first at `rim`, the others at the mean of their neighbours."""
+def _evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray) -> FloatArray:
+    """Places (n, 2) of a quad mesh whose links pull the harder, the longer they are on the surface.
+
+    Where sizes are wanted, the longer they are beside these.
+    """
+    n_rim = sum(map(len, chart.boundary))
+    rim = outline.known[np.concatenate(outline.nodes)]
+    ends = _links_of(quads)
+    weights = np.ones(len(ends))
+    for _ in range(_EVENING):
+        points = np.concatenate([rim, chart.lift(places[n_rim:])[0]])
+        lengths = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1)
+        if outline.sizes is not None:
+            lengths /= np.minimum(outline.sizes(points[ends].mean(axis=1)), outline.size)
+        weights *= lengths / lengths.mean()
+        places = _embedded(places[:n_rim], len(places) - n_rim, quads, weights)
+    return places
+
+
+def _links_of(quads: IntArray) -> IntArray:
+    """The sides (m, 2) of quads, each once."""
+    return np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
+
+
+def _embedded(rim: FloatArray, n_inner: int, quads: IntArray, weights: FloatArray | None = None) -> FloatArray:
+    """Places (n, 2) of all nodes of a quad mesh, its first at `rim`, the others at the mean of their neighbours.
+
+    `weights`: of the sides, as :func:`_links_of` gives them; all alike without.
+    """
     if not n_inner:
         return rim
     n = len(rim) + n_inner
-    ends = np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
-    links = scipy.sparse.coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(n, n)).tocsr()
+    ends = _links_of(quads)
+    pulls = np.ones(len(ends)) if weights is None else weights
+    links = scipy.sparse.coo_array((pulls, (ends[:, 0], ends[:, 1])), shape=(n, n)).tocsr()
     links = links + links.T
     laplacian = (scipy.sparse.diags_array(links.sum(axis=1)) - links).tocsc()
     free, given = laplacian[len(rim) :, len(rim) :], laplacian[len(rim) :, : len(rim)]

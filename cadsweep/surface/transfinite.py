@@ -22,6 +22,7 @@ import scipy
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from .relax import relax_quads
+from .relax_kernels import worst_grid_corner
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -79,20 +80,7 @@ def worst_corner(points: FloatArray, normals: FloatArray) -> float:
     points, normals : (h + 1, w + 1, 3) float64
         ``d points / d i  x  d points / d k`` should point along the normals.
     """
-    # Coordinate by coordinate: most grids are small, and ``numpy.cross`` of four corners was half of their filling.
-    x = np.ascontiguousarray(np.moveaxis(points, -1, 0))
-    n = np.ascontiguousarray(np.moveaxis(normals, -1, 0))
-    i = x[:, :, 1:] - x[:, :, :-1]
-    k = x[:, 1:] - x[:, :-1]
-    i /= np.maximum(np.sqrt(i[0] * i[0] + i[1] * i[1] + i[2] * i[2]), 1e-300)
-    k /= np.maximum(np.sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2]), 1e-300)
-    worst = 1.0
-    for a in (slice(0, -1), slice(1, None)):  # row of the i-edge: lower or upper
-        for b in (slice(0, -1), slice(1, None)):  # column of the k-edge: left or right
-            (p, q, r), (s, t, u), (f, g, h) = i[:, a], k[:, :, b], n[:, a, b]
-            sine = (q * u - r * t) * f + (r * s - p * u) * g + (p * t - q * s) * h
-            worst = min(worst, float(sine.min()))
-    return worst
+    return float(worst_grid_corner(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
 
 
 def fill(

@@ -175,6 +175,12 @@ def test_whole_numbers_stay_whole(script):
     assert load(script(text), params={"n": "3"}).solids[0].volume == pytest.approx(3.0)
 
 
+def test_a_script_that_shows_nothing_gives_what_it_calls_result(script):
+    part = load(script("import cadquery as cq\nresult = cq.Workplane().box(1, 2, 3)\n"))
+    assert part.solids[0].volume == pytest.approx(6)
+    assert any("'result'" in note for note in part.notes)
+
+
 def test_negative_and_annotated_parameters(script):
     text = "import cadquery as cq\nlow = -1.0\nhigh: float = 2\nshow_object(cq.Workplane().box(1, 1, high - low))\n"
     assert load(script(text)).solids[0].volume == pytest.approx(3.0)

@@ -438,3 +438,47 @@ def test_outlines_that_nearly_coincide_are_noted_and_touch_makes_them_coincide(c
 def test_a_short_edge_that_a_solid_had_is_its_own_affair(cq, load):
     bevelled = cq.Workplane().box(1, 1, 1, centered=False).edges("|Z and <X and <Y").chamfer(1e-3)
     assert not any("is left" in note for note in load(several(cq, bevelled, box(cq, (1, 0, 0)))).notes)
+
+
+def turned(shape):
+    """Off the axes, so that no coordinate is a round number."""
+    return shape.rotate((0, 0, 0), (1, 2, 3), 33).translate((5, 7, 11))
+
+
+def test_blocks_that_touch_in_whole_faces_share_what_the_general_fuse_finds(cq, load, monkeypatch):
+    from cadsweep.cad import find_contacts
+    from cadsweep.cad.imprinting import fusing
+
+    wedge = cq.Workplane("XZ", (0, 1, 0)).polyline([(3, 0), (4, 0), (3, 1)]).close().extrude(1)
+    blocks = [box(cq, (i, 0, k)) for i in range(3) for k in range(2)]
+    whole = several(cq, *(turned(shape) for shape in (*blocks, wedge)))
+    made = []
+    quick = fusing.share_whole_faces
+    monkeypatch.setattr(fusing, "share_whole_faces", lambda *given: made.append(quick(*given)) or made[-1])
+    shared_part = load(whole)
+    assert made != [None]
+    assert_shares_exactly(shared_part)
+    monkeypatch.setattr(fusing, "share_whole_faces", lambda *_: None)
+    fused = load(whole)
+    found, expected = find_contacts(shared_part), find_contacts(fused)
+    assert [(c.models, len(c.faces), c.n_edges, c.n_vertices) for c in found] == [
+        (c.models, len(c.faces), c.n_edges, c.n_vertices) for c in expected
+    ]
+    assert [c.area for c in found] == pytest.approx([c.area for c in expected])
+    assert [s.volume for s in shared_part.solids] == pytest.approx([1.0] * 6 + [0.5])
+    for one, other in zip(shared_part.solids, fused.solids, strict=True):
+        assert sorted(face.key for face in one.faces) == sorted(face.key for face in other.faces)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-4])
+def test_blocks_with_the_same_corners_and_other_faces_are_not_taken_for_whole_faces(cq, load, gap):
+    # Two wedges on a cube: the corners of both together are the cube's, its face is divided.
+    wedges = [
+        cq.Workplane("XY", (0, 0, 1 + gap)).polyline(corners).close().extrude(1)
+        for corners in ([(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)])
+    ]
+    part = load(several(cq, box(cq, (0, 0, 0)), *wedges))
+    assert [len(shared(part, "face", 0, k)) for k in (1, 2)] == ([1, 1] if gap == 0 else [0, 0])
+    assert len(shared(part, "face", 1, 2)) == 1
+    assert len(part.solids[0].faces) == (7 if gap == 0 else 6)
+    assert_shares_exactly(part)

@@ -94,8 +94,15 @@ def coil():
     return cq.Solid.sweep(cq.Wire.makeCircle(0.3, cq.Vector(5, 0, 0), cq.Vector(0, 1, 0)), [], helix, True, True)
 
 
+def strip():
+    """Turns of a square section that nearly touch: places of another turn are nearer than a point's own."""
+    helix = cq.Workplane(cq.Wire.makeHelix(2.4, 7.2, 6))
+    return cq.Workplane("XZ").center(6, 0).rect(2, 2).sweep(helix, isFrenet=True)
+
+
 PARTS = {
     "coil": coil,
+    "strip": strip,
     "skewed loft": lambda: cq.Workplane().rect(1, 1).workplane(offset=5).center(-3, -1.5).ellipse(0.8, 0.7).loft(),
     "flat loft": lambda: cq.Workplane().rect(3, 0.4).workplane(offset=1).ellipse(0.2, 1.5).loft(),
     "oval": lambda: cq.Workplane("XZ").center(9, 0).ellipse(4, 1).revolve(200, (-9, 0, 0), (-9, 1, 0)),
@@ -118,6 +125,7 @@ def test_no_point_of_a_face_is_lost(name):
         low, high = face.surface.box
         points = face.surface.evaluate(low + rng.random((2000, 2)) * (high - low))
         assert face.surface.distance(points, close=1e-6 * solid.size).max() < 1e-9 * solid.size
+        assert face.surface.distance(points).max() < 1e-9 * solid.size
         lifted = points + 1e-4 * solid.size * face.surface.normals(face.surface.project(points))
         off = face.surface.distance(lifted[:200], close=1e-6 * solid.size)
         assert off.max() < 1.01e-4 * solid.size

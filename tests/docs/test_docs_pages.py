@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
 import shlex
 import shutil
@@ -15,6 +14,7 @@ import pytest
 
 from cadsweep.cli import group
 
+from ..commands import exit_code, in_this_process
 from .docs_pages import PAGES, ROOT, anchors, blocks, inline_commands, links
 
 PROGRAMS = {"ccx": "ccx", "checkMesh": "checkMesh", "gmshToFoam": "gmshToFoam"}
@@ -47,13 +47,6 @@ def test_commands_in_the_text_have_the_options_that_they_name(page):
             assert not word.startswith("--") or word in {*options, "--help"}, command
 
 
-def in_this_process(task, args, kwargs, *, on_progress, **limits):
-    """What a worker does, without the worker: its own tests are elsewhere."""
-    del limits
-    module, name = task.split(":")
-    return getattr(importlib.import_module(module), name)(*args, **kwargs, on_progress=lambda *_: None)
-
-
 def run_command(line, monkeypatch):
     """Run a line of a shell; returns its exit code."""
     words = shlex.split(line, comments=True)
@@ -63,15 +56,9 @@ def run_command(line, monkeypatch):
         monkeypatch.setenv(*words.pop(0).split("=", 1))
     if words[0] == "cadsweep":
         with monkeypatch.context() as patch, contextlib.ExitStack() as files:
-            patch.setattr(sys, "argv", words)
-            # What tells click its own name, beside the first argument; pytest was started as a module.
-            patch.setattr(sys.modules["__main__"], "__package__", None)
             if output is not None:
                 patch.setattr(sys, "stdout", files.enter_context(open(output, "w")))
-            try:
-                return group._run(words[1:])
-            except SystemExit as end:
-                return end.code or 0
+            return exit_code(words[1:], monkeypatch)
     if words[0] == "mkdir":
         for folder in words[2:]:
             os.makedirs(folder)
@@ -102,7 +89,7 @@ def test_every_block_of_a_page_runs_as_it_stands(page, tmp_path, monkeypatch, ca
     pytest.importorskip("cadquery")
     pytest.importorskip("gmsh")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("cadsweep.isolation.run_isolated", in_this_process)
+    monkeypatch.setattr("cadsweep.isolation.run_isolated", in_this_process)  # also what Python blocks call
     (tmp_path / "models").symlink_to(ROOT / "models")
     names = {"__name__": "__main__"}
     for block in blocks(page):

@@ -213,7 +213,7 @@ def test_a_full_disk_is_said_and_leaves_the_old_file(tmp_path, suffix):
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_files_that_are_no_mesh_are_refused_in_one_line(tmp_path, suffix):
     path = tmp_path / f"bad{suffix}"
-    with pytest.raises(InputError, match="there is no file"):
+    with pytest.raises(InputError, match="there is no such file"):
         io.read(path)
     if suffix == ".polymesh":
         path.mkdir()

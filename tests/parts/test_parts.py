@@ -1,7 +1,6 @@
 """Every part of this folder, without a hint: recognised, counted and meshed, or refused as a sweep with a reason."""
 
 import json
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ pytest.importorskip("gmsh")
 from cadsweep import load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.intervals import assign_intervals
+from cadsweep.pipeline import attempts
 from cadsweep.pipeline.attempts import open_and_find
 
 pytestmark = pytest.mark.cad
@@ -26,12 +26,6 @@ CORNERED = ("axis_wedge", "cone", "hemisphere", "octahedron", "pyramid", "sphere
 UNSWEEPABLE = [*sorted((HERE / "unsweepable").glob("*.py")), *(HERE / "decomposed" / f"{name}.py" for name in CORNERED)]
 
 
-@cache
-def part_of(path):
-    """Load a script once for all tests."""
-    return load(path)
-
-
 def name_of(path):
     """Test id."""
     return path.stem
@@ -43,30 +37,31 @@ def test_there_are_enough_parts():
 
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
-def test_sweepable_part_is_recognised(path):
-    for sweep in open_and_find(part_of(path), None, None)[1]:
-        roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
-        assert sorted(roles) == list(range(len(sweep.solid.faces)))
-        found = assign_intervals(sweep)
-        for side in sweep.linking_sides:
-            assert sum(found.counts[e] for e, _ in side.bottom) == sum(found.counts[e] for e, _ in side.top)
-            assert sum(found.counts[e] for e, _ in side.left) == sum(found.counts[e] for e, _ in side.right)
-
-
-@pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
-def test_sweepable_part_is_meshed(path):
-    mesh = sweep_mesh(part_of(path))
+def test_sweepable_part_is_recognised_and_meshed(path, monkeypatch):
+    found = []
+    monkeypatch.setattr(attempts, "open_and_find", lambda *args: found.append(open_and_find(*args)) or found[-1])
+    mesh = sweep_mesh(load(path))
     report = mesh.info["quality"]
     assert report.n_inverted == 0
     assert report.min_scaled_jacobian >= FLOORS[path.stem]
     assert np.isclose(report.volume, mesh.info["cad_volume"], rtol=0.01)
+    # Every candidate that recognition gave, not only the one that was meshed.
+    ((_, sweeps),) = found
+    for sweep in sweeps:
+        roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
+        assert sorted(roles) == list(range(len(sweep.solid.faces)))
+        counts = assign_intervals(sweep).counts
+        for side in sweep.linking_sides:
+            assert sum(counts[e] for e, _ in side.bottom) == sum(counts[e] for e, _ in side.top)
+            assert sum(counts[e] for e, _ in side.left) == sum(counts[e] for e, _ in side.right)
 
 
 @pytest.mark.parametrize("path", UNSWEEPABLE, ids=name_of)
 def test_unsweepable_part_is_refused_with_reasons(path):
-    (solid,) = part_of(path).solids
+    part = load(path)
+    (solid,) = part.solids
     with pytest.raises(NotSweepableError) as caught:
-        open_and_find(part_of(path), None, None)
+        open_and_find(part, None, None)
     assert "\n" not in str(caught.value)
     own, besides = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
     for face, reason in zip(solid.faces, own, strict=True):

@@ -90,3 +90,32 @@ def test_order_two_is_judged_by_its_curved_sides(bar):
     # Parabolas through the middles of eight arcs leave less than a thousandth of the circle.
     mesh = cs.sweep_mesh(bar, counts={"edges:%CIRCLE": 8}, layers=1, order=2)
     assert abs(mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0) < 1e-3
+
+
+def under_a_surface(section, height, half):
+    """A prism of a section under a freeform surface."""
+    at = np.linspace(-half, half, 13)
+    surface = cq.Face.makeSplineApprox([[cq.Vector(x, y, height(x, y)) for y in at] for x in at], tol=1e-4)
+    pieces = cq.Workplane(obj=section.extrude(30).val().split(surface)).solids().vals()
+    return cs.load(cq.Workplane(obj=min(pieces, key=lambda piece: piece.Center().z)))
+
+
+def test_a_tolerance_is_kept_on_a_small_crown():
+    # The crown has a radius of curvature of 2/3: a front of quads of size 1.8 passes by it.
+    bell = under_a_surface(cq.Workplane().circle(10), lambda x, y: 3 + 9 * np.exp(-(x * x + y * y) / 12), 13)
+    mesh = cs.sweep_mesh(bell, tolerance=0.1, size=1.8, layers=2)
+    assert mesh.info["distance"] <= 0.1
+    assert not any("asked for" in note for note in mesh.info["notes"])
+
+
+def test_rings_on_a_round_dome_are_even_on_its_surface():
+    dome = under_a_surface(cq.Workplane().circle(9), lambda x, y: 12 - 0.06 * (x * x + y * y), 11)
+    mesh = cs.sweep_mesh(dome, size=1.5)
+    quads, n = mesh.structure.quads, mesh.structure.n_nodes
+    (top,) = (cap for cap in (mesh.points[:n], mesh.points[-n:]) if np.ptp(cap[:, 2]) > 1.0)
+    lengths = np.linalg.norm(top[quads] - top[np.roll(quads, -1, axis=1)], axis=2)
+    assert lengths.min() > 1.5 / 2.5
+    assert lengths.max() < 1.5 * 1.5
+    # A core of rings has four nodes inside that do not have four quads.
+    inner = np.setdiff1d(np.arange(n), np.concatenate(mesh.structure.loops))
+    assert (np.bincount(quads.ravel(), minlength=n)[inner] != 4).sum() == 4

@@ -355,3 +355,31 @@ def test_the_record_knows_where_solids_are_in_the_assembly_and_what_they_are_mad
         mesh = cs.sweep_mesh(whole, size=1.0)
         assert mesh.info["paths"] == {"plate": "machine/frame/plate", "lid": "machine/lid"}
         assert mesh.info["materials"] == {"plate": "steel"}
+
+
+def test_nodes_of_a_contact_slide_on_its_face_and_along_its_edges_when_smoothing_needs_them():
+    from cadsweep.blocks.interface_slides import find_interface_slides
+    from cadsweep.pipeline.several import fixed_nodes
+    from cadsweep.smoothing import Blocks, improve
+
+    mesh = cs.sweep_mesh(shells(), size=1.0, allow_coarse=True)
+    part, joined, names = mesh.origin.part, mesh.origin.joined, mesh.origin.names
+    slides = find_interface_slides(part, joined, names)
+    inside = slides.surface >= 0
+    along = slides.curve >= 0
+    # Two contacts, each a cylinder in two halves: vertices stay, rims and seams slide along themselves.
+    radius = np.hypot(*joined.points[:, :2].T)
+    assert inside.any()
+    assert along.any()
+    assert np.abs(radius[slides.mask][:, None] - [2.0, 3.0]).min(axis=1).max() < 1e-9
+    points = joined.points.copy()
+    moved = np.flatnonzero(inside & (np.abs(radius - 3.0) < 1e-6) & (points[:, 2] < 4.0))[0]
+    points[moved, 2] += 2.0  # along the cylinder, past the next node
+    fixed = fixed_nodes(joined, names)
+    structure = Blocks(joined.hexes, len(points))
+    held = improve(points, structure, fixed=fixed)
+    free = improve(points, structure, fixed=fixed, slides=slides)
+    assert held.after <= 0.0
+    assert free.after >= 0.3
+    points[free.nodes] = free.positions
+    assert np.abs(np.hypot(*points[inside, :2].T)[:, None] - [2.0, 3.0]).min(axis=1).max() < 1e-9

@@ -137,7 +137,7 @@ def test_a_hostile_script_ends_with_its_worker(tmp_path, name):
     text, words = HOSTILE[name]
     path = tmp_path / "script.py"
     path.write_text(text)
-    timeout = 25.0 if name in HANGS else 250.0
+    timeout = 12.0 if name in HANGS else 250.0
     with pytest.raises(CadSweepError, match=words):
         cadsweep.sweep_mesh(str(path), isolated=True, timeout=timeout, max_memory=1.5)
 

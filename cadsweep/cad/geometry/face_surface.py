@@ -36,6 +36,10 @@ _MOST_GRID = 1024
 """Places in each direction for first guesses: a helix of a hundred turns has ten a turn."""
 _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
+_DOUBTFUL = 0.1
+"""Distance of a foot over that of the place of the grid it was looked for from, beyond which it is looked for anew."""
+_AT_ONCE = 2**20
+"""Pairs of a point and a place of the grid that are looked at together: some megabytes."""
 _FEW = 200_000
 """Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
@@ -216,17 +220,23 @@ class FaceSurface:
     def distance(self, points: FloatArray, *, close: float = np.inf) -> FloatArray:
         """Distances (m,) of `points` (m, 3) from the surface.
 
-        Where Newton's method ends farther away than `close`, it begins anew from other places of the grid, and what is
-        still far is left to OpenCASCADE; the least distance counts.
+        Where Newton's method hardly comes nearer than the place of the grid that it begins at, that may be on another
+        coil than the nearest point is; there, and where it ends farther away than `close`, it begins anew from other
+        places of the grid. What is still farther than `close` is left to OpenCASCADE. The least distance counts.
         """
         points = _rows(points, 3)
-        found = self._nearest(points)[1]
         if self._exact is not None:
-            return found
-        for slower in (self._from_many_places, self.second_opinion):
-            far = np.flatnonzero(found > close)
-            if len(far) and slower is not None:
-                found[far] = np.minimum(found[far], slower(points[far]))
+            return self._nearest(points)[1]
+        grid, places = self._grid
+        start = self._starts(points)
+        found = self._descended(points, grid[start])[1]
+        away = np.linalg.norm(places[start] - points, axis=1)
+        again = np.flatnonzero((found > np.minimum(close, _DOUBTFUL * away)) & (away > 0.0) & np.isfinite(away))
+        if len(again):
+            found[again] = np.minimum(found[again], self._from_many_places(points[again]))
+        far = np.flatnonzero(found > close)
+        if len(far) and self.second_opinion is not None:
+            found[far] = np.minimum(found[far], self.second_opinion(points[far]))
         return found
 
     @property
@@ -244,20 +254,35 @@ class FaceSurface:
             else:
                 uv = self.in_branch(self._exact(points))
             return uv, np.linalg.norm(self.evaluate(uv) - points, axis=1)
+        return self._descended(points, self._grid[0][self._starts(points)])
+
+    def _starts(self, points: FloatArray) -> IntArray:
+        """Rows (m,) of the grid: the place nearest to each point."""
         grid, places = self._grid
         if len(points) * len(grid) <= _FEW:
             nearest = np.empty(len(points), dtype=np.int64)
             nearest_rows(places, _packed(points, 3), nearest)
-        else:
-            nearest = self._tree.query(np.where(np.isfinite(points), points, 0.0))[1]
-        return self._descended(points, grid[nearest])
+            return nearest
+        return np.asarray(self._tree.query(np.where(np.isfinite(points), points, 0.0))[1], dtype=np.int64)
 
     def _from_many_places(self, points: FloatArray) -> FloatArray:
-        """Least distance (m,) of descents from some of the nearest places of the grid."""
-        grid, _ = self._grid
-        starts = grid[self._tree.query(points, k=min(_PLACES, len(grid)))[1]]
-        found = [self._descended(points, starts[:, k])[1] for k in range(starts.shape[1])]
-        return np.asarray(np.min(found, axis=0))
+        """Least distance (m,) of descents from the places of the grid that are nearer than those around them.
+
+        The nearest places alone would not do: they may all be on one coil, where the grid is fine.
+        """
+        grid, places = self._grid
+        shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
+        found = np.full(len(points), np.inf)
+        step = max(1, _AT_ONCE // len(grid))
+        for rows in (slice(first, first + step) for first in range(0, len(points), step)):
+            away = scipy.spatial.distance.cdist(points[rows], places, "sqeuclidean")
+            by_axes = away.reshape(len(away), *shape)
+            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=(1, 3, 3), mode="nearest")
+            away[~least.reshape(away.shape)] = np.inf
+            some = np.argpartition(away, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
+            row, k = np.nonzero(np.isfinite(np.take_along_axis(away, some, axis=1)))
+            np.minimum.at(found[rows], row, self._descended(points[rows][row], grid[some[row, k]])[1])
+        return found
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""

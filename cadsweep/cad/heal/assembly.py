@@ -78,12 +78,13 @@ def make_assembly(
     all_faces, all_edges = index_map(model.shape, FACE), index_map(model.shape, EDGE)
     healed: list[Any] = []
     labels: list[Labels] = []
+    healer = _Healer(names)
     for done, (solid, name, (_, face_colors)) in enumerate(zip(solids, names, colors, strict=True)):
         if on_progress is not None:
             on_progress(_HEALED * done / len(solids))
         traced = Traced(solid)
         with stage(model, f"healing '{name}'"):
-            notes += [f"'{name}': {note}" for note in _mended(traced, name, names)]
+            notes += [f"'{name}': {note}" for note in healer.mend(traced, name)]
         healed.append(typed(traced.shape, SOLID))
         own = [all_faces.FindIndex(face) - 1 for face in subshapes(solid, FACE)]
         face_labels = [FaceLabel(f"face {j}", faces.by_entity.get(j, ()), face_colors.get(j)) for j in own]
@@ -143,11 +144,25 @@ def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[Mod
         yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
 
 
-def _mended(traced: Traced, name: str, among: Sequence[str]) -> list[str]:
-    try:
-        return mend(traced)
-    except CadError as error:
-        raise CadError(f"'{name}': {error} Or leave it out: {say_leave_out([name], among)}.") from error
+class _Healer:
+    """Mends solids one by one; a copy of one in which there was nothing to mend needs no looking at."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = names
+        self._sound: dict[tuple[int, Any], Any] = {}
+
+    def mend(self, traced: Traced, name: str) -> list[str]:
+        shape = traced.shape
+        key = id(shape.TShape()), shape.Orientation()
+        if key in self._sound and not shape.Location().Transformation().IsNegative():
+            return []
+        try:
+            notes = mend(traced)
+        except CadError as error:
+            raise CadError(f"'{name}': {error} Or leave it out: {say_leave_out([name], self._names)}.") from error
+        if not notes:
+            self._sound[key] = shape.TShape()  # kept, so that its id is its own
+        return notes
 
 
 def _followed(traced: Traced, faces: Sequence[FaceLabel], edges: Sequence[EdgeLabel]) -> Labels:

@@ -62,14 +62,16 @@ def sew(traced: Traced) -> str:
         its = f"its {len(faces)} faces do" if len(faces) > 1 else "its one face does"
         raise CadError(
             f"there is no solid, and {its} not close to one: {len(free)} edges bound "
-            f"one face only, the first at {place(free[0])}. A face is missing, or faces do not meet."
+            f"one face only, the first at {place(free[0])}. "
+            "A face is missing, or faces do not meet; close the gap in the CAD program."
         )
     shells = [] if sewn is None or sewn.IsNull() else subshapes(sewn, SHELL)
     if not shells and len(faces) == 1 and sewn is not None and not sewn.IsNull():
         shells = [_shell_of(sewn)]  # a whole sphere or torus is closed by itself, and there was nothing to sew
     if len(shells) != 1:
         raise CadError(
-            f"there is no solid, and its {len(faces)} faces make {len(shells)} shells instead of one closed shell."
+            f"there is no solid, and its {len(faces)} faces make {len(shells)} shells instead of one closed shell. "
+            "Join them to a solid in the CAD program."
         )
     solid = BRepBuilderAPI_MakeSolid(shells[0]).Solid()
     BRepLib.OrientClosedSolid_s(solid)

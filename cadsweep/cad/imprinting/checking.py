@@ -5,7 +5,7 @@ Place in the flow: called by :mod:`.joining` on what :mod:`.fusing` gives, befor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -111,7 +111,13 @@ def check_counts(fused: Fused, labels: Sequence[str]) -> None:
 
 
 def check_imprinted(
-    shapes: Sequence[Any], traced: Traced, labels: Sequence[str], units: Units, *, moved: float
+    shapes: Sequence[Any],
+    traced: Traced,
+    labels: Sequence[str],
+    units: Units,
+    *,
+    moved: float,
+    whole: Set[int] = frozenset(),
 ) -> None:
     """Refuse what the general fuse made of the solids where it is not they, with more faces.
 
@@ -126,14 +132,16 @@ def check_imprinted(
     units : Units
     moved : float
         Distance by which faces may have been moved to one another.
+    whole : set of int
+        Solids that have the faces that they had: of these only the count is looked at.
 
     Raises
     ------
     CadError
         A solid is invalid, of another volume, or has lost a face.
     """
-    for shape, piece, label in zip(shapes, children(traced.shape), labels, strict=True):
-        if piece.IsSame(shape):
+    for number, (shape, piece, label) in enumerate(zip(shapes, children(traced.shape), labels, strict=True)):
+        if piece.IsSame(shape) or number in whole:
             continue
         try:
             check_closed(piece)
@@ -142,8 +150,10 @@ def check_imprinted(
         damage = faults(piece)
         if damage:
             raise CadError(f"imprinting made {label} invalid: {damage[0]}")
-        allowed = moved * surface_area(shape)
         before, after = volume_and_center(shape)[0], volume_and_center(piece)[0]
+        if abs(after - before) <= SAME_VOLUME * before:
+            continue
+        allowed = moved * surface_area(shape)
         if abs(after - before) > SAME_VOLUME * before + allowed:
             # OpenCASCADE's integrals over a face with splines and over its pieces can differ by per cents.
             before, after = integrated_volume(shape), integrated_volume(piece)

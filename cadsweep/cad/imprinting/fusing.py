@@ -1,7 +1,8 @@
 """OpenCASCADE's general fuse of separate solids, and what became of every solid, face and edge.
 
 Place in the flow: called by :mod:`.joining`. Solids are arguments of their own, since an argument must not interfere
-with itself; nothing is glued, since gluing does not check that it may. Solids whose boxes are apart are not fused.
+with itself; nothing is glued, since gluing does not check that it may. Solids whose boxes are apart are not fused, nor
+are those of which :mod:`.whole_faces` finds that they touch in whole faces.
 
 Not handled: whether the result is right. OpenCASCADE's own word says little; :mod:`.checking` looks.
 """
@@ -18,6 +19,7 @@ from OCP.BOPAlgo import BOPAlgo_Builder
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, listed, subshapes, typed
+from .whole_faces import WholeFaces, share_whole_faces
 
 
 class Fused:
@@ -27,15 +29,27 @@ class Fused:
     ----------
     pieces : list of list of TopoDS_Solid
         Entry i: what solid i has become.
+    whole : set of int
+        Solids that have the faces that they had, some of them together with others.
     """
 
     def __init__(self, shapes: Sequence[Any], fuzzy: float) -> None:
         self.pieces: list[list[Any]] = [[shape] for shape in shapes]
+        self.whole: set[int] = set()
         self._builders: list[tuple[tuple[Any, Any], Any]] = []
+        self._shared: list[WholeFaces] = []
         boxes = np.array([bounds(shape) for shape in shapes])
         for group in neighbours(boxes, fuzzy):
             if len(group) > 1:
-                self._fuse([shapes[i] for i in group], group, fuzzy)
+                own = [shapes[i] for i in group]
+                shared = share_whole_faces(own, boxes[group], fuzzy)
+                if shared is None:
+                    self._fuse(own, group, fuzzy)
+                    continue
+                self._shared.append(shared)
+                for i, piece in zip(group.tolist(), shared.pieces, strict=True):
+                    self.pieces[i] = [piece]
+                    self.whole.add(i)
 
     def _fuse(self, shapes: Sequence[Any], numbers: IntArray, fuzzy: float) -> None:
         builder = BOPAlgo_Builder()
@@ -56,6 +70,10 @@ class Fused:
 
     def image(self, sub: Any) -> Any:
         """What a face or an edge has become: itself, a compound, or None where it is gone."""
+        for shared in self._shared:
+            found = shared.image(sub)
+            if found is not None:
+                return found
         kind = int(sub.ShapeType() == EDGE)
         for maps, builder in self._builders:
             if maps[kind].Contains(sub):

@@ -182,12 +182,13 @@ def _imprinted(shapes: Sequence[Any], called: Sequence[str], units: Units, least
         try:
             fused = Fused(shapes[order], fuzzy)
             fused.pieces = fused.pieces[order]
+            whole = set(np.arange(len(shapes))[order][sorted(fused.whole)].tolist())
             check_distinct(fused, called, units)
             traced = Traced(compound(shapes))
             check_counts(fused, called)
             traced.replace(compound([piece for (piece,) in fused.pieces]), fused.image)
             drop_internals(traced)
-            check_imprinted(shapes, traced, called, units, moved=fuzzy)
+            check_imprinted(shapes, traced, called, units, moved=fuzzy, whole=whole)
             return traced
         except CadError as error:
             logger.info("imprinting with a tolerance of %.3g: %s", fuzzy, error)

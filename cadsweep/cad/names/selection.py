@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Literal
 
 from ...brep import Edge, Face, FormerFace, Part, Solid
@@ -137,7 +138,16 @@ def _select(part: Part, selector: str | int, kind: Kind) -> tuple[int, ...]:
         if found:
             return found
     lost = [note for note in part.notes if text and f"'{text}'" in note]
-    raise InputError(f"No {kind} matches {selector!r}. {'; '.join([*lost, _choices(part, kind)])}")
+    near = _nearest_name(part, text, kind)
+    meant = f"; did you mean '{near}'?" if near else "."
+    raise InputError(f"No {kind} matches '{text}'{meant} {'; '.join([*lost, _choices(part, kind)])}")
+
+
+def _nearest_name(part: Part, text: str, kind: Kind) -> str | None:
+    """The name of a face or edge that is most like a word that names none."""
+    items = [item for solid in part.solids for item in (solid.faces if kind == "face" else solid.edges)]
+    names = [part.names.get(name, name) for item in items for name in item.names]
+    return next(iter(get_close_matches(text, names, n=1)), None)
 
 
 def _by_word(part: Part, items: Sequence[Face | Edge], selector: str | int, kind: Kind) -> tuple[int, ...]:

@@ -45,7 +45,7 @@ def read_file(path: Path) -> Model:
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read: {error.strerror or error}.") from error
     if not data.strip(b" \t\r\n\0" + BOM):
-        raise InputError(f"{path}: the file is empty.")
+        raise InputError(f"{path}: the file is empty. Export it again from its CAD program.")
     suffix = path.suffix.lower()
     if suffix in FREECAD:
         from .freecad import read_freecad
@@ -71,41 +71,53 @@ def read_brep(path: Path | str, data: bytes, file: Path) -> Any:
             BinTools.Read_s(shape, str(file))
         elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
             if _NOT_FINITE.search(data):
-                raise CadError(f"{path}: the file holds a number that is not finite.")
+                raise CadError(
+                    f"{path}: the file holds a number that is not finite. Repair the model in its CAD program."
+                )
             check_brep_text(path, data)
             BRepTools.Read_s(shape, str(file), BRep_Builder())
         else:
-            raise CadError(f"{path}: this is not a BREP file of OpenCASCADE.")
+            raise CadError(f"{path}: this is not a BREP file of OpenCASCADE. Export STEP instead.")
     except CadError:
         raise
     except Exception as error:
         raise CadError(
-            f"{path}: OpenCASCADE cannot read the BREP file ({_first_line(error)}): it is damaged."
+            f"{path}: OpenCASCADE cannot read the BREP file ({_first_line(error)}): it is damaged. "
+            "Export or copy it again."
         ) from error
     if shape.IsNull():
-        raise CadError(f"{path}: the BREP file is damaged or cut off: no shape could be read from it.")
+        raise CadError(
+            f"{path}: the BREP file is damaged or cut off: no shape could be read from it. Export or copy it again."
+        )
     return shape
 
 
 def _read_iges(path: Path, data: bytes) -> Any:
     first = data.removeprefix(BOM).splitlines()[0]
     if len(first) < 73 or first[72:73] not in b"SCB":
-        raise CadError(f"{path}: this is not an IGES file: column 73 of its first line does not say S.")
+        raise CadError(
+            f"{path}: this is not an IGES file: column 73 of its first line does not say S. "
+            "Export it again, or as STEP."
+        )
     last = data.rstrip(b"\r\n \0").splitlines()[-1]
     if last[72:73] != b"T":
         raise CadError(f"{path}: the IGES file is cut off: its last line is no T line. Export or copy it again.")
     reader = IGESControl_Reader()
     try:
         if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-            raise CadError(f"{path}: OpenCASCADE cannot read the IGES file: it is damaged.")
+            raise CadError(
+                f"{path}: OpenCASCADE cannot read the IGES file: it is damaged. Export it again, or as STEP."
+            )
         reader.TransferRoots()
         shape = reader.OneShape() if reader.NbShapes() else None
     except CadError:
         raise
     except Exception as error:
-        raise CadError(f"{path}: OpenCASCADE cannot read the IGES file: {_first_line(error)}.") from error
+        raise CadError(
+            f"{path}: OpenCASCADE cannot read the IGES file: {_first_line(error)}. Export it again, or as STEP."
+        ) from error
     if shape is None or shape.IsNull():
-        raise CadError(f"{path}: the IGES file holds no shape.")
+        raise CadError(f"{path}: the IGES file holds no shape. Export a solid, or its faces.")
     return shape
 
 

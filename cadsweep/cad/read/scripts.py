@@ -17,7 +17,7 @@ import traceback
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from ...errors import CadError, InputError
@@ -53,7 +53,7 @@ def run_script(path: Path, params: Mapping[str, Any]) -> Model:
     ------
     InputError
         The script has no such parameter, a value does not fit, or the script is no Python, raises,
-        exits, or does not show exactly one object.
+        exits, shows several objects, or shows none and has no ``result``.
     CadError
         What it shows is empty.
     """
@@ -82,7 +82,10 @@ def run_script(path: Path, params: Mapping[str, Any]) -> Model:
         raised = result.exception
         line = _script_line(raised, cqgi.CQSCRIPT)
         raise InputError(f"{path}{_at(line)}: the script raises {type(raised).__name__}: {_short(raised)}") from raised
-    return _shown(path, result.results)
+    model = _shown(path, result.results or _result_of(result.env))
+    if not result.results:
+        model.notes.append("the script shows nothing: its variable 'result' is taken")
+    return model
 
 
 def list_parameters(path: Path) -> dict[str, tuple[str, Any]]:
@@ -123,6 +126,13 @@ def _add_parameters(script: Any, cqgi: Any) -> None:
             kind = kinds.get(type(value.value), cqgi.NumberParameterType)
             parameter = cqgi.InputParameter.create(value, targets[0].id, kind, value.value)
             script.metadata.add_script_parameter(parameter)
+
+
+def _result_of(names: Mapping[str, Any]) -> list[Any]:
+    """What a script calls ``result``, as CadQuery's documentation does, as if it were shown."""
+    if names.get("result") is None:
+        return []
+    return [SimpleNamespace(shape=names["result"], options={})]
 
 
 def _shown(path: Path, results: list[Any]) -> Model:

@@ -103,7 +103,9 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     with kernel_setting("read.stepcaf.subshapes.name", 1):
         try:
             if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-                raise CadError(f"{path}: OpenCASCADE cannot read the STEP file: it is damaged.")
+                raise CadError(
+                    f"{path}: OpenCASCADE cannot read the STEP file: it is damaged. Export or copy it again."
+                )
             complaints = _check_read(path, reader.ChangeReader().StepModel())
             units = _file_units(reader)
             # The document's unit is in metres; the reader converts to it.
@@ -112,7 +114,9 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
         except CadError:
             raise
         except Exception as error:
-            raise CadError(f"{path}: OpenCASCADE cannot read the STEP file ({_first_line(error)}).") from error
+            raise CadError(
+                f"{path}: OpenCASCADE cannot read the STEP file ({_first_line(error)}). Export or copy it again."
+            ) from error
     model = Model(shape=None, source=str(path), scale=unit)
     parts: list[Any] = []
     if done:
@@ -122,7 +126,10 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
             _walk(model, parts, label, TopLoc_Location(), prefix=None, color=None, path=())
     parts = [part for part in parts if not part.IsNull()]
     if not parts:
-        raise CadError(f"{path}: the STEP file holds no shape, or refers to entities that are not in it.")
+        raise CadError(
+            f"{path}: the STEP file holds no shape, or refers to entities that are not in it. "
+            "Export a solid again from its CAD program."
+        )
     if complaints:
         more = f" (and {len(complaints) - 1} more)" if len(complaints) > 1 else ""
         model.notes.append(f"the STEP file has faults that do not touch its geometry: {complaints[0]}{more}")

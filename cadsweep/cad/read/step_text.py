@@ -38,7 +38,10 @@ def check_step_text(path: Path, data: bytes) -> None:
     """
     head, tail = data[:4096], data[-4096:]
     if b"ISO-10303-21" not in head:
-        raise CadError(f"{path}: this is not a STEP file: it does not begin with ISO-10303-21.")
+        raise CadError(
+            f"{path}: this is not a STEP file: it does not begin with ISO-10303-21. "
+            "Export STEP (AP203, AP214 or AP242) from its CAD program."
+        )
     if b"END-ISO-10303-21" not in tail or b"ENDSEC" not in tail:
         raise CadError(f"{path}: the STEP file is cut off: END-ISO-10303-21 is missing. Export or copy it again.")
     for pattern, what in ((_NOT_FINITE, "a number that is not finite"), (_HUGE, "a number above 1e30")):

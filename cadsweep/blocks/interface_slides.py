@@ -1,0 +1,118 @@
+"""Nodes between two solids that smoothing may move: inside a contact on its face, on its outline along the edges.
+
+Place in the flow: ``pipeline`` asks for them where the checks of a joined mesh ask for smoothing. A node is one node
+for both solids, so the mesh stays conformal wherever it goes.
+
+Not moved: nodes at vertices of the model, and on the outside of the part away from contacts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..brep import Curve, Part, Surface
+from .finish import NamedFaces, by_face
+from .joined import JoinedMesh
+
+_STEP = 1e-6
+"""Fraction of an edge's length over which its tangent is measured."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InterfaceSlides:
+    """Nodes that may move on faces or along edges.
+
+    Attributes
+    ----------
+    mask : (n,) bool
+        Nodes that may.
+    surface, curve : (n,) int64
+        Number of the surface that a node is on, or of the edge; -1 for none.
+    surfaces : sequence of Surface
+    curves : sequence of Curve
+    """
+
+    mask: BoolArray
+    surface: IntArray
+    curve: IntArray
+    surfaces: Sequence[Surface]
+    curves: Sequence[Curve]
+
+    def projectors(self, nodes: IntArray, points: FloatArray) -> FloatArray:
+        """What of a movement (m, 3, 3) nodes (m,) at points (m, 3) can follow; all of it for those that are free."""
+        found = np.repeat(np.eye(3)[None], len(nodes), axis=0)
+        for number, at in _groups(self.surface[nodes]):
+            own = self.surfaces[number]
+            normals = own.normals(own.project(points[at]))
+            found[at] -= normals[:, :, None] * normals[:, None, :]
+        for number, at in _groups(self.curve[nodes]):
+            edge = self.curves[number]
+            fractions = edge.project(points[at])
+            tangents = edge.evaluate(np.minimum(fractions + _STEP, 1.0)) - edge.evaluate(
+                np.maximum(fractions - _STEP, 0.0)
+            )
+            tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
+            found[at] = tangents[:, :, None] * tangents[:, None, :]
+        return found
+
+    def snapped(self, nodes: IntArray, points: FloatArray, start: FloatArray) -> FloatArray:
+        """Points (m, 3) brought back to their nodes' faces and edges; those that have not moved from `start` stay."""
+        found = points.copy()
+        has_moved = (points != start).any(axis=1)
+        for number, at in _groups(np.where(has_moved, self.surface[nodes], -1)):
+            own = self.surfaces[number]
+            found[at] = own.evaluate(own.project(points[at]))
+        for number, at in _groups(np.where(has_moved, self.curve[nodes], -1)):
+            edge = self.curves[number]
+            found[at] = edge.evaluate(edge.project(points[at]))
+        return found
+
+
+def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
+    return [(int(number), np.flatnonzero(numbers == number)) for number in np.unique(numbers[numbers >= 0])]
+
+
+def find_interface_slides(
+    part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True
+) -> InterfaceSlides:
+    """Find the nodes of contacts that may move.
+
+    Parameters
+    ----------
+    part : Part
+    joined : JoinedMesh
+    names : NamedFaces
+    along_edges : bool
+        Let nodes move along the edges of contacts, too; not where their places were asked for.
+    """
+    n = len(joined.points)
+    surface, curve = np.full((2, n), -1, dtype=np.int64)
+    surfaces: list[Surface] = []
+    curves: list[Curve] = []
+    edge_keys: dict[int, Curve] = {}
+    for (cell, face), quads in by_face(joined):
+        if not names.first.get((cell, face), False):
+            continue  # of the two sides of a contact one is enough
+        solid = part.solids[cell]
+        surface[quads[:, :4]] = len(surfaces)
+        surfaces.append(solid.faces[face].surface)
+        edge_keys |= {int(solid.edge_keys[e]): solid.edges[e].curve for e in solid.faces[face].edges}
+    uses = np.zeros(n, dtype=np.int64)
+    for key, nodes in joined.edge_nodes.items():
+        surface[nodes] = -1
+        uses[nodes] += 1
+        uses[nodes[[0, -1]]] += 2  # at a vertex
+        if along_edges and key in edge_keys:
+            curve[nodes[1:-1]] = len(curves)
+            curves.append(edge_keys[key])
+    curve[uses > 1] = -1
+    return InterfaceSlides(
+        mask=(surface >= 0) | (curve >= 0), surface=surface, curve=curve, surfaces=surfaces, curves=curves
+    )
+
+
+__all__ = ["InterfaceSlides", "find_interface_slides"]
