@@ -234,7 +234,7 @@ class CellSearch:
         """The sweeps of a cell; one that comes out of a cut as it was, keys aside, is asked once."""
         if solid.kernel not in self.sweeps:
             self.sweeps[solid.kernel] = self.tools.recognise(solid)
-        return self.sweeps[solid.kernel]
+        return [replace(fill, solid=solid) for fill in self.sweeps[solid.kernel]]
 
     def judge(self, part: Part, reasons: tuple[str, ...], prices: float = 0.0) -> Found:
         """What stands in the way of a part, and what that costs."""
