@@ -256,7 +256,9 @@ class CellSearch:
                 conflict, message = error.faces, str(error)
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
-        log.debug("%d cells, %d without sweep, cost %.2f: %s", len(part.solids), len(blocked), cost, reasons[-1:])
+        log.debug(
+            "%d cells, %d in the way, cost %.2f: %s; %s", len(part.solids), len(blocked), cost, reasons[-1:], message
+        )
         return Found(
             part=part,
             reasons=reasons,
