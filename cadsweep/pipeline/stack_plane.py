@@ -7,13 +7,13 @@ from collections.abc import Callable
 from .. import stacks
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, SurfaceMesh
-from ..stack import Stack
+from ..stack import Levels, Stack
 from ..sweep import Intervals
 from .dividing import MOST_HALVINGS
 from .run import Run
 from .stack_hints import StackHints
 
-MOST_REFINED = 2
+MOST_REFINED = 3
 """How often the segments around poor quads are halved."""
 
 MOST_BLUNTED = 4
@@ -25,12 +25,15 @@ MOST_GROWTH = 3.0
 Attempt = Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
 
 
-def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> tuple[QuadMesh, list[str]]:
+def mesh_plane(
+    stack: Stack, levels: Levels, hints: StackHints, attempt: Attempt, run: Run
+) -> tuple[QuadMesh, list[str]]:
     """Mesh the arrangement, again with segments twice as short around cells whose quads are poor, while that helps.
 
     Parameters
     ----------
     stack : Stack
+    levels : Levels
     hints : StackHints
     attempt : callable
         Sizes of edges to their counts, and what meshes the boundary of the prism with these.
@@ -42,26 +45,35 @@ def mesh_plane(stack: Stack, hints: StackHints, attempt: Attempt, run: Run) -> t
         A cell cannot be meshed with shorter segments either.
     """
     counts, surfaces, notes = _until_meshed(stack, hints, {}, attempt, run)
-    best, finer = surfaces.source, dict[int, float]()
-    poor, worst = stacks.find_poor_edges(stack, best)
+    finer = dict[int, float]()
+    with run.stage("surface"):
+        best = stacks.mend_quads(stack, levels, surfaces.source)
+        judged = stacks.judge_plane(stack, levels, best)
+    poor = judged.poor
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
     for _ in range(MOST_REFINED):
         shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
         if not shorter:
             break
-        finer |= shorter
         try:
-            counts, surfaces, more = _until_meshed(stack, hints, finer, attempt, run)
-        except SurfaceMeshError:
-            break  # what there is has been meshed already
-        poor, found = stacks.find_poor_edges(stack, surfaces.source)
-        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) or found <= worst:
+            counts, surfaces, more = _until_meshed(stack, hints, finer | shorter, attempt, run)
+        except SurfaceMeshError as error:
+            # What there is has been meshed already: the cells that fail stay as they are.
+            fixed |= set(error.edges)
+            if not shorter.keys() & set(error.edges):
+                break
+            continue
+        finer |= shorter
+        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads):
             break
-        best, worst = surfaces.source, found
-        notes = [
-            f"{len(finer)} outlines divided finer than their size asks, for better quads",
-            *more,
-        ]
+        with run.stage("surface"):
+            mended = stacks.mend_quads(stack, levels, surfaces.source)
+            found = stacks.judge_plane(stack, levels, mended)
+        # A cell that no division mends must not keep the others from what they gain.
+        if found.lacking >= judged.lacking:
+            break
+        best, judged, poor = mended, found, found.poor
+        notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
     return best, notes
 
 
@@ -72,25 +84,25 @@ def _until_meshed(
     wished = hints.most_sizes | hints.sizes | finer
     sizes = dict(wished)
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes) | set(finer)
-    first: SurfaceMeshError | None = None
+    last: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
         counts, mesh = _blunted(stack, wished, fixed, attempt)
         try:
             with run.stage("surface"):
                 surfaces = mesh()
         except SurfaceMeshError as error:
-            first = first or error
+            last = error
             shorter = {
                 e: stack.plan.solid.edges[e].length / (2 * int(counts.counts[e])) for e in error.edges if e not in fixed
             }
             if not shorter:
-                raise first from None
+                raise
             wished |= shorter
             continue
         n = sum(e not in sizes or size < sizes[e] for e, size in wished.items())
         return counts, surfaces, [f"{n} edges at narrow places divided finer than their size asks"] if n else []
-    assert first is not None
-    raise first
+    assert last is not None
+    raise last
 
 
 def _blunted(

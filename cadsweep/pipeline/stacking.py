@@ -234,7 +234,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
-    quads, finer = mesh_plane(stack, hints, attempt, run)
+    quads, finer = mesh_plane(stack, levels, hints, attempt, run)
     with run.stage("assembly"):
         built = stacks.build_mesh(stack, levels, quads)
     faces = stack.solid.faces

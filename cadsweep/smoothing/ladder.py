@@ -2,7 +2,8 @@
 
 Place in the flow: after projection, where the mesh's worst scaled Jacobian is below the goal.
 
-Method. The hexahedra below the goal, or below what their fixed nodes allow, and their neighbours form patches; the
+Method. The hexahedra below the goal, or below what their fixed nodes allow, and their neighbours form patches, those
+that are inverted first; the
 nodes inside a patch move, all others stay where they are. Each step is kept only where it raises the patch's worst
 scaled Jacobian, or the least share that a hexahedron has of what it can reach:
 
@@ -128,11 +129,13 @@ def improve(
     values = hex_values(points, structure)
     before, inverted = float(np.min(values, initial=1.0)), int(np.count_nonzero(values <= 0))
     given, steps = points.copy(), list[str]()
-    values = _raised(points, structure, values, fixed, steps, slides, goal=goal, growths=GROWTH, largest=MOST_HEXES)
+    raised = partial(_raised, points, structure, fixed=fixed, steps=steps, slides=slides)
+    # Few are inverted, and many may be poor: patches around the few are small, and what is poor is polished anyway.
+    if inverted:
+        values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES, inverted=True)
+    values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES)
     if steps and goal < AIM and _can_rise(points, structure, values, fixed):
-        values = _raised(
-            points, structure, values, fixed, steps, slides, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED
-        )
+        values = raised(values, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED)
     for line in steps:
         _log.info("%s", line)
     nodes = np.flatnonzero(np.any(points != given, axis=1))
@@ -147,26 +150,32 @@ def improve(
     )
 
 
-def _raised(  # noqa: PLR0917
+def _raised(
     points: FloatArray,
     structure: Connected,
     values: FloatArray,
+    *,
     fixed: BoolArray,
     steps: list[str],
     slides: Slides | None,
-    *,
     goal: float,
     growths: tuple[int, ...],
     largest: int,
+    inverted: bool = False,
 ) -> FloatArray:
-    """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values."""
+    """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values.
+
+    On those that are `inverted` alone, or on the others alone.
+    """
     growth = 0
     idle: set[bytes] = set()  # patches that gained nothing: the next round would end as the last one did
     for _ in range(MOST_ROUNDS):
-        bad = _below_goal(points, structure, values, fixed, goal)
+        bad = _below_goal(points, structure, values, fixed, goal) & ((values <= 0) == inverted)
         if growth == len(growths) or not np.any(bad):
             break
         region = grown(bad, structure, growths[growth])
+        if not inverted:
+            region &= values > 0  # what nothing could mend must not keep its neighbours from being polished
         gain = 0.0
         for hexes in patches(region, structure):
             if len(hexes) > largest:

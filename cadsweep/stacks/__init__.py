@@ -15,6 +15,7 @@ merging    outlines that nearly coincide in plan, laid together
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
 planar     how good the quads of the arrangement are
+mending    quads that are poor on the part's own levels
 nodes      heights of all nodes
 places     places of the nodes of every level
 slides     nodes that may move on the part's faces
@@ -26,9 +27,10 @@ blocks     hexahedra, and the face of every boundary quad
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
+from .mending import mend_quads
 from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
-from .planar import divide_at_cusps, find_poor_edges, sizes_across
+from .planar import divide_at_cusps, judge_plane, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
@@ -43,11 +45,12 @@ __all__ = [
     "count_fitting",
     "divide_at_cusps",
     "find_directions",
-    "find_poor_edges",
     "find_sheets",
     "find_slides",
     "find_stations",
+    "judge_plane",
     "make_stack",
+    "mend_quads",
     "merge_outlines",
     "read_sides",
     "sizes_across",

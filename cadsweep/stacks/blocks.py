@@ -39,7 +39,7 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
     places = find_places(stack, levels, mesh)
     heights = place_nodes(stack, levels, mesh, places)
     material = find_material(stack, levels)
-    cells = np.argsort(stack.arrangement.bottoms)[np.searchsorted(np.sort(stack.arrangement.bottoms), mesh.faces)]
+    cells = find_owners(stack, mesh)
     layers = [mesh.quads[material[cells, k]] for k in range(levels.n_layers)]
     numbers, points, level_of, place_of = _number(stack, places, heights, layers)
     hexes = [np.concatenate([numbers.above[k][q], numbers.below[k + 1][q]], axis=1) for k, q in enumerate(layers)]
@@ -54,6 +54,13 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
         levels=level_of,
         places=place_of,
     )
+
+
+def find_owners(stack: Stack, mesh: QuadMesh) -> IntArray:
+    """Cell (q,) of the arrangement that every quad lies in."""
+    bottoms = np.array(stack.arrangement.bottoms)
+    order = np.argsort(bottoms)
+    return np.asarray(order[np.searchsorted(bottoms[order], mesh.faces)])
 
 
 def find_material(stack: Stack, levels: Levels) -> npt.NDArray[np.bool_]:

@@ -19,6 +19,7 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arrays import FloatArray
 from ..polygons import is_inside
@@ -38,6 +39,8 @@ _FARTHEST = 2.0
 _WIDE = 1.5
 """How wide, in the distance that is near, the gap between two edges may be that are laid together."""
 _FLAT = 1e-9
+_ON_LINE = 1e-9
+"""Sine of the angle off a line below which a point is on it."""
 _MOST_STEPS = 500
 
 
@@ -246,6 +249,7 @@ class _Merger:
             return None
         place = self._meeting(one, other)
         changed = {graph.cell[h] for h in around} | {graph.cell[h ^ 1] for h in around}
+        crossings = n_crossings(graph, {h >> 1 for h in around}, changed)
         if between:
             graph.contract(between[0], place)
         else:
@@ -253,7 +257,8 @@ class _Merger:
         vertex = w if w in set(graph.origin.values()) else u
         if not self._close_thin(vertex):
             return None
-        return changed
+        bent = {h >> 1 for h in graph.leaving(self._leaving_one(vertex))}
+        return None if n_crossings(graph, bent, changed) > crossings else changed
 
     def _divided(self, half: int, at: float) -> int:
         """The half-edge that begins at a fraction of another one, from its own start."""
@@ -411,6 +416,32 @@ class _Merger:
                 if not self._apart(one, two, float(np.linalg.norm(p - q, axis=1).max())):
                     return False
         return True
+
+
+def n_crossings(graph: Graph, edges: set[int], cells: set[int]) -> int:
+    """How often some edges run across any edges of cells, as far as their samples tell."""
+    there = {h >> 1 for h, c in graph.cell.items() if c in cells} | edges
+    courses = {e: graph.samples(e) for e in there}
+    every = np.concatenate([np.stack([courses[e][:-1], courses[e][1:]], axis=1) for e in there])
+    owner = np.repeat(list(there), [len(courses[e]) - 1 for e in there])
+    found = 0
+    for e in edges:
+        own = np.stack([courses[e][:-1], courses[e][1:]], axis=1)
+        others = every[owner != e]
+        sides = _sides_of(own[:, None], others[None])
+        opposite = _sides_of(others[None], own[:, None])
+        found += int(((sides == -1) & (opposite == -1)).sum())
+    return found
+
+
+def _sides_of(lines: FloatArray, others: FloatArray) -> npt.NDArray[np.int8]:
+    """-1 where other segments' ends lie on two sides of lines (both (..., 2, 2)), 1 on one, 0 where one is on it."""
+    start, along = lines[..., 0, :], lines[..., 1, :] - lines[..., 0, :]
+    off = others - start[..., None, :]
+    area = along[..., None, 0] * off[..., 1] - along[..., None, 1] * off[..., 0]
+    reach = np.linalg.norm(along, axis=-1)[..., None] * np.abs(off).max(axis=-1)
+    side = np.where(np.abs(area) <= _ON_LINE * reach, 0, np.sign(area)).astype(np.int8)
+    return np.asarray(side[..., 0] * side[..., 1])
 
 
 def _along(course: FloatArray, lengths: FloatArray) -> FloatArray:

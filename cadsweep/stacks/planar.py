@@ -7,13 +7,16 @@ that of its quad, but for the lean of its caps.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..mesh import QuadMesh
-from ..stack import Stack
+from ..stack import Levels, Stack
 from ..sweep import DirectedEdge
+from .blocks import find_material, find_owners
+from .places import find_places
 from .sides import LEAST_ACROSS, MOST_ACROSS
 
 _ENDS_ALONG = 1e-3
@@ -32,35 +35,59 @@ _SHARE = 0.9
 """Part of what a cell's own corners allow that is good enough."""
 
 
-def corner_sines(stack: Stack, mesh: QuadMesh) -> FloatArray:
+def corner_sines(points: FloatArray, quads: IntArray, direction: FloatArray) -> FloatArray:
     """Worst corner sine of every quad, seen along the direction; negative where it is folded."""
-    corners = mesh.points[mesh.quads]
+    corners = points[quads]
     after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    area = np.cross(after, before) @ stack.direction
+    area = np.cross(after, before) @ direction
     lengths = np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2)
     return np.asarray((area / np.maximum(lengths, 1e-300)).min(axis=1))
 
 
-def find_poor_edges(stack: Stack, mesh: QuadMesh) -> tuple[set[int], float]:
-    """Edges of the cells whose quads are worse than they need be.
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """How good the quads of an arrangement are where the part has them.
 
-    Returns
-    -------
-    edges : set of int
-        Of the arrangement.
+    Attributes
+    ----------
+    poor : set of int
+        Edges of the arrangement by the quads that are worse than their cells ask.
     worst : float
         Worst corner sine of all quads.
+    lacking : float
+        What the worst quads of all cells lack of what their cells allow, in sum.
     """
-    sines = corner_sines(stack, mesh)
-    worst = np.ones(len(stack.arrangement.prism.faces))
+
+    poor: set[int]
+    worst: float
+    lacking: float
+
+
+def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
+    """Judge the quads of every cell, on the levels where it has material: outlines may be elsewhere on each."""
+    arrangement = stack.arrangement
+    sines = corner_sines(mesh.points, mesh.quads, stack.direction)
+    if arrangement.claims:
+        owners = find_owners(stack, mesh)
+        material = find_material(stack, levels)
+        reached = np.pad(material, ((0, 0), (0, 1))) | np.pad(material, ((0, 0), (1, 0)))
+        for k, places in enumerate(find_places(stack, levels, mesh)):
+            there = np.flatnonzero(reached[owners, k])
+            sines[there] = np.minimum(sines[there], corner_sines(places, mesh.quads[there], stack.direction))
+    worst = np.ones(len(arrangement.prism.faces))
     np.minimum.at(worst, mesh.faces, sines)
-    poor: set[int] = set()
-    for f in stack.arrangement.bottoms:
-        face = stack.arrangement.prism.faces[f]
+    wanted = np.zeros(len(worst))
+    for f in arrangement.bottoms:
+        face = arrangement.prism.faces[f]
         sharpest = min([np.pi / 2, *(angle for loop in face.loops for angle in loop.angles)])
-        if worst[f] < min(WANTED, _SHARE * np.sin(sharpest)):
-            poor.update(face.edges)
-    return poor, float(sines.min())
+        wanted[f] = min(WANTED, _SHARE * float(np.sin(sharpest)))
+    near = np.zeros(len(mesh.points), dtype=bool)
+    near[mesh.quads[sines < wanted[mesh.faces]]] = True
+    near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
+    poor: set[int] = set()
+    for f in np.flatnonzero(worst < wanted).tolist():
+        poor.update(e for e in arrangement.prism.faces[f].edges if near[mesh.edge_nodes[e]].any())
+    return Judged(poor=poor, worst=float(sines.min()), lacking=float(np.maximum(wanted - worst, 0.0).sum()))
 
 
 def sizes_across(stack: Stack, size: float) -> dict[int, float]:

@@ -13,6 +13,9 @@ import scipy
 
 from ..arrays import FloatArray
 
+_ROUNDING = 1e-14
+"""Error of a coordinate, as a share of the largest: a few dozen roundings on its way from a curve to the chart."""
+
 
 def loops_cross(loops: Sequence[FloatArray]) -> bool:
     """Tell whether two segments that are no neighbours meet.
@@ -38,7 +41,8 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     apart = (following[i] != j) & (following[j] != i)
     i, j = i[apart], j[apart]
     a, b, c, d = starts[i], ends[i], starts[j], ends[j]
-    sides = np.stack([_side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b)])
+    blur = _ROUNDING * float(np.abs(starts).max())
+    sides = np.stack([_side(a, b, c, blur), _side(a, b, d, blur), _side(c, d, a, blur), _side(c, d, b, blur)])
     across = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
     in_line = ~sides.any(axis=0)
     along = b - a
@@ -51,9 +55,10 @@ def _firsts(loops: Sequence[FloatArray]) -> list[int]:
     return [0, *np.cumsum([len(loop) for loop in loops])[:-1].tolist()]
 
 
-def _side(start: FloatArray, end: FloatArray, point: FloatArray) -> FloatArray:
-    """Sign of the turn from a segment to a point, zero where they are in line to rounding."""
+def _side(start: FloatArray, end: FloatArray, point: FloatArray, blur: float) -> FloatArray:
+    """Sign of the turn from a segment to a point, zero where they are in line to the `blur` of coordinates."""
     a, b = end - start, point - start
     turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    rounding = 1e-14 * np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1))
+    reach = np.sqrt((a**2).sum(axis=1)), np.sqrt((b**2).sum(axis=1))
+    rounding = 1e-14 * reach[0] * reach[1] + blur * (reach[0] + reach[1])
     return np.where(np.abs(turn) <= rounding, 0.0, np.sign(turn))

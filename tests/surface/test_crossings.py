@@ -43,3 +43,12 @@ def test_a_thin_wall_crosses_once_it_is_halved():
     loops = [square(3), square(2, 1.4)[::-1]]
     assert not loops_cross(loops)
     assert loops_cross([loop[1::2] for loop in loops])
+
+
+def test_a_straight_side_does_not_cross_itself_by_the_rounding_of_its_coordinates():
+    fine = np.linspace(0.0, 0.8, 5)
+    # Sides of one long segment, so that those of the fine sides are looked at together.
+    box = np.array([*((x, 0.0) for x in fine), *((x, 2.0) for x in fine[::-1])]) + (26.0, 10.5)
+    random = np.random.default_rng(0)
+    for _ in range(100):
+        assert not loops_cross([box + random.integers(-2, 3, box.shape) * np.spacing(box)])
