@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from .mesh_options import CUT, PART, TOUCH
+from .mesh_options import CUT, PART, SUPPRESS, TOUCH
 from .types import Assignment, is_script, parse_parameter
 from .worker import QUIET, limits, run
 
@@ -26,6 +26,7 @@ from .worker import QUIET, limits, run
 )
 @PART
 @TOUCH
+@SUPPRESS
 @limits
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object: cells, and each cut with its reason.")
 @QUIET
@@ -37,6 +38,7 @@ def cut(
     params: tuple[tuple[str, str], ...],
     part: str | None,
     touch: float | None,
+    suppress: tuple[str, ...],
     timeout: float,
     max_memory: float | None,
     as_json: bool,
@@ -53,6 +55,7 @@ def cut(
         params={name: parse_parameter(text) for name, text in params} or None,
         part=part,
         touch=touch,
+        suppress=list(suppress),
         output=output,
         timeout=timeout,
         max_memory=max_memory,

@@ -10,7 +10,7 @@ import click
 
 from ..errors import CadSweepError
 from .failure import describe_failure
-from .mesh_options import FAMILY, ONLY, PART, SKIP, TOUCH, checked_options, sweep_options
+from .mesh_options import FAMILY, ONLY, PART, SKIP, SUPPRESS, TOUCH, checked_options, sweep_options
 from .show import print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
@@ -30,6 +30,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 @TOUCH
 @ONLY
 @SKIP
+@SUPPRESS
 @click.option("--edges", is_flag=True, help="List the edges, too: what --edge-size, --edge-count, --rail-layers name.")
 @click.option("--source", metavar="NAME|ID", help="Only sweeps with this source cap, as for 'cadsweep mesh'.")
 @click.option("--target", metavar="NAME|ID", help="Only sweeps with this target cap.")
@@ -45,6 +46,7 @@ def info(
     touch: float | None,
     only: tuple[str, ...] | None,
     skip: tuple[str, ...] | None,
+    suppress: tuple[str, ...],
     edges: bool,
     source: str | None,
     target: str | None,
@@ -66,6 +68,7 @@ def info(
         touch=touch,
         only=only,
         skip=skip,
+        suppress=list(suppress),
         caps=(parse_cap(source), parse_cap(target)),
         timeout=timeout,
         max_memory=max_memory,

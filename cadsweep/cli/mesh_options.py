@@ -50,6 +50,15 @@ CUT = click.option(
 )
 
 
+SUPPRESS = click.option(
+    "--suppress",
+    multiple=True,
+    metavar="FEATURES",
+    help="Remove features first: 'fillets r<0.5', 'holes d<2', 'face 12', a face's name; of one solid of an assembly: "
+    "'pin: holes d<2'; repeatable.",
+)
+
+
 FAMILY = click.option(
     "--family",
     type=click.IntRange(3, 7),
@@ -207,12 +216,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="S",
             help="Seconds after which no more cuts are looked for: the best found until then are taken.",
         ),
-        click.option(
-            "--suppress",
-            multiple=True,
-            metavar="FEATURES",
-            help="Remove features first: 'fillets r<0.5', 'holes d<2', 'face 12', a face's name; repeatable.",
-        ),
+        SUPPRESS,
         click.option(
             "--decompose/--no-decompose",
             default=True,

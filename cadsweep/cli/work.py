@@ -5,11 +5,11 @@ Every function takes ``on_progress``. Nothing here prints.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -147,6 +147,7 @@ def describe_part(
     touch: float | None = None,
     only: Sequence[str] | None = None,
     skip: Sequence[str] | None = None,
+    suppress: Sequence[str] = (),
     caps: tuple[Any, Any] = (None, None),
     on_progress: Progress,
 ) -> dict[str, Any]:
@@ -171,11 +172,12 @@ def describe_part(
         touch=touch,
         on_progress=lambda share: on_progress("cad", share),
     )
+    loaded = _without(loaded, suppress)
     on_progress("recognition", None)
     as_loaded = loaded
     if len(loaded.solids) == 1:
         # A full ring is cut open, needless divisions are undone; a refusal is said below, face by face.
-        with suppress(NotSweepableError):
+        with contextlib.suppress(NotSweepableError):
             loaded, _ = open_and_find(loaded, *caps)
     chosen = [resolve_cap(loaded, cap) for cap in caps]
     data: dict[str, Any] = {"name": loaded.name, "notes": loaded.notes, "names": loaded.names, "solids": []}
@@ -225,6 +227,13 @@ def describe_part(
     return plain(data)
 
 
+def _without(part: Part, features: Sequence[str]) -> Part:
+    """The part without the features that the user does not want."""
+    from .. import cad
+
+    return cad.suppress(part, features) if features else part
+
+
 def _one_of(part: Part, index: int) -> Part:
     """One solid of a part by itself, with the outlines of its neighbours on it."""
     return replace(part, solids=(part.solids[index],), owners=(0,), models=(part.models[part.owners[index]],))
@@ -238,6 +247,7 @@ def cut_file(
     params: dict[str, Any] | None,
     part: str | None,
     touch: float | None,
+    suppress: Sequence[str] = (),
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Cut a part into cells that sweep, and write them as solids; returns the cells and the cuts."""
@@ -248,7 +258,7 @@ def cut_file(
     output = os.path.abspath(output)  # a script may change the working folder
     check_place(Path(output))
     on_progress("cad", None)
-    loaded = load(source, params=params, part=part, touch=touch)
+    loaded = _without(load(source, params=params, part=part, touch=touch), suppress)
     on_progress("decomposition", None)
     cells = decompose(loaded, cuts=cuts)
     on_progress("write", None)

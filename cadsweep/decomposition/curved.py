@@ -234,7 +234,7 @@ class CellSearch:
         """The sweeps of a cell; one that comes out of a cut as it was, keys aside, is asked once."""
         if solid.kernel not in self.sweeps:
             self.sweeps[solid.kernel] = self.tools.recognise(solid)
-        return self.sweeps[solid.kernel]
+        return [replace(fill, solid=solid) for fill in self.sweeps[solid.kernel]]
 
     def judge(self, part: Part, reasons: tuple[str, ...], prices: float = 0.0) -> Found:
         """What stands in the way of a part, and what that costs."""
@@ -256,7 +256,9 @@ class CellSearch:
                 conflict, message = error.faces, str(error)
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
-        log.debug("%d cells, %d without sweep, cost %.2f: %s", len(part.solids), len(blocked), cost, reasons[-1:])
+        log.debug(
+            "%d cells, %d in the way, cost %.2f: %s; %s", len(part.solids), len(blocked), cost, reasons[-1:], message
+        )
         return Found(
             part=part,
             reasons=reasons,

@@ -78,3 +78,39 @@ def test_the_mesh_is_that_of_the_plain_part_and_tells_what_is_gone():
     mesh = sweep_mesh(plate(), suppress=["holes", "fillets r<0.5"], size=5.0)
     assert mesh.info["quality"].volume == pytest.approx(12000)
     assert len(suppressed(mesh.info["notes"])) == 3
+
+
+def stacked():
+    """Two plates 20 x 20 x 4 on one another, the lower one with a hole of diameter 2, the upper one of 3."""
+    assembly = cq.Assembly()
+    for name, z, radius in (("low", 0.0, 1.0), ("high", 4.0, 1.5)):
+        assembly.add(cq.Workplane(origin=(0, 0, z)).rect(20, 20).circle(radius).extrude(4), name=name)
+    return load(assembly)
+
+
+def shared_area(part):
+    """Area of the faces that both solids have."""
+    one, other = ({int(k): f.area for k, f in zip(s.face_keys, s.faces, strict=True)} for s in part.solids)
+    return sum(area for key, area in one.items() if key in other)
+
+
+@pytest.mark.parametrize(
+    ("word", "radii"), [("holes d<2.5", (0.0, 1.5)), ("high: holes", (1.0, 0.0)), ("holes", (0.0, 0.0))]
+)
+def test_solids_of_an_assembly_lose_theirs_and_touch_as_before(word, radii):
+    """What is left in contact is the square without the wider of the two holes."""
+    found = cad.suppress(stacked(), [word])
+    assert [model.name for model in found.models] == ["low", "high"]
+    volumes = [4 * (400 - pi * r**2) for r in radii]
+    assert [model.volume for model in found.models] == pytest.approx(volumes)
+    assert shared_area(found) == pytest.approx(400 - pi * max(radii) ** 2)
+    assert len(suppressed([note.split(": ", 1)[1] for note in found.notes])) == radii.count(0.0)
+
+
+def test_the_number_of_a_face_needs_the_name_of_its_solid():
+    part = stacked()
+    with pytest.raises(InputError, match="NAME: face 0"):
+        cad.suppress(part, ["face 0"])
+    hole = next(face.id for face in part.solids[0].faces if face.kind == "cylinder")
+    found = cad.suppress(part, [f"low: face {hole}", "low: holes"])  # one half of its wall, then what is left of it
+    assert [model.volume for model in found.models] == pytest.approx([1600, 4 * (400 - 2.25 * pi)])

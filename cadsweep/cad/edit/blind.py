@@ -17,21 +17,18 @@ Not handled: circles that are not whole, and where the point would not lie well 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import pi
 from typing import Any
 
 import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.BRepClass3d import BRepClass3d_SolidClassifier
 from OCP.Geom import Geom_ConicalSurface
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
-from OCP.TopAbs import TopAbs_IN
 
 from ...arrays import FloatArray
-from ...brep import Edge, Face, Solid
-from ..shapes import shapes_of
-from .central import SAME, Cutter, plane_tool
+from ...brep import Solid
+from .central import Cutter, plane_tool
+from .circles import Rim, find_rims, inside_of
 
 DEPTHS = (0.8, 0.5, 0.3)
 """Depths of the point below the circle, in radii, that are tried: the first that has enough material below."""
@@ -39,22 +36,8 @@ ENOUGH = 1.8
 """Depth, in those of the cone, down to which there must be material: a little more than :data:`BELOW`."""
 BELOW = 1.5
 """Depth, in those of the cone, of a plane that keeps the cells around it from what is further below."""
-ROUND = 1e-3
-"""Share of its radius by which points of a whole circle, its middle taken from 64 of each arc, may be off it."""
 ASIDE = 1.2
 """Radius, in those of the circle, up to which there must be material around it."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Rim:
-    """A whole circle on a plane face, the material on the other side of the face."""
-
-    center: FloatArray
-    normal: FloatArray
-    radius: float
-    start: FloatArray
-    length: float
-    face: Face
 
 
 def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
@@ -65,16 +48,10 @@ def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    holder = shapes_of(solid)
-    rims = sorted(_rims(solid, flat), key=lambda rim: -rim.radius)
+    rims = find_rims(solid, flat)
     if not rims:
         return
-    classifier = BRepClass3d_SolidClassifier(holder.shape)
-
-    def is_inside(point: FloatArray) -> bool:
-        classifier.Perform(gp_Pnt(*map(float, point)), SAME * solid.size)
-        return bool(classifier.State() == TopAbs_IN)
-
+    is_inside = inside_of(solid)
     for rim in rims:
         depth = next((d * rim.radius for d in DEPTHS if _fits(rim, d * rim.radius, is_inside)), None)
         if depth is None:
@@ -90,38 +67,7 @@ def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
         )
 
 
-def _rims(solid: Solid, flat: float) -> Iterator[_Rim]:
-    taken: list[FloatArray] = []
-    for face in solid.faces:
-        if face.kind != "plane":
-            continue
-        for loop in face.loops:
-            edges = [solid.edges[e] for e in loop.edges]
-            if any(edge.kind != "circle" or edge.dihedral < pi - flat for edge in edges):
-                continue
-            found = _circle(edges)
-            if found is None or any(np.abs(found[0] - other).max() < SAME * solid.size for other in taken):
-                continue
-            taken.append(found[0])
-            center, radius = found
-            yield _Rim(
-                center=center, normal=face.normal, radius=radius, start=solid.vertices[edges[0].start],
-                length=sum(edge.length for edge in edges), face=face,
-            )  # fmt: skip
-
-
-def _circle(edges: list[Edge]) -> tuple[FloatArray, float] | None:
-    """Centre and radius, where the edges of a loop are one whole circle."""
-    length = sum(edge.length for edge in edges)
-    radius = length / (2.0 * pi)
-    rows = [edge.curve.evaluate((np.arange(64) + 0.5) / 64) for edge in edges]
-    # The middle of a circle is the mean of its points, every arc as heavy as it is long.
-    center = np.average([row.mean(axis=0) for row in rows], axis=0, weights=[edge.length for edge in edges])
-    off = np.abs(np.linalg.norm(np.concatenate(rows) - center, axis=1) - radius).max()
-    return (center, radius) if off < ROUND * radius else None
-
-
-def _fits(rim: _Rim, depth: float, is_inside: Any) -> bool:
+def _fits(rim: Rim, depth: float, is_inside: Any) -> bool:
     """Whether there is material around a circle, and below the point of its cone."""
     across = np.linalg.svd(rim.normal[None])[2][1:]
     angles = np.linspace(0.0, 2.0 * pi, 9)[:-1]
@@ -132,7 +78,7 @@ def _fits(rim: _Rim, depth: float, is_inside: Any) -> bool:
     return all(is_inside(place) for place in places)
 
 
-def _cone(rim: _Rim, out: FloatArray, depth: float) -> Any:
+def _cone(rim: Rim, out: FloatArray, depth: float) -> Any:
     """The cone from a circle to its point, which lies `depth` below."""
     frame = gp_Ax3(gp_Pnt(*map(float, rim.center)), gp_Dir(*map(float, rim.normal)), gp_Dir(*map(float, out)))
     half_angle = float(np.arctan2(rim.radius, depth))

@@ -35,6 +35,7 @@ from ..shapes import FACE, shapes_of, subshapes
 from .blind import under_circles
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
+from .cushions import under_rims
 from .regions import into_boxes
 
 FLAT = 1e-4
@@ -129,12 +130,12 @@ class _Cutters:
             key=lambda cutter: -cutter.weight,
         )
         rims, others = list(self.rims()), [*self.batches(columns), *single]
-        cones = list(under_circles(self.solid, FLAT))
+        closed = [*under_rims(self.solid, FLAT), *under_circles(self.solid, FLAT)]
         boxes = into_boxes(self.solid, FLAT)
         first = [*through_centers(self.solid), *self.between(), *boxes, *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
-        early = cones if any(rim.price for rim in rims) else []
-        late = [] if early else cones
+        early = closed if any(rim.price for rim in rims) else []
+        late = [] if early else closed
         return [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:

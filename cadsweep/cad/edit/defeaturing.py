@@ -1,16 +1,20 @@
-"""Features removed from a part, where the user asks for it: the faces around them grow until they meet.
+"""Features removed from the solids of a part, where the user asks for it: the faces around them grow until they meet.
 
 Place in the flow: after loading, before anything is looked for; :mod:`.features` says what is meant.
+
+Solids of an assembly are taken as they were before the others were imprinted on them, and imprinted again: a feature at
+a contact goes with its outline on the neighbour, or leaves a gap there that is said as any other.
 
 Method: OpenCASCADE's ``BRepAlgoAPI_Defeaturing``, one feature after the other, so that each has its own change of
 volume; its word is not taken for it: the solid must be one, closed and valid. Names of the other faces are kept.
 
-Not handled: parts of several solids, whose contacts would change with them.
+Not handled: parts that are cut into cells.
 """
 
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -18,7 +22,7 @@ from typing import Any
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Defeaturing
 
-from ...brep import Part, Solid
+from ...brep import ModelSolid, Part, Solid, Units
 from ...errors import CadError, InputError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels, labels_of
 from ..extract.solids import extract_solid
@@ -26,23 +30,41 @@ from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed, volume_and_center
+from ..imprinting.apart import Original, part_apart
+from ..imprinting.joining import imprint
+from ..shapes import (
+    EDGE,
+    FACE,
+    SOLID,
+    SolidShape,
+    compound,
+    index_map,
+    listed,
+    shapes_of,
+    subshapes,
+    typed,
+    volume_and_center,
+)
 from .features import Feature, find_features, find_fillets, find_holes
 
 logger = logging.getLogger(__name__)
 
+_NUMBER = re.compile(r"(faces?:?)?\s*\d+")
+_NOTHING = "suppress '{}': the part has no such feature, or it is removed already"
 SMALL = 0.05
 """Radius of a rounding, or diameter of a hole, as a share of the part's size, up to which a refusal names it."""
 
 
 def suppress(part: Part, words: Sequence[str]) -> Part:
-    """Remove features from a part of one solid.
+    """Remove features from a part.
 
     Parameters
     ----------
     part : Part
     words : sequence of str
-        ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or what chooses faces.
+        ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or what chooses faces. Of
+        several solids all are meant that have such features; ``"pin: holes d<2"`` means the solid of that name, and the
+        number of a face must be said so.
 
     Returns
     -------
@@ -55,37 +77,120 @@ def suppress(part: Part, words: Sequence[str]) -> Part:
     InputError
         A word is not understood, means nothing of this part, or none of what it means can be removed.
     """
-    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
-        raise InputError("suppress is about one solid: choose it with part=")
-    (solid,) = part.solids
-    holder = solid.kernel
-    assert isinstance(holder, SolidShape)
-    traced = Traced(holder.shape)
-    notes: list[str] = []
-    gone: set[int] = set()
-    for word in words:
-        features = [f for f in find_features(part, word) if not gone.issuperset(f.faces)]
+    asked = [_meant(part, word) for word in words]
+    plain = [solid.kernel for solid in part.solids if isinstance(solid.kernel, SolidShape)]
+    if len(plain) < len(part.solids) or len(part.solids) > max(1, len(part.models)):
+        raise InputError("suppress removes features of a part as it is loaded: this one is cut into cells")
+    if len(part.solids) > 1:
+        return _of_several(part, asked)
+    work = _Solid(part)
+    for _, word in asked:
+        features = work.find(word)
         if not features:
-            raise InputError(f"suppress '{word}': the part has no such feature, or it is removed already")
+            raise InputError(_NOTHING.format(word))
+        if not work.remove(features):
+            raise InputError(f"suppress '{word}': none can be removed; {work.notes[-1]}")
+    found = work.read()
+    return replace(part, solids=(found,), models=(), owners=(), notes=(*part.notes, *work.told()))
+
+
+def _meant(part: Part, word: str) -> tuple[str | None, str]:
+    """The solid that a word names before a colon, and the rest of it."""
+    name, colon, rest = word.partition(":")
+    names = {model.name for model in part.models} | {part.names.get(model.name) for model in part.models}
+    return (name.strip(), rest.strip()) if colon and name.strip() in names else (None, word)
+
+
+def _of_several(part: Part, asked: Sequence[tuple[str | None, str]]) -> Part:
+    """Remove features of the solids of an assembly, each as it was before the others were imprinted on it."""
+    alone = [_alone(part, cell) for cell in range(len(part.solids))]
+    works = [_Solid(one) for one in alone]
+    for name, word in asked:
+        if name is None and _NUMBER.fullmatch(word.strip()):
+            raise InputError(f"suppress '{word}': every solid has faces of its own; write 'NAME: {word}'")
+        found: list[tuple[_Solid, list[Feature]]] = []
+        missing = InputError(_NOTHING.format(word))
+        for work in works:
+            model = work.part.models[0]
+            if name is None or name in (model.name, part.names.get(model.name)):
+                try:
+                    found.append((work, work.find(word)))
+                except InputError as error:
+                    missing = error
+        if not found:
+            raise missing
+        if not any(features for _, features in found):
+            raise InputError(_NOTHING.format(word))
+        if not sum(work.remove(features) for work, features in found):
+            raise InputError(f"suppress '{word}': none can be removed; {found[-1][0].notes[-1]}")
+    notes, shapes, labels, models = list(part.notes), list[Any](), list[Labels](), list[ModelSolid]()
+    for work in works:
+        (model,) = work.part.models
+        if work.gone:
+            solid = work.read()
+            notes += [f"'{model.name}': {note}" for note in work.told()]
+            own = Original(shape=shapes_of(solid).shape, labels=labels_of(solid))
+            model = replace(model, volume=solid.volume, kernel=own)
+        elif isinstance(model.kernel, Original):
+            own = model.kernel
+        else:
+            own = Original(shape=shapes_of(work.solid).shape, labels=labels_of(work.solid))
+        shapes.append(own.shape)
+        labels.append(own.labels)
+        models.append(model)
+    return imprint(
+        shapes, labels=labels, models=models, units=Units(part.scale, part.offset), touch=part.touch * part.scale,
+        name=part.name, notes=notes, names=part.names,
+    )  # fmt: skip
+
+
+def _alone(part: Part, cell: int) -> Part:
+    """One solid of an assembly by itself."""
+    one = replace(part, solids=(part.solids[cell],), owners=(0,), models=(part.models[part.owners[cell]],))
+    return part_apart(one) or one
+
+
+class _Solid:
+    """A part of one solid from which features are removed."""
+
+    def __init__(self, part: Part) -> None:
+        self.part = part
+        (self.solid,) = part.solids
+        self.traced = Traced(shapes_of(self.solid).shape)
+        self.notes: list[str] = []
+        self.gone: set[int] = set()
+
+    def find(self, word: str) -> list[Feature]:
+        """What a word means that is there still."""
+        return [f for f in find_features(self.part, word) if not self.gone.issuperset(f.faces)]
+
+    def remove(self, features: Sequence[Feature]) -> int:
+        """Remove features one by one; how many could be."""
         removed = 0
         for feature in features:
-            place = part.solids[0].units.place(np.mean([solid.faces[f].center for f in feature.faces], axis=0))
-            before = volume_and_center(traced.shape)[0]
-            why = _remove(traced, feature)
+            place = self.solid.units.place(np.mean([self.solid.faces[f].center for f in feature.faces], axis=0))
+            before = volume_and_center(self.traced.shape)[0]
+            why = _remove(self.traced, feature)
             if why:
-                notes.append(f"not suppressed: {feature.what} at ({place}): {why}")
+                self.notes.append(f"not suppressed: {feature.what} at ({place}): {why}")
                 continue
-            change = (volume_and_center(traced.shape)[0] - before) * part.scale**3
-            notes.append(f"suppressed: {feature.what} at ({place}), volume {change:+.6g}")
-            gone |= set(feature.faces)
+            change = (volume_and_center(self.traced.shape)[0] - before) * self.part.scale**3
+            self.notes.append(f"suppressed: {feature.what} at ({place}), volume {change:+.6g}")
+            self.gone |= set(feature.faces)
             removed += 1
-        if not removed:
-            raise InputError(f"suppress '{word}': none can be removed; {notes[-1]}")
-    found, lost = _read(solid, traced)
-    notes += [f"name '{name}' is lost: what had it is suppressed" for name in lost]
-    for note in notes:
-        logger.info("%s", note)
-    return replace(part, solids=(found,), models=(), owners=(), notes=(*part.notes, *notes))
+        return removed
+
+    def read(self) -> Solid:
+        """The solid without them."""
+        found, lost = _read(self.solid, self.traced)
+        self.notes += [f"name '{name}' is lost: what had it is suppressed" for name in lost]
+        return found
+
+    def told(self) -> list[str]:
+        """The notes, which go into the log, too."""
+        for note in self.notes:
+            logger.info("%s", note)
+        return self.notes
 
 
 def small_features(part: Part) -> str:
