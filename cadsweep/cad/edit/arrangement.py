@@ -22,8 +22,8 @@ from OCP.BOPAlgo import BOPAlgo_Builder
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
-from OCP.GC import GC_MakeSegment
 from OCP.ElCLib import ElCLib
+from OCP.GC import GC_MakeSegment
 from OCP.Geom import Geom_Circle, Geom_Plane, Geom_TrimmedCurve
 from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.GeomProjLib import GeomProjLib
