@@ -28,8 +28,8 @@ class PartSurface:
     name : str
     quads : (q, 4) int64
         Outward, those between parts included.
-    named : dict of str to (p, 4) int64
-        Those that have a name, as boundary or as interface; all turned outward from this part.
+    named : dict of str to (p, 4 or more) int64
+        Those that have a name, as boundary or as interface, with their middle nodes; all turned outward from this part.
     volume : float
         Enclosed by the surface.
     """
@@ -70,16 +70,30 @@ def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> l
     order = np.argsort(keys, kind="stable")
     keys = keys[order]
     found: list[dict[str, IntArray]] = [{} for _ in surfaces]
-    for name, quads in names.items():
+    for name, quads in ((name, np.asarray(own)) for name, own in names.items()):
         if not len(quads):
             continue
-        wanted = distinct(conformity.row_keys(np.asarray(quads)[:, :4]))
+        own_keys = conformity.row_keys(quads[:, :4])
+        wanted = distinct(own_keys)
         first, last = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
         most = int((last - first).max(initial=0))  # 2 where the quads are between two parts
         rows = np.sort(np.concatenate([order[first[last - first > k] + k] for k in range(most)] or [order[:0]]))
+        by_key = np.argsort(own_keys, kind="stable") if quads.shape[1] > 4 else None
         for part in np.unique(part_of[rows]).tolist():
-            found[part][name] = every[rows[part_of[rows] == part]]
+            mine = every[rows[part_of[rows] == part]]
+            if by_key is not None:
+                same = by_key[np.searchsorted(own_keys[by_key], conformity.row_keys(mine))]
+                mine = _turned_like(mine, quads[same])
+            found[part][name] = mine
     return found
+
+
+def _turned_like(corners: IntArray, quads: IntArray) -> IntArray:
+    """Quads with middle nodes (q, 8 or 9), turned over where their corners (q, 4) go the other way round."""
+    rows = np.arange(len(quads))
+    after = corners[rows, (np.argmax(corners == quads[:, :1], axis=1) + 1) % 4]
+    turned = quads[:, [0, 3, 2, 1, 7, 6, 5, 4, *range(8, quads.shape[1])]]
+    return np.where((after == quads[:, 1])[:, None], quads, turned)
 
 
 def crossings_apart(

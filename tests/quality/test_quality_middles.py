@@ -52,3 +52,50 @@ def test_a_middle_node_off_its_face_or_edge_is_found(node, move, said):
         assert problems == ()
     else:
         assert any(all(word in problem for word in said) for problem in problems)
+
+
+def check_pair(node, move):
+    """Two cubes as parts, above each other, the upper one's nodes from 27 on; one node moved."""
+    nodes = np.concatenate([raised(UNIT_CUBE[None], 27)[0], raised(UNIT_CUBE[None] + [0, 0, 1], 27)[0]])
+    points, numbers = np.unique(np.round(nodes, 9), axis=0, return_inverse=True)
+    lower, upper = numbers.reshape(2, 27)
+    points[numbers[node]] += move
+    cells = {"lower": lower, "upper": upper}
+    inner = {"lower": "top", "upper": "bottom"}
+    boundaries = {
+        f"{part}_{name}": hexes[None, list(SIDES[name][0])]
+        for part, hexes in cells.items()
+        for name in SIDES
+        if name != inner[part]
+    }
+    mesh = HexMesh(
+        points=points,
+        hexes=np.stack([lower, upper]),
+        boundaries=boundaries,
+        interfaces={"lower__upper": lower[None, list(SIDES["top"][0])]},
+        parts={"lower": np.array([0]), "upper": np.array([1])},
+    )
+
+    def reference(part):
+        def distance(places, name, close):
+            if name == "lower__upper":
+                return abs(places[:, 2] - 1)
+            _, axis, level = SIDES[name.removeprefix(f"{part}_")]
+            return abs(places[:, axis] - level - (axis == 2 and part == "upper"))
+
+        return CadReference(distance=distance)
+
+    assert check_mesh(mesh).order == 2
+    return check_mesh(mesh, cad={part: reference(part) for part in cells}).problems
+
+
+@pytest.mark.parametrize(("node", "move", "said"), [
+    (25, [0, 0, 1e-3], ["part 'lower': 1 nodes of 'lower__upper'", "part 'upper': 1 nodes of 'lower__upper'"]),
+    (27 + 25, [0, 0, 1e-3], ["part 'upper': 1 nodes of 'upper_top'"]),
+    (27 + 17, [1e-3, 0, 0], ["part 'upper': 1 nodes of 'upper_right'"]),  # an upright edge of the upper cube
+    (25, [1e-3, 0, 0], []),  # along the interface
+])  # fmt: skip
+def test_middle_nodes_of_several_parts_are_held_against_the_faces_of_each(node, move, said):
+    problems = [problem for problem in check_pair(node, move) if "off their CAD face" in problem]
+    assert [any(problem.startswith(words) for problem in problems) for words in said] == [True] * len(said)
+    assert len(problems) == len(said)
