@@ -69,10 +69,11 @@ def main() -> None:
             profile.runcall(seconds_of, bricks, size, load_only=options.load)
             profile.dump_stats(options.profile)
     best = [min((row[k] for row in rows), key=lambda found: found["all"]) for k in (0, 1)]
+    ratio = best[0]["all"] / best[1]["all"]
     for label, found in zip(("bricks", "one"), best, strict=True):
         hexes = f"{found.pop('hexes', 0):,} hexes; "
         print(f"{label:7s}{hexes}" + ", ".join(f"{stage} {seconds:.3f}" for stage, seconds in found.items()))
-    print(f"{best[0]['all'] / best[1]['all']:.1f} x one solid")
+    print(f"{ratio:.1f} x one solid")
 
 
 if __name__ == "__main__":

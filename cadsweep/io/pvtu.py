@@ -26,7 +26,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -73,7 +72,7 @@ def write_index(stream: BinaryIO, pieces: Sequence[str]) -> None:
         f'<PPointData GlobalIds="{NODE_IDS}">\n{arrays(_POINT_ARRAYS)}</PPointData>\n'
         f'<PCellData GlobalIds="{HEX_IDS}">\n{arrays(_CELL_ARRAYS)}</PCellData>\n'
         '<PPoints>\n<PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>\n</PPoints>\n'
-        + "".join(f"<Piece Source={quoteattr(piece)}/>\n" for piece in pieces)
+        + "".join(f"<Piece Source={vtu.quoted(piece)}/>\n" for piece in pieces)
         + "</PUnstructuredGrid>\n</VTKFile>\n"
     )
     stream.write(text.encode())

@@ -25,13 +25,13 @@ VTK file formats, "XML File Formats" (docs.vtk.org/en/latest/vtk_file_formats/vt
 from __future__ import annotations
 
 import base64
+import html
 import lzma
 import sys
 import zlib
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO, cast
 from xml.etree import ElementTree
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -79,7 +79,7 @@ def write_grid(
         Which of the arrays of points and of cells hold ids that are unique over several files.
     """
     parts: list[np.ndarray] = []
-    marks = ("", "") if global_ids is None else tuple(f" GlobalIds={quoteattr(name)}" for name in global_ids)
+    marks = ("", "") if global_ids is None else tuple(f" GlobalIds={quoted(name)}" for name in global_ids)
     offset = 0
 
     def array(name: str, values: Any, *, tuples: bool = False) -> str:
@@ -96,7 +96,7 @@ def write_grid(
                 kind += f' NumberOfComponents="{data.shape[1]}"'
             if tuples:
                 kind += f' NumberOfTuples="{len(data)}"'
-        head = f'<DataArray {kind} Name={quoteattr(name)} format="appended" offset="{offset}"/>\n'
+        head = f'<DataArray {kind} Name={quoted(name)} format="appended" offset="{offset}"/>\n'
         parts.append(data)
         offset += 8 + data.nbytes
         return head
@@ -123,6 +123,14 @@ def write_grid(
         stream.write(np.uint64(data.nbytes).tobytes())
         vtk_cells.write_bytes(stream, data)
     stream.write(b"\n</AppendedData>\n</VTKFile>\n")
+
+
+def quoted(value: str) -> str:
+    """A value of an XML attribute, escaped, in quotes; ``xml.sax.saxutils`` has it, and imports all of ``urllib``."""
+    escaped = html.escape(value)
+    for space in "\n\r\t":
+        escaped = escaped.replace(space, f"&#{ord(space)};")
+    return f'"{escaped}"'
 
 
 def verify(stream: BinaryIO, mesh: LabelledMesh) -> None:

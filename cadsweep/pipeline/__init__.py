@@ -14,6 +14,7 @@ hints      the user's words for edges: sizes, counts, layers of rails
 factoring  intervals, surface and projection: the factors of one sweep
 candidates the loop over candidate sweeps: which are tried, smoothed, refused, noted
 making     order 2 and checks: one candidate in memory
+complexes  the cells of a part and a plan for them (`decomposing`, `assemblies` ask); `several` meshes and checks them
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight (one sweep; `cells_refinement`: any other mesh); `family`: nested meshes

@@ -17,11 +17,12 @@ from ..contacts import say_leave_out
 from ..errors import CadError, CadSweepError, InputError
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from .complexes import plan_cells
 from .groups import as_blocks, blocks_together, make_group, put_together
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
 from .run import Run
-from .several import mesh_complex, plan_cells
+from .several import mesh_complex
 from .shared_hints import check_words, has_face, local_biases, local_hints, resolve_wishes
 from .subsets import separated, subset, touching_groups
 

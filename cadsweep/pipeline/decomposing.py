@@ -22,11 +22,12 @@ from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
+from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
 from .parts import load, only_solid
 from .run import Run, silent
-from .several import Complex, as_complex, cutting_tools, mesh_complex, plan_cells, recognise, say_open
+from .several import mesh_complex
 from .shared_hints import resolve_wishes
 
 log = logging.getLogger(__name__)

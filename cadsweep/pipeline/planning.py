@@ -9,8 +9,8 @@ from ..brep import Part
 from ..errors import NotSweepableError
 from ..plan import Plan
 from ..sweep import Sweep
+from .complexes import plan_cells
 from .run import Run
-from .several import plan_cells
 from .subsets import subset, touching_groups
 
 

@@ -1,4 +1,4 @@
-"""A part of several cells: from a plan to a mesh that has passed its checks.
+"""A part of several cells: from a plan (:mod:`.complexes`) to a mesh that has passed its checks.
 
 Cells that share nothing with others are swept by themselves, with everything that a single solid gets (rings cut
 open, faces merged); those that touch are planned and meshed together.
@@ -6,15 +6,13 @@ open, faces merged); those that touch are planned and meshed together.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from math import pi
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from .. import cad, recognition, smoothing
+from .. import smoothing
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
 from ..blocks.finish import (
@@ -27,150 +25,26 @@ from ..blocks.finish import (
     to_hex_mesh,
 )
 from ..blocks.interface_slides import find_interface_slides
-from ..blocks.joined import JoinedMesh, neighbours_of
+from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
-from ..decomposition.curved import Found, Tools, find_cells
-from ..errors import NotSweepableError, PlanError
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
-from ..plan import Fill, Plan, list_ways, make_plan
+from ..plan import Fill
 from ..quality import QualityReport, check_mesh
 from ..smoothing import Blocks, Slides
-from ..sweep import Intervals, Sweep
+from ..sweep import Intervals
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
 from .cells_accuracy import accurate_cells, check_coarse_solids
+from .complexes import Complex
 from .origin import CellsOrigin, made_of
 from .refusing import refusal
 from .run import Run, measured
-
-log = logging.getLogger(__name__)
-
-_FEW = 2
-"""Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
-
-_MOST_CONTACTS = 3
-"""Contacts of a solid that a refusal lists."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Complex:
-    """A part of several cells with a sweep for each; `model` is the part before it was cut."""
-
-    part: Part
-    plan: Plan
-    model: Part
-
-
-def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
-    """Find the sweeps of all cells, and one choice of them that agrees; cells that are in the way are cut.
-
-    Raises
-    ------
-    NotSweepableError
-        A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
-    """
-    candidates = recognition.sweeps_of_each(part.solids)
-    try:
-        return Complex(part=part, plan=make_plan(part, candidates), model=part)
-    except PlanError as error:
-        if not decompose:
-            raise _refused(part, candidates, error) from error
-    found = cut_until_planned(part, run)
-    if found.plan is None:
-        raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
-    return as_complex(found, part)
-
-
-def as_complex(found: Found, model: Part) -> Complex:
-    """A part that has a plan, its notes saying what was cut of the model."""
-    assert isinstance(found.plan, Plan), "it has one"
-    notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
-    return Complex(part=replace(found.part, notes=notes), plan=found.plan, model=model)
-
-
-def cutting_tools(run: Run) -> Tools:
-    """What the search for cuts through solids of any kind is given."""
-    return Tools(
-        recognise=recognise,
-        make_plan=make_plan,
-        find_cutters=cad.find_cutters,
-        split=cad.split_cell,
-        on_progress=lambda n: run.on_progress(say_open(n), None),
-        is_late=run.is_late,
-    )
-
-
-def say_open(n: int) -> str:
-    """The stage as the progress shows it: how many cells are in the way still."""
-    return f"decomposition, {n} cells open" if n else "decomposition"
-
-
-def cut_until_planned(part: Part, run: Run) -> Found:
-    """Search for cuts; what came nearest where none help."""
-    found, n_parts = find_cells(part, cutting_tools(run))
-    log.info("%d parts looked at, %d cuts", n_parts, len(found.reasons))
-    return found
-
-
-def recognise(solid: Solid) -> list[Fill]:
-    """How a cell can be filled: sweeps that a plan can use, and blocks at its corners."""
-    blocks = recognition.find_corner_blocks(solid)
-    return [*_usable(solid), *([] if blocks is None else [blocks])]
-
-
-def _usable(solid: Solid) -> list[Sweep]:
-    """Sweeps found the fast way, and thoroughly only of cells that are nearly convex."""
-    for most_readings in (1, None):
-        sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
-        usable = [sweep for sweep in sweeps if list_ways([sweep])]
-        if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
-            return usable
-    return []
-
-
-def _refused(
-    part: Part, candidates: Sequence[Sequence[Sweep]], error: PlanError | None, found: Found | None = None
-) -> NotSweepableError:
-    """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
-    tried = f" (after {len(found.reasons)} cuts: {'; '.join(found.reasons[:4])})" if found and found.reasons else ""
-    stuck = [cell for cell, own in enumerate(candidates) if not own]
-    refusal: NotSweepableError | None = None
-    for cell in stuck:
-        try:
-            recognition.find_sweeps(part.solids[cell])
-        except NotSweepableError as reason:
-            name = part.models[part.owners[cell]].name
-            others = _contacts(part, cell)
-            beside = f"; it touches {', '.join(others)}" if others else ""
-            apart = "; interfaces='separate' meshes it without the contact's outline" if others else ""
-            message = f"'{name}' cannot be swept{beside}{tried}: {reason}{apart}"
-            reasons = [f"{name}: {r}" for r in reason.reasons]
-            refusal = NotSweepableError(message, reasons=reasons, faces=reason.faces, advice=reason.advice)
-            break
-    if refusal is None:
-        message = str(error) if error is not None else (found.message if found else "")
-        refusal = NotSweepableError(f"{message}{tried}; try interfaces='separate'", reasons=[message])
-        stuck = [cell for cell, _ in (error.faces if error is not None else found.conflict if found else ())]
-    refusal.solids = tuple(dict.fromkeys(part.models[part.owners[cell]].name for cell in stuck))
-    return refusal
-
-
-def _contacts(part: Part, cell: int) -> list[str]:
-    """The solids that a cell touches, and where."""
-    beyond = neighbours_of(part)
-    found: dict[int, str] = {}
-    for face in part.solids[cell].faces:
-        other = beyond.get((cell, face.id))
-        if other is not None and part.owners[other[0]] != part.owners[cell]:
-            owner = part.owners[other[0]]
-            found.setdefault(owner, f"'{part.models[owner].name}' on {face.label()}")
-    return list(found.values())[:_MOST_CONTACTS]
 
 
 def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh | BlockMesh:
@@ -402,13 +276,8 @@ def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
 
 
 __all__ = [
-    "Complex",
-    "as_complex",
     "checked_cells",
-    "cutting_tools",
     "finish",
     "fixed_nodes",
     "mesh_complex",
-    "plan_cells",
-    "say_open",
 ]

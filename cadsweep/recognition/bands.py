@@ -9,27 +9,18 @@ of faces. A class is rejected where it meets a face that is no rectangle, or cro
 
 Where some faces have several readings, the classes that meet them are settled together by one
 small integer programme: a state for every such face (no linking side, or one reading in one of
-two directions), edges agreeing on both their faces, least total deviation of the angles.
+two directions), edges agreeing on both their faces, least total deviation of the angles. What one
+class along the sweep settles by itself (:mod:`.narrowing`) is left out of the programme.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-import scipy
-
-from ..arrays import FloatArray
 from ..brep import Solid
+from .choices import cheapest
 from .corners import Reading, read_rectangles, why_no_rectangle
-
-STEP_COST = 1e-3
-"""Price of one more class in a band: nothing joins a band that is not needed there."""
-TIE = 0.5
-"""Right angles by which another choice of corners may be worse than the best and is still tried."""
-MAX_SOLUTIONS = 4
-"""Ways to read the sides of one band that are kept, the cheapest first; each costs an integer programme."""
+from .narrowing import Narrowed, State, narrow
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,13 +93,18 @@ def find_bands(solid: Solid, *, folded: bool = False, most_readings: int | None 
     net = _tie_edges(solid, [read_rectangles(face, folded=folded)[:most_readings] for face in solid.faces])
     bands: list[Band] = []
     seen: set[frozenset[int]] = set()
+    components: dict[int, Narrowed | None] = {}
     for c in dict.fromkeys(net.of_edge):
         if c in net.bad:
             continue
         if c not in net.unclear:
             bands.append(_make_band(net.clear[c], {}, net.readings))
             continue
-        settled = _settle(net, c)
+        if c not in components:
+            # Classes that turn out bad later may stay in it: no choice has them along the sweep.
+            classes, component = _component(net, c)
+            components |= dict.fromkeys(classes, component)
+        settled = _settle(components[c], c)
         if not settled:
             face = solid.faces[net.unclear[c][0]]
             net.bad[c] = f"no four corners of {face.label()} agree with its neighbours"
@@ -195,85 +191,47 @@ def _reach(net: _Net, seed: int) -> tuple[list[int], list[int]]:
     return list(classes), list(faces)
 
 
-def _settle(net: _Net, seed: int) -> list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]]:
+def _settle(component: Narrowed | None, seed: int) -> list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]]:
     """Choose the states of all faces with several readings, given that class `seed` is along the sweep.
 
     Returns, cheapest first, the classes along the sweep and the chosen state of every such linking
     side; more than one where others are about as good, so that no order of the faces decides.
     """
+    left = None if component is None else component.told([(seed, True)])
+    if left is None:
+        return []
+    picked = {f: states[0].read for f, states in left.states.items() if len(states) == 1}
+    return [
+        (
+            frozenset(left.along | chosen),
+            {f: read for f, read in (picked | reads).items() if read is not None},
+        )
+        for chosen, reads in cheapest(left)
+    ]
+
+
+def _component(net: _Net, seed: int) -> tuple[list[int], Narrowed | None]:
+    """Classes that hang together with one, and what their faces of several readings may be."""
     classes, faces = _reach(net, seed)
-    column = {k: j for j, k in enumerate(classes)}
-    cost = [STEP_COST] * len(classes)
-    states: list[tuple[int, tuple[Reading, int] | None]] = []
-    rows: list[dict[int, float]] = []
-    right: list[float] = []
-    for f in faces:
-        on_face = {net.of_edge[e] for chain in net.readings[f][0].chains for e in chain}
-        agree = {k: {column[k]: -1.0} for k in on_face if k in column}
-        one: dict[int, float] = {}
-        options: list[tuple[Reading, int] | None] = [None]
-        options += [(reading, way) for reading in net.readings[f] for way in (0, 1)]
-        for state in options:
-            along = set() if state is None else _crossed(state[0], state[1], net.of_edge)
-            if state is not None and (
-                not along <= column.keys() or along & _crossed(state[0], 1 - state[1], net.of_edge)
-            ):
-                continue
-            one[len(cost)] = 1.0
-            for k in along:
-                agree[k][len(cost)] = 1.0
-            cost.append(0.0 if state is None else state[0].cost)
-            states.append((f, state))
-        rows += [one, *agree.values()]
-        right += [1.0] + [0.0] * len(agree)
+    known = set(classes)
     both_ways: dict[int, list[int]] = {}
     for k in classes:
         for f, _ in net.clear.get(k, []):
-            both_ways.setdefault(f, []).append(column[k])
-    pairs = {tuple(p) for p in both_ways.values() if len(p) == 2}
-    n_equal = len(rows)
-    rows += [dict.fromkeys(pair, 1.0) for pair in pairs]
-
-    bound = np.array(right + [1.0] * len(pairs))
-    low = np.zeros(len(cost))
-    low[column[seed]] = 1.0
-    solutions: list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]] = []
-    best = np.inf
-    while len(solutions) < MAX_SOLUTIONS:
-        on = _solve(np.array(cost), low, rows, bound, n_equal)
-        if on is None or np.array(cost) @ on > best + TIE:
-            break
-        best = min(best, float(np.array(cost) @ on))
-        picked = {f: state for j, (f, state) in enumerate(states) if state is not None and on[len(classes) + j]}
-        solutions.append((frozenset(k for k in classes if on[column[k]]), picked))
-        taken = {
-            len(classes) + j: 1.0 for j, (_, state) in enumerate(states) if state is not None and on[len(classes) + j]
-        }
-        if not taken:
-            break
-        # next time one of these faces must be read otherwise
-        rows = [*rows, taken]
-        bound = np.append(bound, len(taken) - 1.0)
-    return solutions
+            both_ways.setdefault(f, []).append(k)
+    pairs = sorted({(own[0], own[1]) for own in both_ways.values() if len(own) == 2})
+    return classes, narrow({f: _states_of(net, f, known) for f in faces}, pairs)
 
 
-def _solve(
-    cost: FloatArray, low: FloatArray, rows: list[dict[int, float]], bound: FloatArray, n_equal: int
-) -> npt.NDArray[np.bool_] | None:
-    """Least cost of binary unknowns: the first `n_equal` rows equal their bound, others stay below."""
-    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
-    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-    result = scipy.optimize.milp(
-        cost,
-        integrality=np.ones(len(cost)),
-        bounds=scipy.optimize.Bounds(low, np.ones(len(cost))),
-        constraints=scipy.optimize.LinearConstraint(
-            scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), len(cost))),
-            np.where(np.arange(len(rows)) < n_equal, bound, -np.inf),
-            bound,
-        ),
-    )
-    return None if result.x is None else result.x > 0.5
+def _states_of(net: _Net, face: int, known: set[int]) -> list[State]:
+    """What a face of several readings may be: no linking side, or one reading in one of two directions."""
+    on_face = frozenset(net.of_edge[e] for chain in net.readings[face][0].chains for e in chain) & known
+    states = [State(read=None, along=frozenset(), on_face=on_face, cost=0.0)]
+    for reading in net.readings[face]:
+        for way in (0, 1):
+            along = _crossed(reading, way, net.of_edge)
+            if along <= known and not along & _crossed(reading, 1 - way, net.of_edge):
+                states.append(State(read=(reading, way), along=frozenset(along), on_face=on_face, cost=reading.cost))
+    return states
 
 
 def _crossed(reading: Reading, way: int, of_edge: list[int]) -> set[int]:

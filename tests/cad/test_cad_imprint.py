@@ -236,6 +236,16 @@ def test_an_invalid_solid_among_ten_is_named(cq, load):
         load(whole)
 
 
+def test_an_open_solid_of_a_step_file_is_named_when_it_is_left_out(cq, load, tmp_path):
+    faces = box(cq, (0, 5, 0)).faces().vals()[1:]
+    broken = cq.Solid.makeSolid(cq.Shell.makeShell(faces))
+    whole = cq.Assembly(name="all").add(box(cq, (0, 0, 0)), name="one").add(box(cq, (1, 0, 0)), name="two")
+    whole.add(broken, name="broken").export(str(tmp_path / "all.step"))
+    part = load(tmp_path / "all.step")
+    assert [model.name for model in part.models] == ["one", "two"]
+    assert "5 faces that belong to no solid left out, of 'all/broken'" in part.notes
+
+
 @pytest.mark.parametrize("touch", [-1.0, math.nan, math.inf])
 def test_touch_is_a_distance(cq, load, touch):
     with pytest.raises(InputError, match="touch is a distance"):

@@ -1,7 +1,5 @@
 """The same mesh on another part: equal arrays, nodes where they belong, refusals that name what has no partner."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +10,8 @@ from cadsweep.errors import CadError, CadSweepError, InputError
 from cadsweep.pipeline.graphs import graph_of
 from cadsweep.pipeline.matching import match_graphs
 from cadsweep.pipeline.template import make_template
+
+from ..commands import exit_code
 
 cq = pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
@@ -185,24 +185,24 @@ def test_a_symmetric_part_is_matched_by_its_faces_numbers_or_by_place(turns):
     assert match_graphs(graph, shuffled).faces == place
 
 
-def test_the_command_makes_the_same_mesh(tmp_path):
+def test_the_command_makes_the_same_mesh(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "part.py").write_text(
         "import cadquery as cq\nhole = 0.4\n"
         "show_object(cq.Workplane().box(2, 1, 0.3).faces('>Z').workplane().hole(hole))\n"
     )
 
     def mesh(*args):
-        command = [sys.executable, "-m", "cadsweep", "mesh", str(tmp_path / "part.py"), "--quiet", *args]
-        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=200)
+        return exit_code(["mesh", "part.py", "--quiet", *args], monkeypatch)
 
-    assert mesh("-o", "base.sweep.npz", "--size", "0.3").returncode == 0
-    done = mesh("-o", "other.vtu", "--like", "base.sweep.npz", "--param", "hole=0.5")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert mesh("-o", "base.sweep.npz", "--size", "0.3") == 0
+    assert mesh("-o", "other.vtu", "--like", "base.sweep.npz", "--param", "hole=0.5") == 0
+    assert capfd.readouterr().err == ""
     from cadsweep.pipeline import expand
 
     assert np.array_equal(cs.read(tmp_path / "other.vtu").hexes, expand(tmp_path / "base.sweep.npz").hexes)
-    assert mesh("-o", "o.vtu", "--like", "base.sweep.npz", "--size", "1").returncode == 1
-    assert mesh("-o", "o.sweep.npz", "--like", "base.sweep.npz").returncode == 2
+    assert mesh("-o", "o.vtu", "--like", "base.sweep.npz", "--size", "1") == 1
+    assert mesh("-o", "o.sweep.npz", "--like", "base.sweep.npz") == 2
 
 
 def stepped(height=1.0):

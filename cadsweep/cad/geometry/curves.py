@@ -16,11 +16,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from ...arrays import FloatArray
+from .nearest_kernels import nearest_rows
 from .nurbs import BSpline
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -30,6 +31,8 @@ _RECENT = 4
 """Questions for parameters that a curve keeps the answers of."""
 _MAX_HALVINGS = 12
 """Halvings of an interval: a speed that 4,096 pieces do not resolve is not smooth."""
+_FEW = 200_000
+"""Pairs of a point and a sample up to which all are compared: a tree would take longer to be made."""
 _HOOK = 1e-3
 """Share of an edge's length at its ends in which a turn is no feature of the part."""
 _STRAIGHT = 0.05
@@ -54,6 +57,8 @@ class Line:
     def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
         """Points and derivatives up to `order`."""
         points = self.origin + parameters[:, None] * self.direction
+        if order == 0:
+            return [points]
         out = [points, np.broadcast_to(self.direction, points.shape), np.zeros_like(points)]
         return out[: order + 1]
 
@@ -70,6 +75,8 @@ class Ellipse:
         """Points and derivatives up to `order`."""
         cos, sin = np.cos(parameters)[:, None], np.sin(parameters)[:, None]
         radius = cos * self.x_axis + sin * self.y_axis
+        if order == 0:
+            return [self.center + radius]
         out = [self.center + radius, cos * self.y_axis - sin * self.x_axis, -radius]
         return out[: order + 1]
 
@@ -320,6 +327,13 @@ class EdgeCurve:
         parameters = self.parameters(np.linspace(0.0, 1.0, n))
         return parameters, self.geometry.derivatives(parameters)[0]
 
+    @cached_property
+    def _tree(self) -> Any:
+        """A tree of the samples' places."""
+        from scipy.spatial import cKDTree  # half a second, which a part of straight edges need not wait for
+
+        return cKDTree(self._samples[1])
+
     def project(self, points: FloatArray) -> FloatArray:
         """Arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
         return np.clip(self.fractions(self._nearest(points)), 0.0, 1.0)
@@ -341,10 +355,12 @@ class EdgeCurve:
             # Into the turn around the middle of the arc: beyond its ends the nearer end is nearest.
             t -= 2.0 * np.pi * np.round((t - (self.first + self.last) / 2.0) / (2.0 * np.pi))
             return np.clip(t, self.first, self.last)
-        from scipy.spatial import cKDTree
-
         samples, places = self._samples
-        nearest = cKDTree(places).query(np.where(np.isfinite(points), points, 0.0))[1]
+        if len(points) * len(places) <= _FEW:
+            nearest = np.empty(len(points), dtype=np.int64)
+            nearest_rows(places, np.ascontiguousarray(points), nearest)
+        else:
+            nearest = self._tree.query(np.where(np.isfinite(points), points, 0.0))[1]
         t = samples[nearest]
         lower, upper = samples[np.maximum(nearest - 1, 0)], samples[np.minimum(nearest + 1, len(samples) - 1)]
         for _ in range(30):

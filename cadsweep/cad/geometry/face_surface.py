@@ -21,7 +21,8 @@ import scipy
 
 from ...arrays import FloatArray, IntArray
 from .curves import EdgeCurve, Parametric
-from .feet_kernels import descended_feet, exact_feet, grid_places, nearest_rows, turning_stops
+from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
+from .nearest_kernels import nearest_rows
 from .record_kernels import curve_points, surface_normals, surface_points
 from .records import curve_record, surface_record
 from .surfaces import Cone, Geometry, Offset, Periods, Plane, Torus, grid_points, knots_of

@@ -72,9 +72,7 @@ def make_assembly(
     naming_notes += list(dict.fromkeys(note for _, declared in materials for note in declared.notes))
     for note in naming_notes:
         logger.warning("%s: %s", model.source, note)
-    n_loose = index_map(model.shape, FACE).Extent() - index_map(compound(solids), FACE).Extent()
-    if n_loose:
-        notes.append(f"{n_loose} faces that belong to no solid left out")
+    notes += _loose_notes(model, solids)
     all_faces, all_edges = index_map(model.shape, FACE), index_map(model.shape, EDGE)
     healed: list[Any] = []
     labels: list[Labels] = []
@@ -142,6 +140,19 @@ def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[Mod
     """
     for model, cell, before in zip(part.models, part.solids, healed, strict=True):
         yield replace(model, volume=integrated_volume(before) if moved else cell.volume)
+
+
+def _loose_notes(model: Model, solids: Sequence[Any]) -> list[str]:
+    """Say what faces are left out, and of which bodies: an open solid is written to STEP as a shell."""
+    within = index_map(compound(solids), FACE)
+    n_loose = index_map(model.shape, FACE).Extent() - within.Extent()
+    if not n_loose:
+        return []
+    bodies = [path for body, path in model.paths if body.ShapeType() != SOLID and subshapes(body, FACE)]
+    called = f", of {', '.join(repr(path) for path in dict.fromkeys(bodies))}" if bodies else ""
+    note = f"{n_loose} faces that belong to no solid left out{called}"
+    logger.warning("%s: %s", model.source, note)
+    return [note]
 
 
 class _Healer:

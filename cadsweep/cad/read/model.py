@@ -38,7 +38,8 @@ class Model:
         Names of faces, edges and solids as the user means them, part prefix included. A named face
         need not be a face of `shape` itself: a tag is set before later operations.
     paths : list of Named
-        For solids of an assembly the names of the assemblies that each is in and its own, joined by ``/``.
+        For solids of an assembly the names of the assemblies that each is in and its own, joined by ``/``; for
+        bodies that hold none likewise.
     materials : list of Named
         Materials of solids.
     colors : list of Colored

@@ -222,7 +222,8 @@ def _walk(
     if is_meaningful(name):
         model.names.extend(Named(solid, name) for solid in solids)
         path = path if path and path[-1] == name else (*path, name)  # CadQuery's NAME and NAME_part are one
-    model.paths.extend(Named(solid, "/".join(path)) for solid in solids if path)
+    # What holds no solid has a place, too: what is left out is called by it.
+    model.paths.extend(Named(body, "/".join(path)) for body in solids or [shape] if path)
     if material:
         model.materials.extend(Named(solid, material.removeprefix(MATERIAL_PREFIX)) for solid in solids)
     _add_sub_shapes(model, label, location, part=name if prefix is not None else None)
