@@ -39,7 +39,7 @@ def choose_part(model: Model, part: str | int | None) -> Model:
         return model
     numbers = _matching(part, solids, model.names)
     if len(numbers) != 1:
-        meant = did_you_mean(str(part), solid_names(solids, model.names))
+        meant = did_you_mean(str(part), [name or "" for name in solid_names(solids, model.names)])
         problem = f"{part!r} names {len(numbers)} solids" if numbers else f"there is no solid {part!r}{meant}"
         listed = _listed(numbers or range(len(solids)), solids, model.names) or "no solids"
         hint = "choose one by its number" if numbers else "choose one of them by name or number"
