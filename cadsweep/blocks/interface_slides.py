@@ -1,9 +1,11 @@
-"""Nodes between two solids that smoothing may move: inside a contact on its face, on its outline along the edges.
+"""Nodes on faces of solids in contact that smoothing may move: inside a face on it, on a contact's outline along it.
 
 Place in the flow: ``pipeline`` asks for them where the checks of a joined mesh ask for smoothing. A node is one node
 for both solids, so the mesh stays conformal wherever it goes.
 
-Not moved: nodes at vertices of the model, and on the outside of the part away from contacts.
+A poor column of hexahedra that goes through a contact often ends on an outer face: nodes inside these may move, too.
+
+Not moved: nodes at vertices of the model, and on edges that bound no contact.
 """
 
 from __future__ import annotations
@@ -77,9 +79,9 @@ def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
 
 
 def find_interface_slides(
-    part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True
+    part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True, outside: bool = True
 ) -> InterfaceSlides:
-    """Find the nodes of contacts that may move.
+    """Find the nodes of contacts, and of the faces around them, that may move.
 
     Parameters
     ----------
@@ -88,6 +90,8 @@ def find_interface_slides(
     names : NamedFaces
     along_edges : bool
         Let nodes move along the edges of contacts, too; not where their places were asked for.
+    outside : bool
+        Let nodes inside outer faces move; not where they have to answer others.
     """
     n = len(joined.points)
     surface, curve = np.full((2, n), -1, dtype=np.int64)
@@ -95,11 +99,14 @@ def find_interface_slides(
     curves: list[Curve] = []
     edge_keys: dict[int, Curve] = {}
     for (cell, face), quads in by_face(joined):
-        if not names.first.get((cell, face), False):
-            continue  # of the two sides of a contact one is enough
+        between = names.first.get((cell, face), False)  # of the two sides of a contact one is enough
+        if not between and not (outside and (cell, face) in names.outside):
+            continue
         solid = part.solids[cell]
         surface[quads[:, :4]] = len(surfaces)
         surfaces.append(solid.faces[face].surface)
+        if not between:
+            continue
         edge_keys |= {int(solid.edge_keys[e]): solid.edges[e].curve for e in solid.faces[face].edges}
     uses = np.zeros(n, dtype=np.int64)
     for key, nodes in joined.edge_nodes.items():

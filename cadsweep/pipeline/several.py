@@ -252,8 +252,10 @@ def contact_slides(
     """What finds the nodes of contacts that smoothing may move; None where there are none, or places are asked for."""
     if not names.between or options.wall_layers:
         return None
-    along_edges = not (options.biases or options.periodic)
-    return lambda: find_interface_slides(part, joined, names, along_edges=along_edges)
+    matched = bool(options.periodic)
+    return lambda: find_interface_slides(
+        part, joined, names, along_edges=not (options.biases or matched), outside=not matched
+    )
 
 
 def _at_fault(mesh: HexMesh | BlockMesh, report: QualityReport) -> tuple[str, ...]:
