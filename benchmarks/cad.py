@@ -22,7 +22,16 @@ from generators import FAMILIES
 import cadsweep as cs
 from cadsweep.gmsh_session import gmsh_session
 
-PARTS = [("gear", 15), ("gear", 60), ("spring", 5), ("rack", 25), ("plate", 25), ("plate", 100), ("embossed", 25)]
+PARTS = [
+    ("gear", 15),
+    ("gear", 60),
+    ("herringbone", 30),
+    ("spring", 5),
+    ("rack", 25),
+    ("plate", 25),
+    ("plate", 100),
+    ("embossed", 25),
+]
 
 
 def measure(family: str, n: int, folder: Path) -> dict[str, object]:

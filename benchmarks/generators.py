@@ -38,6 +38,12 @@ def gear(n_teeth: int, *, twist: float = 20.0, width: float = 8.0) -> cq.Workpla
     return wire.extrude(width)
 
 
+def herringbone(n_teeth: int) -> cq.Workplane:
+    """A gear whose teeth are helical one way in its lower half and the other way in its upper: eight faces a tooth."""
+    lower = gear(n_teeth, twist=15.0, width=4.0)
+    return lower.union(lower.mirror("XY"))
+
+
 def spring(n_turns: int) -> cq.Workplane:
     """A coil of round wire."""
     path = cq.Wire.makeHelix(3.0, 3.0 * n_turns, 8.0)
@@ -60,6 +66,16 @@ def plate(n_holes: int) -> cq.Workplane:
     places = [(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3) for k in range(n_holes)]
     sketch = cq.Sketch().rect(6 * side, 6 * side).push(places).circle(1.5, mode="s")
     return cq.Workplane().placeSketch(sketch).extrude(2)
+
+
+def crossed(n_holes: int) -> cq.Workplane:
+    """A block with a square pattern of n holes, every fourth row of them met by a bore across."""
+    side = math.ceil(math.sqrt(n_holes))
+    places = [(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3) for k in range(n_holes)]
+    holes = cq.Workplane().pushPoints(places).circle(1.2).extrude(10, both=True)
+    rows = [(6 * j - 3 * side + 3, 0) for j in range(0, side, 4)]
+    bores = cq.Workplane("YZ").pushPoints(rows).circle(0.8).extrude(6 * side, both=True)
+    return cq.Workplane().box(6 * side, 6 * side, 6).cut(holes).cut(bores)
 
 
 def rack(n_blades: int) -> cq.Workplane:
@@ -109,4 +125,12 @@ def block(seed: int, n_features: int = 30, *, snap: float | None = None) -> cq.W
     return part
 
 
-FAMILIES = {"gear": gear, "spring": spring, "embossed": embossed, "plate": plate, "rack": rack}
+FAMILIES = {
+    "gear": gear,
+    "herringbone": herringbone,
+    "spring": spring,
+    "embossed": embossed,
+    "plate": plate,
+    "crossed": crossed,
+    "rack": rack,
+}

@@ -1,12 +1,13 @@
-"""Segments around circles that are a pattern: as many as make the nodes as symmetric as the holes.
+"""Segments around circles that are a pattern: as many as make the nodes as symmetric as the holes, or as the ring.
 
 Place in the flow: :mod:`.sizes` asks for it. Holes in a circle about the middle of a cap have mirrors through each and
 between them; these meet all circles in nodes where half a circle has a multiple of the number of holes as segments.
+A rim and the bore about its middle, with holes between them, get as many each, for a lattice that closes around.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import ceil, gcd, pi
 
 import numpy as np
@@ -19,6 +20,10 @@ _SAME = 1e-6
 """Difference of lengths, in sizes of the part, up to which circles are alike."""
 _MOST_MORE = 1.35
 """Segments over those wanted up to which a circle is divided more finely for symmetry."""
+_MOST_ADDED = 3.0
+"""Segments that half a small circle may get besides: six holes of six segments are alike with twelve."""
+_MOST_UNLIKE = 2.5
+"""Ratio of counts wanted up to which a rim and a bore with holes between them get equal ones: circles and rays."""
 _LEAVE = 0.1
 """Part of a multiple that may be missing, before the next one is taken."""
 
@@ -40,13 +45,31 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
         halves = len(edges) == 2 and all(edge.kind == "circle" for edge in edges)
         if halves and abs(edges[0].length - edges[1].length) <= _SAME * solid.size:
             circles.append((loop.edges, (edges[0].midpoint + edges[1].midpoint) / 2, edges[0].length / pi))
+    open_ones = [circle for circle in circles if set(circle[0]) <= set(wanted)]
+    rings = _rings(open_ones, wanted, solid)
+    wanted = {**wanted, **rings}
     order = _order(np.array([centre for _, centre, _ in circles]), np.array([radius for *_, radius in circles]), solid)
     halves_of = [e for edges, *_ in circles for e in edges if e in wanted]
     for n in sorted((d for d in range(2, order + 1) if order % d == 0), reverse=True):
         counts = {e: float(n * max(1, ceil(wanted[e] / n - _LEAVE))) for e in halves_of}
-        if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + 1.0) for e, count in counts.items()):
+        if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + _MOST_ADDED) for e, count in counts.items()):
             return counts
-    return {}
+    return rings
+
+
+def _rings(
+    circles: Sequence[tuple[Sequence[int], FloatArray, float]], wanted: Mapping[int, float], solid: Solid
+) -> dict[int, float]:
+    """One count for the greatest circle and the bore about its middle, where there are holes between them."""
+    if len(circles) < 3:
+        return {}
+    (rim, middle, _), *others = sorted(circles, key=lambda circle: -circle[2])
+    bores = [edges for edges, at, _ in others if np.linalg.norm(at - middle) <= _SAME * solid.size]
+    if len(bores) != 1 or wanted[rim[0]] > _MOST_UNLIKE * wanted[bores[0][0]]:
+        return {}
+    # Nearer to what the rim wants: there are more quads outside than inside.
+    count = (2.0 * wanted[rim[0]] + wanted[bores[0][0]]) / 3.0
+    return dict.fromkeys((*rim, *bores[0]), count)
 
 
 def _order(centres: FloatArray, radii: FloatArray, solid: Solid) -> int:

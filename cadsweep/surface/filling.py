@@ -26,6 +26,7 @@ from .chart import Chart
 from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
+from .ring_lattice import fill_ring
 from .structured import fill_lattice, fill_round_core
 from .symmetric import fill_symmetric
 from .tips import SHARP, lay_tips
@@ -220,6 +221,7 @@ FILLINGS = (
     # What gmsh makes is seldom better than 0.7, and a regular mesh is worth a little.
     Filling(fill_lattice, lambda _: 0.65),
     Filling(fill_round_core, lambda _: 0.7),
+    Filling(fill_ring, lambda _: 0.65),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.

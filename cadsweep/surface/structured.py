@@ -30,7 +30,7 @@ from ..brep import quarter_turns
 from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
 
-_SMOOTH = np.pi / 6
+SMOOTH = np.pi / 6
 """Greatest turn at a vertex of an outline that has no corners."""
 _LEAST_AROUND = 6
 """Nodes around a core of 1 x 2 quads; fewer leave no choice."""
@@ -54,7 +54,7 @@ def fill_lattice(outline: Outline) -> FaceQuads | None:
         return None
     number, cells = _inside_of(lattice)
     if len(outline.loops) > 1:
-        whole = _embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), _quads_of(number, cells))
+        whole = embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), _quads_of(number, cells))
         pierced = _pierced(outline, chart, number, cells, whole)
         if pierced is None:
             return None
@@ -128,7 +128,7 @@ def _pierced(
             return None
         begin, q, p = corners
         low = np.rint(own.mean(axis=0) - np.array([p, q]) / 2.0).astype(np.int64)
-        around = low + _around(p, q)
+        around = low + places_around(p, q)
         x, y = around.T
         # A cell more on each side: quads with all their nodes on outlines could give way to nothing.
         beside = (slice(low[0] - 1, low[0] + p + 2), slice(low[1] - 1, low[1] + q + 2))
@@ -144,7 +144,7 @@ def _pierced(
     return _numbered(taken, cells, first), cells
 
 
-def _around(p: int, q: int) -> IntArray:
+def places_around(p: int, q: int) -> IntArray:
     """Places around a rectangle of p x q cells, clockwise from its lower left corner."""
     steps = np.repeat(_STEPS[[1, 0, 3, 2]], [q, p, q, p], axis=0)
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(steps, axis=0)[:-1]])
@@ -155,7 +155,7 @@ def _hole_corners(outline: Outline, loop: int, places: FloatArray) -> tuple[int,
     n, angles = len(places), outline.angles(outline.loops[loop])
     if n % 2:
         return None
-    if all(abs(angle - np.pi) <= _SMOOTH for angle in angles):
+    if all(abs(angle - np.pi) <= SMOOTH for angle in angles):
         off = places - places.mean(axis=0)
         x, y = (off / np.abs(off).max(axis=0)).T
         corners = [int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
@@ -178,7 +178,7 @@ def fill_round_core(outline: Outline) -> FaceQuads | None:
     if len(outline.loops) != 1 or outline.grows():
         return None
     n = len(outline.nodes[0])
-    if any(abs(angle - np.pi) > _SMOOTH for angle in outline.angles(outline.loops[0])) or n % 2 or n < _LEAST_AROUND:
+    if any(abs(angle - np.pi) > SMOOTH for angle in outline.angles(outline.loops[0])) or n % 2 or n < _LEAST_AROUND:
         return None
     chart = next(outline.charts(outline.nodes), None)
     if chart is None:
@@ -237,7 +237,7 @@ def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]
 def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
     """Quads whose inner nodes stand at the mean of their neighbours in the chart; a curved one's are evened."""
     rim = np.concatenate(chart.boundary)
-    places = _embedded(rim, n_inner, quads)
+    places = embedded(rim, n_inner, quads)
     if n_inner and not chart.isometric:
         places = _evened(outline, chart, places, quads)
     return outline.lift(chart, places[len(rim) :], quads, np.concatenate(outline.nodes))
@@ -258,7 +258,7 @@ def _evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray)
         if outline.sizes is not None:
             lengths /= np.minimum(outline.sizes(points[ends].mean(axis=1)), outline.size)
         weights *= lengths / lengths.mean()
-        places = _embedded(places[:n_rim], len(places) - n_rim, quads, weights)
+        places = embedded(places[:n_rim], len(places) - n_rim, quads, weights)
     return places
 
 
@@ -267,7 +267,7 @@ def _links_of(quads: IntArray) -> IntArray:
     return np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
 
 
-def _embedded(rim: FloatArray, n_inner: int, quads: IntArray, weights: FloatArray | None = None) -> FloatArray:
+def embedded(rim: FloatArray, n_inner: int, quads: IntArray, weights: FloatArray | None = None) -> FloatArray:
     """Places (n, 2) of all nodes of a quad mesh, its first at `rim`, the others at the mean of their neighbours.
 
     `weights`: of the sides, as :func:`_links_of` gives them; all alike without.

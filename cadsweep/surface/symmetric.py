@@ -80,7 +80,7 @@ def _best_of(outline: Outline, chart: Chart, wedge: Wedge, domain: _Domain) -> F
     boundary = np.concatenate(outline.nodes)
     best: FaceQuads | None = None
     for inner, quads in _fillings(chart, domain):
-        made = _symmetric(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, inner, quads))
+        made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, inner, quads))
         if made is not None and (best is None or made.better_than(best)):
             best = made
         if best is not None and best.expected >= _ENOUGH:
@@ -285,7 +285,7 @@ def _images(wedge: Wedge, places: FloatArray, near: float) -> list[IntArray] | N
     return found
 
 
-def _symmetric(  # noqa: PLR0917
+def carried_by_mirrors(  # noqa: PLR0917
     outline: Outline, chart: Chart, wedge: Wedge, boundary: IntArray, inner: FloatArray, quads: IntArray
 ) -> FaceQuads | None:
     """The quads lifted and relaxed, every node at the mean of its images."""

@@ -96,3 +96,30 @@ def test_a_hole_that_finds_no_place_in_the_lattice_is_meshed_all_the_same():
 def test_quads_still_grow_where_the_outline_is_fine():
     fine = cs.sweep_mesh(plate(), size=0.6, layers=1, sizes={"edges:|X and >Y": 0.1})
     assert len(fine.structure.quads) < 60 * 40 / 2
+
+
+@pytest.mark.parametrize(("n", "rim", "bore", "pitch", "hole"), [(6, 40, 20, 31, 4), (4, 50, 20, 36, 5)])
+def test_a_flange_is_circles_and_rays_around_its_holes(n, rim, bore, pitch, hole):
+    import cadquery as cq
+
+    flange = cq.Workplane().circle(rim).circle(bore).extrude(5)
+    flange = flange.faces(">Z").workplane().polarArray(pitch, 0, 360, n).circle(hole).cutThruAll()
+    mesh = cs.sweep_mesh(flange, size=4.0, layers=1)
+    assert n_irregular(mesh) == 0
+    assert mesh.info["quality"].min_scaled_jacobian > 0.65
+    _, points, _ = source_quads(mesh)
+    turn = 2 * np.pi / n
+    rotation = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    for element in (rotation, np.diag([1.0, -1.0, 1.0])):
+        distance = np.linalg.norm((points @ element.T)[:, None] - points, axis=2).min(axis=1)
+        assert distance.max() < 1e-9 * 2 * rim
+
+
+def test_a_ring_takes_holes_that_are_nowhere_alike():
+    import cadquery as cq
+
+    ring = cq.Workplane().circle(20).circle(10).extrude(2)
+    ring = ring.faces(">Z").workplane().pushPoints([(14.5, 1), (-3, 15), (-11, -9)]).circle(1.5).cutThruAll()
+    mesh = cs.sweep_mesh(ring, size=1.5, layers=1)
+    assert n_irregular(mesh) == 0
+    assert mesh.info["quality"].min_scaled_jacobian > 0.5
