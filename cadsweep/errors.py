@@ -6,9 +6,15 @@ wrong, where (face, edge, layer) and what to try. ``assert`` is kept for defects
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """The end of a sentence about a word that names nothing: the name that is most like it, or no words."""
+    near = get_close_matches(word, list(names), n=1)
+    return f" (did you mean '{near[0]}'?)" if near else ""
 
 
 def no_such_file(path: object) -> str:

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
-from .errors import UnknownNameError
+from .errors import UnknownNameError, did_you_mean
 from .record import MeshRecord
 
 if TYPE_CHECKING:
@@ -35,8 +34,7 @@ class NamedArrays(dict[str, IntArray]):
         self._kind = kind
 
     def __missing__(self, name: str) -> IntArray:
-        near = get_close_matches(str(name), self, n=1)
-        meant = f" (did you mean '{near[0]}'?)" if near else ""
+        meant = did_you_mean(str(name), self)
         there = (
             "there is none"
             if not self

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, did_you_mean, no_such_file
 from ..options import SweepOptions
 
 MOST_CASES = 100_000
@@ -97,6 +97,8 @@ def read_study(path: Path) -> Study:
     try:
         with open(path, "rb") as file:
             table = tomllib.load(file)
+    except FileNotFoundError:
+        raise InputError(no_such_file(path)) from None
     except OSError as error:
         raise InputError(f"cannot read the study {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -107,6 +109,8 @@ def read_study(path: Path) -> Study:
     script = path.parent / table["script"]
     try:
         text = script.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{path}: cannot read the script: {no_such_file(script)}") from None
     except OSError as error:
         raise InputError(f"{path}: cannot read the script {script}: {error.strerror}") from error
     options = _options(table.get("options", {}), f"{path}: [options]", whole=False)
@@ -134,7 +138,7 @@ def read_study(path: Path) -> Study:
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in keys:
-            raise InputError(f"{where}: there is no '{key}'; there are {', '.join(keys)}")
+            raise InputError(f"{where}: there is no '{key}'{did_you_mean(key, keys)}; there are {', '.join(keys)}")
 
 
 def _text(table: Mapping[str, Any], key: str, default: str, path: Path) -> str:

@@ -57,6 +57,9 @@ _LED = re.compile(rf"(^|[;.] )({_NAMES}):(?= )")
 """An option that leads a sentence about its value: ``counts: edge 3 ...``."""
 
 
+_LEADING = {"sizes": "--size, --face-size or --edge-size"}
+
+
 def in_command_words(message: str) -> str:
     """A message with options of Python's functions written as those of the commands: ``--order 1`` for ``order=1``."""
     message = _BOTH.sub(lambda match: match[1] or match[2], message)
@@ -75,7 +78,7 @@ def in_command_words(message: str) -> str:
         return f"{flag(match[1])} '{value}'" if " " in value else f"{flag(match[1])} {value}".rstrip()
 
     message = _ASSIGNED.sub(option, message)
-    return _LED.sub(lambda match: f"{match[1]}{flag(match[2])}:", message)
+    return _LED.sub(lambda match: f"{match[1]}{_LEADING.get(match[2]) or flag(match[2])}:", message)
 
 
 def describe_failure(error: CadSweepError) -> dict[str, Any]:

@@ -165,7 +165,7 @@ def _contradiction(sweep: Sweep, levels: Levels, demands: Sequence[Demand], n_fi
     return (
         f"no layers fit the counts demanded{beside}: {name_demands(sweep.solid, guilty)}; edges along the "
         "sweep between the same stations need equal sums, and the spans from source to target add up to all layers"
-        + _stations(sweep)
+        f"{_stations(sweep)}; change or drop one of them"
     )
 
 

@@ -179,7 +179,7 @@ def check_options(path: str | PathLike[str], options: Collection[str]) -> None:
     allowed = getattr(writer, "__kwdefaults__", None) or {}
     for name in options:
         if name not in allowed:
-            known = ", ".join(allowed) or "none"
+            known = ", ".join(["scale", *allowed])
             raise InputError(f"{_suffix(Path(path))} files have no option {name!r}; they have: {known}")
 
 

@@ -31,7 +31,7 @@ import numpy as np
 
 from ..arrays import IntArray
 from ..cells import HEX_FACES
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..mesh import HexMesh
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
@@ -123,7 +123,10 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
     patch_types = patch_types or {}
     for name, kind in patch_types.items():
         if name not in mesh.faces.names:
-            raise InputError(f"there is no boundary '{name}' to be a {kind}; there are {', '.join(mesh.faces.names)}")
+            raise InputError(
+                f"there is no boundary '{name}' to be a {kind}{did_you_mean(name, mesh.faces.names)}; "
+                f"there are {', '.join(mesh.faces.names)}"
+            )
         if kind not in PATCH_TYPES:
             raise InputError(f"'{kind}' is no type of a patch; there are {', '.join(PATCH_TYPES)}")
     faces, owner, neighbour, patches = ordered_faces(mesh)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import write_slabs
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -107,9 +106,7 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     known = SweepOptions.__dataclass_fields__
     for name in options:
         if name not in known:
-            near = get_close_matches(name, known, n=1)
-            meant = f" (did you mean '{near[0]}'?)" if near else ""
-            raise InputError(f"there is no option '{name}'{meant}; there are {', '.join(known)}")
+            raise InputError(f"there is no option '{name}'{did_you_mean(name, known)}; there are {', '.join(known)}")
     return SweepOptions(**options)
 
 

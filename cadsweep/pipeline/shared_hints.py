@@ -8,7 +8,7 @@ from typing import Any
 
 from .. import cad
 from ..brep import Part
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..intervals import KeyDemand, Wishes
 from ..options import SweepOptions
 from .biases import names_edges
@@ -39,8 +39,8 @@ def check_words(part: Part, options: SweepOptions) -> None:
                 continue
             if not any(True for _ in _edges(part, word)):
                 raise InputError(
-                    f"{option}: no face or edge of any solid is called '{word}'; the solids are "
-                    + ", ".join(sorted(solids)[:12])
+                    f"{option}: no face or edge of any solid is called '{word}'"
+                    f"{did_you_mean(word, solids)}; the solids are " + ", ".join(sorted(solids)[:12])
                 )
     for word in options.biases or {}:
         if not names_edges(part, word):

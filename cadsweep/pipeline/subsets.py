@@ -10,7 +10,7 @@ import scipy
 
 from ..blocks.joined import neighbours_of
 from ..brep import Part
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 
 
 def touching_groups(part: Part) -> list[list[int]]:
@@ -54,11 +54,14 @@ def chosen_solids(part: Part, *, only: Sequence[str] | None, skip: Sequence[str]
     for option, words in (("only", only), ("skip", skip)):
         for word in words or ():
             if not called(word):
-                raise InputError(f"{option}: no solid is called '{word}'; the solids are {', '.join(names[:20])}")
+                raise InputError(
+                    f"{option}: no solid is called '{word}'{did_you_mean(word, names)}; "
+                    f"the solids are {', '.join(names[:20])}"
+                )
     wanted = set(names) if only is None else {name for word in only for name in called(word)}
     wanted -= {name for word in skip or () for name in called(word)}
     if not wanted:
-        raise InputError("only and skip leave no solid to be meshed")
+        raise InputError("only and skip leave no solid to be meshed: name fewer to be skipped")
     cells = [cell for cell, owner in enumerate(part.owners) if names[owner] in wanted]
     return part if len(cells) == len(part.solids) else subset(part, cells)
 

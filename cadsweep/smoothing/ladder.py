@@ -133,7 +133,9 @@ def improve(
     # Few are inverted, and many may be poor: patches around the few are small, and what is poor is polished anyway.
     if inverted:
         values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES, inverted=True)
-    values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES)
+    # A mesh with an inverted hexahedron is not handed over, however good the others are.
+    if not inverted or np.all(values > 0):
+        values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES)
     if steps and goal < AIM and _can_rise(points, structure, values, fixed):
         values = raised(values, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED)
     for line in steps:

@@ -132,7 +132,7 @@ def test_a_wrong_study_is_refused_with_its_key(study, text, words):
 
 
 def test_a_missing_or_binary_study_is_refused(tmp_path):
-    with pytest.raises(InputError, match="cannot read the study"):
+    with pytest.raises(InputError, match="there is no such file"):
         read_study(tmp_path / "absent.toml")
     (tmp_path / "bytes.toml").write_bytes(bytes(range(256)))
     with pytest.raises(InputError, match="not a TOML file"):

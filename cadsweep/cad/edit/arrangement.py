@@ -22,6 +22,7 @@ from OCP.BOPAlgo import BOPAlgo_Builder
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.ElCLib import ElCLib
 from OCP.GC import GC_MakeSegment
 from OCP.Geom import Geom_Circle, Geom_Plane, Geom_TrimmedCurve
 from OCP.GeomAbs import GeomAbs_CurveType
@@ -167,9 +168,15 @@ def _runs_along(piece: Any, whole: Any) -> bool:
     middle, tangent = gp_Pnt(), gp_Vec()
     short.D1((short.FirstParameter() + short.LastParameter()) / 2.0, middle, tangent)
     at, along = gp_Pnt(), gp_Vec()
-    # The place on the whole edge: curves are shared or lie on each other, so the nearest of many samples will do.
-    places = np.linspace(long.FirstParameter(), long.LastParameter(), 65)
-    nearest = min(places.tolist(), key=lambda t: long.Value(t).SquareDistance(middle))
+    kind = long.GetType()
+    if kind == GeomAbs_CurveType.GeomAbs_Line:
+        return bool(tangent.Dot(gp_Vec(long.Line().Direction())) > 0.0)
+    if kind == GeomAbs_CurveType.GeomAbs_Circle:
+        nearest = ElCLib.Parameter_s(long.Circle(), middle)
+    else:
+        # The place on the whole edge: curves are shared or lie on each other, so the nearest of many samples will do.
+        places = np.linspace(long.FirstParameter(), long.LastParameter(), 65)
+        nearest = min(places.tolist(), key=lambda t: long.Value(t).SquareDistance(middle))
     long.D1(nearest, at, along)
     return bool(tangent.Dot(along) > 0.0)
 

@@ -45,8 +45,6 @@ BOX, STUCK, TOWARDS = 1.0, 6.0, 0.6
 """Costs of a box, of one whose features ask for different directions, and of a cut that its sweep ends on."""
 NARROW, WIDE = 0.4, 0.2
 """Cost of a plane in no gap at all, and the gap, as a share of the cell's size, from which on a plane costs none."""
-HALF_WAY = 0.1
-"""Cost of a plane between a floor and the next feature, beside that of one at the floor, which leaves it more room."""
 _EVERY = frozenset(range(3))
 _Box = tuple[tuple[float, float], ...]
 _AXES = {
@@ -154,20 +152,18 @@ class _Guillotine:
 
     def planes(self, box: _Box, inside: Sequence[_Feature]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""
-        found: list[tuple[int, float, int, float, float]] = []
-        wide = WIDE * self.least / GAP
+        found: list[tuple[int, float, int, float]] = []
         for axis, (low, high) in enumerate(box):
             spans = [(max(low, a), min(high, b)) for a, b in (f.spans[axis] for f in inside)]
             ends = sorted({low, high, *(end for span in spans for end in span)})
-            gaps = [(a, b) for a, b in pairwise(ends) if b - a > self.least]
-            places = [(0.5 * (a + b), b - a, HALF_WAY) for a, b in gaps]
+            places = [(0.5 * (a + b), b - a) for a, b in pairwise(ends) if b - a > self.least]
             places += [
-                (wall, max((b - a for a, b in gaps if min(wall - a, b - wall) > -self.tight), default=0.0), 0.0)
+                (wall, 0.0)
                 for wall in self.walls[axis]
                 if low + self.least < wall < high - self.least
                 and any(abs(end - wall) < self.tight for span in spans for end in span)
             ]
-            for place, gap, price in places:
+            for place, gap in places:
                 below = [a < place - self.tight for a, _ in spans]
                 above = [b > place + self.tight for _, b in spans]
                 if any(a and b and f.ways != {axis} for f, a, b in zip(inside, below, above, strict=True)):
@@ -178,8 +174,11 @@ class _Guillotine:
                 )
                 apart = sum(a != b for a, b in zip(below, above, strict=True))
                 if parted or apart:
-                    found.append((-parted, -gap, axis, place, price + NARROW * max(0.0, 1.0 - gap / wide)))
-        return [(axis, place, price) for *_, axis, place, price in sorted(found)[:MOST_PLANES]]
+                    found.append((-parted, -gap, axis, place))
+        wide = WIDE * self.least / GAP
+        return [
+            (axis, place, NARROW * max(0.0, 1.0 + gap / wide)) for _, gap, axis, place in sorted(found)[:MOST_PLANES]
+        ]
 
 
 def into_boxes(solid: Solid, flat: float) -> list[Cutter]:

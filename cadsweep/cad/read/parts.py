@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...errors import InputError
+from ...errors import InputError, did_you_mean
 from ..names.unique import number_repeated, plain
 from ..shapes import EDGE, FACE, SOLID, bounds, compound, explore, index_map, subshapes
 from .model import Colored, Model, Named
@@ -39,7 +39,8 @@ def choose_part(model: Model, part: str | int | None) -> Model:
         return model
     numbers = _matching(part, solids, model.names)
     if len(numbers) != 1:
-        problem = f"{part!r} names {len(numbers)} solids" if numbers else f"there is no solid {part!r}"
+        meant = did_you_mean(str(part), [name or "" for name in solid_names(solids, model.names)])
+        problem = f"{part!r} names {len(numbers)} solids" if numbers else f"there is no solid {part!r}{meant}"
         listed = _listed(numbers or range(len(solids)), solids, model.names) or "no solids"
         hint = "choose one by its number" if numbers else "choose one of them by name or number"
         raise InputError(f"{model.source}: {problem}: there are {listed}; {hint}.")
@@ -72,14 +73,16 @@ def choose_solids(model: Model, *, only: Sequence[str] | None = None, skip: Sequ
             numbers = [j for j in range(len(solids)) if word in (unique[j], own[j])]
             if not numbers:
                 listed = ", ".join(unique[:_MOST_LISTED]) + (", ..." if len(unique) > _MOST_LISTED else "")
-                raise InputError(f"{option}: no solid is called '{word}'; the solids are {listed}")
+                raise InputError(
+                    f"{option}: no solid is called '{word}'{did_you_mean(word, unique)}; the solids are {listed}"
+                )
             found.update(numbers)
         return found
 
     wanted = set(range(len(solids))) if only is None else called("only", only)
     wanted -= called("skip", skip or ())
     if not wanted:
-        raise InputError("only and skip leave no solid to be meshed")
+        raise InputError("only and skip leave no solid to be meshed: name fewer to be skipped")
     kept = sorted(wanted)
     # Alone, bolt_2 and bolt_3 of three would be called bolt_1 and bolt_2.
     again, _ = number_repeated([own[j] for j in kept], what="solid")

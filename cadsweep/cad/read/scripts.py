@@ -15,12 +15,11 @@ import math
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from ...errors import CadError, InputError
+from ...errors import CadError, InputError, did_you_mean
 from .model import Model
 from .objects import read_object
 
@@ -167,9 +166,9 @@ def _checked(path: Path, parameters: Mapping[str, Any], params: Mapping[str, Any
     values = {}
     for name, value in params.items():
         if name not in parameters:
-            near = get_close_matches(name, parameters, n=1)
-            meant = f" (did you mean '{near[0]}'?)" if near else ""
-            raise InputError(f"{path}: the script has no parameter '{name}'{meant}. {_listing(parameters)}")
+            raise InputError(
+                f"{path}: the script has no parameter '{name}'{did_you_mean(name, parameters)}. {_listing(parameters)}"
+            )
         parameter = parameters[name]
         try:
             values[name] = _converted(parameter, value)

@@ -1,0 +1,48 @@
+"""The parts of the gallery that are cut into cells: each meshes with no option, and is as good as it says."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import cadsweep as cs
+
+pytest.importorskip("cadquery")
+pytest.importorskip("gmsh")
+pytestmark = pytest.mark.cad
+
+MODELS = sorted(Path(__file__).parents[1].joinpath("models", "cells").glob("*.py"))
+
+
+def promise(path):
+    """The worst scaled Jacobian that a script states."""
+    (value,) = (
+        statement.value.value
+        for statement in ast.parse(path.read_text()).body
+        if isinstance(statement, ast.Assign)
+        and isinstance(statement.targets[0], ast.Name)
+        and statement.targets[0].id == "MIN_SCALED_JACOBIAN"
+    )
+    return value
+
+
+def test_there_are_four():
+    assert len(MODELS) == 4
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_a_part_is_cut_unasked_and_keeps_its_word(path):
+    mesh = cs.sweep_mesh(path)
+    report = mesh.info["quality"]
+    assert report.valid
+    assert report.min_scaled_jacobian >= promise(path) >= 0.1
+    assert any(note.startswith("cut ") for note in mesh.info["notes"])
+    assert len(mesh.info["sweeps"]) > 1
+    assert abs(report.volume / mesh.info["cad_volume"] - 1) < 0.01
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_the_gallery_shows_a_part_and_what_it_promises(path):
+    docs = path.parents[2] / "docs"
+    assert f"**`{path.stem}`** ({promise(path)})" in (docs / "gallery.md").read_text(encoding="utf-8")
+    assert 1_000 < (docs / "images" / f"{path.stem}.png").stat().st_size < 200_000
