@@ -11,7 +11,8 @@ sides      faces along a direction, faces across it, and those that are neither
 along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
 graph      the lines of an arrangement as a planar graph that can be changed
-merging    outlines that nearly coincide in plan, laid together
+steps      where outlines nearly coincide in plan
+merging    those outlines laid together, where `outline_crossings` finds no new crossing by it
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
 planar     how good the quads of the arrangement are

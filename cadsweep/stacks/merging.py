@@ -13,18 +13,17 @@ Not handled: cells under slanted or curved caps, whose heights change with the p
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arrays import FloatArray
-from ..polygons import is_inside
 from ..stack import Claim, Outline, Stack
 from .graph import Graph
+from .outline_crossings import n_crossings
+from .steps import Step, find_steps
 
 NEAR = 0.2
 """Distance, in sizes of the mesh, below which outlines are laid together: layers drawn apart by it lean 11 degrees."""
@@ -32,26 +31,12 @@ _STEEPEST = 1.0
 """Height over which a node may be drawn aside, in lengths by which it is: at 45 degrees a corner keeps 0.7."""
 _SAME = 1e-7
 """Distance, in sizes of the part, up to which places are the same."""
-_SHARP = np.radians(15.0)
-"""Interior angle of a cell up to which its sides are laid together from the corner on."""
 _FARTHEST = 2.0
 """How far apart, in the distance that is near, places may be that were brought together step by step."""
 _WIDE = 1.5
 """How wide, in the distance that is near, the gap between two edges may be that are laid together."""
 _FLAT = 1e-9
-_ON_LINE = 1e-9
-"""Sine of the angle off a line below which a point is on it."""
 _MOST_STEPS = 500
-
-
-class _Step(NamedTuple):
-    """Two places of a cell to be brought together: half-edges that begin there, or run to a place inside of them."""
-
-    distance: float
-    one: int
-    at: float
-    other: int
-    along: float
 
 
 def merge_outlines(stack: Stack, near: float) -> tuple[FloatArray, list[Outline]] | None:
@@ -114,7 +99,7 @@ class _Merger:
     def run(self) -> int:
         """Make all steps; return how many."""
         done = 0
-        steps = self._steps_of(set(self.graph.cell.values()))
+        steps = find_steps(self.graph, set(self.graph.cell.values()), self.near)
         for _ in range(_MOST_STEPS):
             steps.sort(reverse=True)
             made: set[int] | None = None
@@ -126,10 +111,10 @@ class _Merger:
             done += 1
             # Only cells at the step have changed; steps across others stand.
             steps = [s for s in steps if not self._stale(s, made)]
-            steps += self._steps_of(made)
+            steps += find_steps(self.graph, made, self.near)
         return done
 
-    def _stale(self, step: _Step, cells: set[int]) -> bool:
+    def _stale(self, step: Step, cells: set[int]) -> bool:
         known = self.graph.cell
         return (
             step.one not in known or step.other not in known or known[step.one] in cells or known[step.other] in cells
@@ -140,88 +125,9 @@ class _Merger:
             self._heights[edge] = float(self.graph.solid.edges[edge].midpoint @ self.direction)
         return self._heights[edge]
 
-    # Where outlines come near each other
-
-    def _steps_of(self, cells: set[int]) -> list[_Step]:
-        """Steps across cells, or along their edges."""
-        graph = self.graph
-        own: dict[int, list[list[int]]] = {}
-        for loop in graph.loops():
-            if (c := graph.cell[loop[0]]) in cells and c >= 0:
-                own.setdefault(c, []).append(loop)
-        found: list[_Step] = []
-        for loops in own.values():
-            if any(graph.lines[h >> 1].frozen for loop in loops for h in loop):
-                loops = [loop for loop in loops if not any(graph.lines[h >> 1].frozen for h in loop)]  # noqa: PLW2901
-            found += self._steps_across(loops)
-        return found
-
-    def _steps_across(self, loops: list[list[int]]) -> Iterator[_Step]:
-        graph = self.graph
-        halves = [h for loop in loops for h in loop]
-        courses = {h: graph.samples(h >> 1)[:: -1 if h % 2 else 1] for h in halves}
-        if not halves:
-            return
-        polygons = [np.concatenate([courses[h][:-1] for h in loop]) for loop in loops]
-        starts = np.concatenate([courses[h][:-1] for h in halves])
-        ends = np.concatenate([courses[h][1:] for h in halves])
-        owner = np.concatenate([np.full(len(courses[h]) - 1, j) for j, h in enumerate(halves)])
-        offsets = {j: np.flatnonzero(owner == j)[0] for j in range(len(halves))}
-        lengths = np.linalg.norm(ends - starts, axis=1)
-        for j, h in enumerate(halves):
-            if lengths[owner == j].sum() < self.near:
-                yield _Step(float(lengths[owner == j].sum()), h, 0.0, graph.next[h], 0.0)
-        for h in halves:
-            corner = graph.points[graph.origin[h]]
-            distance, at = nearest(corner, starts, ends)
-            before = graph.before[h]
-            skip = [
-                j for j, other in enumerate(halves) if other in {h, before} or graph.origin[other] == graph.origin[h]
-            ]
-            skip += [j for j, other in enumerate(halves) if graph.origin[other ^ 1] == graph.origin[h]]
-            distance[np.isin(owner, skip)] = np.inf
-            k = int(np.argmin(distance))
-            if not distance[k] < self.near:
-                continue
-            j = int(owner[k])
-            other = halves[j]
-            place = starts[k] + at[k] * (ends[k] - starts[k])
-            if not is_inside(polygons, (corner + place)[None] / 2.0)[0]:
-                continue
-            own = lengths[owner == j]
-            run = own[: k - offsets[j]].sum() + at[k] * own[k - offsets[j]]
-            whole = own.sum()
-            if run < self.near:
-                yield _Step(float(np.linalg.norm(corner - courses[other][0])), h, 0.0, other, 0.0)
-            elif whole - run < self.near:
-                last = graph.next[other]
-                yield _Step(float(np.linalg.norm(corner - courses[other][-1])), h, 0.0, last, 0.0)
-            else:
-                yield _Step(float(distance[k]), h, 0.0, other, float(run / whole))
-        for h in halves:
-            yield from self._zip(graph.before[h], h, courses)
-
-    def _zip(self, one: int, other: int, courses: dict[int, FloatArray]) -> Iterator[_Step]:
-        """From a sharp corner on, the two sides are laid together up to where they are apart."""
-        corner = self.graph.origin[other]
-        if one not in courses or other not in courses or one >> 1 == other >> 1 or corner >= self.graph.given:
-            return
-        back, ahead = courses[one][::-1], courses[other]
-        lengths = [np.linalg.norm(np.diff(course, axis=0), axis=1).sum() for course in (back, ahead)]
-        reach = min(lengths) * 0.999
-        at = np.linspace(0.0, 1.0, 65)[1:] * reach
-        gaps = np.linalg.norm(_along(back, at) - _along(ahead, at), axis=1)
-        apart = np.flatnonzero(gaps > self.near)
-        if not len(apart) or gaps[0] > 2.0 * np.sin(_SHARP / 2.0) * at[0]:
-            return
-        run = float(np.interp(self.near, [0.0, *gaps[: apart[0] + 1]], [0.0, *at[: apart[0] + 1]]))
-        if run < 2.0 * self.near or run > 0.9 * min(lengths):
-            return
-        yield _Step(self.near, one, 1.0 - run / lengths[0], other, run / lengths[1])
-
     # Making a step
 
-    def _make(self, step: _Step) -> set[int] | None:
+    def _make(self, step: Step) -> set[int] | None:
         """Try a step; the cells that it changes, or None where it may not be made."""
         if step.one not in self.graph.next or step.other not in self.graph.next:
             return None
@@ -232,7 +138,7 @@ class _Merger:
             self.graph = kept
         return changed
 
-    def _changed(self, step: _Step) -> set[int] | None:
+    def _changed(self, step: Step) -> set[int] | None:
         graph = self.graph
         if graph.cell[step.one] != graph.cell[step.other]:
             return None
@@ -416,42 +322,3 @@ class _Merger:
                 if not self._apart(one, two, float(np.linalg.norm(p - q, axis=1).max())):
                     return False
         return True
-
-
-def n_crossings(graph: Graph, edges: set[int], cells: set[int]) -> int:
-    """How often some edges run across any edges of cells, as far as their samples tell."""
-    there = {h >> 1 for h, c in graph.cell.items() if c in cells} | edges
-    courses = {e: graph.samples(e) for e in there}
-    every = np.concatenate([np.stack([courses[e][:-1], courses[e][1:]], axis=1) for e in there])
-    owner = np.repeat(list(there), [len(courses[e]) - 1 for e in there])
-    found = 0
-    for e in edges:
-        own = np.stack([courses[e][:-1], courses[e][1:]], axis=1)
-        others = every[owner != e]
-        sides = _sides_of(own[:, None], others[None])
-        opposite = _sides_of(others[None], own[:, None])
-        found += int(((sides == -1) & (opposite == -1)).sum())
-    return found
-
-
-def _sides_of(lines: FloatArray, others: FloatArray) -> npt.NDArray[np.int8]:
-    """-1 where other segments' ends lie on two sides of lines (both (..., 2, 2)), 1 on one, 0 where one is on it."""
-    start, along = lines[..., 0, :], lines[..., 1, :] - lines[..., 0, :]
-    off = others - start[..., None, :]
-    area = along[..., None, 0] * off[..., 1] - along[..., None, 1] * off[..., 0]
-    reach = np.linalg.norm(along, axis=-1)[..., None] * np.abs(off).max(axis=-1)
-    side = np.where(np.abs(area) <= _ON_LINE * reach, 0, np.sign(area)).astype(np.int8)
-    return np.asarray(side[..., 0] * side[..., 1])
-
-
-def _along(course: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Points (m, 2) of a polyline at lengths from its start."""
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
-    return np.stack([np.interp(lengths, run, course[:, k]) for k in range(2)], axis=1)
-
-
-def nearest(point: FloatArray, starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances (m,) of a point from segments, and the fractions of the nearest points."""
-    along = ends - starts
-    at = np.clip(((point - starts) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0.0, 1.0)
-    return np.linalg.norm(starts + at[:, None] * along - point, axis=1), at
