@@ -4,10 +4,10 @@ Place in the flow: called by ``pipeline`` where a mesh is made like another one;
 
 Method: the nodes are seen in the parameters of their face. The least-squares affine map (functional H, n = 2) between
 the parameters of the boundary there and here, plus its residual carried inwards, takes them to the parameters of the
-new face, whose surface lifts them. Where the parameters wind round the surface, the same is done in space, and the
-image is projected to the surface. Which of the two is a question of topology, so that all variants of a part go the
-same way, and nodes move smoothly with its parameters. A face that comes out much worse than it was is relaxed, by
-degrees.
+new face, whose surface lifts them; where the quads are one grid, the residual is carried along its lines. Where the
+parameters wind round the surface, the same is done in space, and the image is projected to the surface. Which of the
+two is a question of topology, so that all variants of a part go the same way, and nodes move smoothly with its
+parameters. A face that comes out much worse than it was is relaxed, by degrees.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..errors import ProjectionError
+from .affine import fit_affine
 from .caps import boundary_loops
+from .face_grids import carry_inside, find_grid
 from .layers import project_layers
 from .target import GOOD_ENOUGH, POOR, mean_stretch, relaxed_cap, sweep_normals, unwrapped, worst_corner
 
@@ -129,11 +131,11 @@ def carry_face(
         return points
     uv, winds = unwrapped(surface.project(boundary), loops, surface.periods)
     if winds or face.uv is None:
-        image = _image(face.points, face.quads, loops, boundary)
+        image = _image(face, face.points, loops, boundary)
         points = surface.evaluate(surface.project(image))
     else:
         stretch = mean_stretch(uv, surface)
-        points = surface.evaluate(_image(face.uv, face.quads, loops, uv * stretch) / stretch)
+        points = surface.evaluate(_image(face, face.uv, loops, uv * stretch) / stretch)
     points[known] = boundary
     if not np.isfinite(points).all():
         raise ProjectionError("a face of the mesh cannot be carried: its surface gives no finite points")
@@ -154,10 +156,17 @@ def carry_face(
     return points
 
 
-def _image(points: FloatArray, quads: IntArray, loops: Sequence[IntArray], boundary: FloatArray) -> FloatArray:
-    """The affine image of nodes under the map of their boundary, the residual carried inwards."""
+def _image(face: MeshedFace, there: FloatArray, loops: Sequence[IntArray], boundary: FloatArray) -> FloatArray:
+    """The affine image of a face's nodes, at `there`, under the map of their boundary, the residual carried inwards."""
     known = np.concatenate(loops)
-    sweep = project_layers(
-        points, quads, np.stack([points[known], boundary]), loops=loops, functional="H", strategy="source"
-    )
-    return sweep.layer(1)
+    grid = find_grid(face.quads, loops)
+    if grid is None:
+        sweep = project_layers(
+            there, face.quads, np.stack([there[known], boundary]), loops=loops, functional="H", strategy="source"
+        )
+        return sweep.layer(1)
+    map_ = fit_affine(there[known], boundary, "H")
+    image = map_(there)
+    residual = np.zeros_like(image)
+    residual[known] = boundary - image[known]
+    return image + carry_inside(grid, face.points, residual)
