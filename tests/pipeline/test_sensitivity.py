@@ -36,13 +36,11 @@ def test_every_node_of_a_bent_bar_turns_about_its_axis():
     def bar(radius):
         return cq.Workplane("XY").rect(1, 1).revolve(80.0, (radius, 0, 0), (radius, 1, 0))
 
-    found = cs.sensitivity(bar, {"radius": 3.0}, wrt="radius", size=0.4, allow_coarse=True)
+    found = cs.sensitivity(bar, {"radius": 3.0}, wrt="radius", size=0.3, allow_coarse=True)
     x, _, z = found.mesh.points.T
     away = np.hypot(3.0 - x, z)
     exact = np.stack([1.0 - (3.0 - x) / away, np.zeros_like(x), z / away], axis=1)
-    off = np.abs(found.derivative - exact)
-    on_boundary = np.unique(np.concatenate(list(found.mesh.boundaries.values())))
-    assert off[on_boundary].max() < 1e-9
+    assert np.abs(found.derivative - exact).max() < 1e-9
 
 
 def test_an_elbow_by_its_radius_and_by_its_angle():
