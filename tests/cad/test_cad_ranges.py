@@ -2,6 +2,7 @@
 
 import math
 
+import cadquery as cq
 import numpy as np
 import pytest
 from OCP.BRep import BRep_Tool
@@ -12,6 +13,7 @@ from OCP.Geom2dConvert import Geom2dConvert
 from OCP.TColStd import TColStd_Array1OfReal
 
 import cadsweep as cs
+from cadsweep import cad
 from cadsweep.cad.shapes import EDGE, space_range, subshapes
 
 from . import cad_zoo
@@ -76,3 +78,13 @@ def test_the_range_of_an_edge_is_that_of_its_curve_in_space(name, planes):
     at = np.linspace(0, 1, 7)
     for a, b in zip(one.edges, two.edges, strict=True):
         assert np.abs(a.curve.evaluate(at) - b.curve.evaluate(at)).max() < 1e-5 * one.size
+
+
+def test_faces_whose_edges_have_several_ranges_are_drawn_whole():
+    # Its two spherical faces are halves, which OpenCASCADE's division leaves with such an edge.
+    ball = cq.Workplane().sphere(5).cut(cq.Workplane().box(2, 2, 20))
+    (solid,) = cad.load(ball).solids
+    for face, (points, triangles) in zip(solid.faces, cad.find_facets(solid), strict=True):
+        a, b, c = points[triangles].transpose(1, 0, 2)
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0
+        assert area == pytest.approx(face.area, rel=0.01)

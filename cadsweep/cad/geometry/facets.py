@@ -11,13 +11,14 @@ import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.ShapeFix import ShapeFix_Face
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
 from ...arrays import FloatArray, IntArray
 from ...brep import Solid
 from ...errors import CadError
-from ..shapes import FACE, SolidShape, typed
+from ..shapes import EDGE, FACE, SolidShape, subshapes, typed
 
 DEFLECTION = 1e-3
 """Distance of facets from their face, over the part's size: what an eye takes for round in a picture."""
@@ -47,6 +48,11 @@ def find_facets(solid: Solid) -> list[tuple[FloatArray, IntArray]]:
 
 def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
     copied = typed(BRepBuilderAPI_Copy(face).Shape(), FACE)
+    if not all(BRep_Tool.SameRange_s(edge) for edge in subshapes(copied, EDGE)):
+        # OpenCASCADE's division of closed faces leaves such edges, and its mesher does not come back from some of them.
+        fixer = ShapeFix_Face(copied)
+        fixer.Perform()
+        copied = fixer.Face()
     BRepMesh_IncrementalMesh(copied, deflection, False, ANGLE, False)
     place = TopLoc_Location()
     made = BRep_Tool.Triangulation_s(copied, place)
