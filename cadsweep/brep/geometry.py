@@ -89,7 +89,8 @@ class Units:
 
     def place(self, point: FloatArray) -> str:
         """Return how messages say where a working point is: its model coordinates, to four digits of the part."""
-        working = np.where(np.abs(point) > 1e-9, point, 0.0)
+        # Centres are integrals: what is far below the digits shown is their noise, and would be read as a place.
+        working = np.where(np.abs(point) > max(1e-9, 1e-7 * float(np.abs(point).max())), point, 0.0)
         if not self.offset.any():
             return ", ".join(f"{c:.4g}" for c in working * self.scale + 0.0)
         # Far from the origin, four digits of the coordinates themselves would be the same all over the part.
