@@ -75,7 +75,7 @@ def test_a_folder_with_other_files_is_not_replaced(tmp_path):
 def test_options_are_checked(tmp_path):
     with pytest.raises(InputError, match="binary, version"):
         io.write(box(), tmp_path / "part.msh", colour="red")
-    with pytest.raises(InputError, match="none"):
+    with pytest.raises(InputError, match="no option 'version'; they have: scale"):
         io.write(box(), tmp_path / "part.vtu", version="2.2")
     with pytest.raises(InputError, match=r"4\.1, 2\.2"):
         io.write(box(), tmp_path / "part.msh", version="3")
