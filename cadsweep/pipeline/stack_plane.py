@@ -49,10 +49,11 @@ def mesh_plane(
     with run.stage("surface"):
         best = stacks.mend_quads(stack, levels, surfaces.source)
         judged = stacks.judge_plane(stack, levels, best)
-    poor = judged.poor
+    poor, whole = _to_halve(judged)
+    known = counts
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
     for _ in range(MOST_REFINED):
-        shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(counts.counts[e])) for e in poor - fixed}
+        shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(known.counts[e])) for e in poor - fixed}
         if not shorter:
             break
         try:
@@ -71,10 +72,22 @@ def mesh_plane(
             found = stacks.judge_plane(stack, levels, mended)
         # A cell that no division mends must not keep the others from what they gain.
         if found.lacking >= judged.lacking:
-            break
-        best, judged, poor = mended, found, found.poor
+            if whole:
+                break
+            # Segments that differ along one outline may be what is poor then: those of the whole cell are halved.
+            finer = {e: size for e, size in finer.items() if e not in shorter}
+            poor, whole = judged.around, True
+            continue
+        best, judged, known = mended, found, counts
+        poor, whole = _to_halve(judged)
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
     return best, notes
+
+
+def _to_halve(judged: stacks.Judged) -> tuple[set[int], bool]:
+    """Edges around poor quads; all of the cells' where these are most of them anyway, and whether it is all."""
+    whole = 2 * len(judged.poor) >= len(judged.around)
+    return (judged.around if whole else judged.poor), whole
 
 
 def _until_meshed(

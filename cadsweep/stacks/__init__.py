@@ -31,13 +31,14 @@ from .levels import assign_levels
 from .mending import mend_quads
 from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
-from .planar import divide_at_cusps, judge_plane, sizes_across
+from .planar import Judged, divide_at_cusps, judge_plane, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
 
 __all__ = [
     "NEAR",
+    "Judged",
     "Normals",
     "Sheets",
     "Sides",

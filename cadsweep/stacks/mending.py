@@ -62,7 +62,7 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
         With as many quads and nodes, in the same cells; `mesh` itself where nothing is gained, or where rows of quads
         along walls were asked for.
     """
-    if mesh.walls:
+    if mesh.walls or not stack.arrangement.claims:
         return mesh
     work = _Quads(stack, levels, mesh)
     work.mend()

@@ -52,6 +52,8 @@ class Judged:
     ----------
     poor : set of int
         Edges of the arrangement by the quads that are worse than their cells ask.
+    around : set of int
+        All edges of the cells that have such quads.
     worst : float
         Worst corner sine of all quads.
     lacking : float
@@ -59,6 +61,7 @@ class Judged:
     """
 
     poor: set[int]
+    around: set[int]
     worst: float
     lacking: float
 
@@ -84,10 +87,11 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
     near = np.zeros(len(mesh.points), dtype=bool)
     near[mesh.quads[sines < wanted[mesh.faces]]] = True
     near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
-    poor: set[int] = set()
-    for f in np.flatnonzero(worst < wanted).tolist():
-        poor.update(e for e in arrangement.prism.faces[f].edges if near[mesh.edge_nodes[e]].any())
-    return Judged(poor=poor, worst=float(sines.min()), lacking=float(np.maximum(wanted - worst, 0.0).sum()))
+    around = {e for f in np.flatnonzero(worst < wanted).tolist() for e in arrangement.prism.faces[f].edges}
+    poor = {e for e in around if near[mesh.edge_nodes[e]].any()}
+    return Judged(
+        poor=poor, around=around, worst=float(sines.min()), lacking=float(np.maximum(wanted - worst, 0.0).sum())
+    )
 
 
 def sizes_across(stack: Stack, size: float) -> dict[int, float]:
