@@ -72,6 +72,13 @@ def find_material(stack: Stack, levels: Levels) -> npt.NDArray[np.bool_]:
     return material
 
 
+def find_presence(stack: Stack, levels: Levels, mesh: QuadMesh) -> npt.NDArray[np.bool_]:
+    """Which quad of the arrangement has material below or above which level, (n_layers + 1, n_quads)."""
+    material = find_material(stack, levels)
+    reached = np.pad(material, ((0, 0), (0, 1))) | np.pad(material, ((0, 0), (1, 0)))
+    return reached.T[:, find_owners(stack, mesh)]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Numbers:
     """Node numbers (n_layers + 1, n_nodes) where the layer below a level ends, and where the layer above it begins."""

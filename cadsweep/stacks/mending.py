@@ -25,8 +25,9 @@ from ..arrays import FloatArray, IntArray
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import across
-from .blocks import find_material, find_owners
+from .blocks import find_presence
 from .places import find_places
+from .planar import corner_sines
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
@@ -59,8 +60,8 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     Returns
     -------
     QuadMesh
-        With as many quads and nodes, in the same cells; `mesh` itself where nothing is gained, or where rows of quads
-        along walls were asked for.
+        With as many quads and nodes, in the same cells; `mesh` itself where nothing is gained, where all levels are as
+        the plane is (no outlines were laid together), or where rows of quads along walls were asked for.
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
@@ -78,15 +79,8 @@ class _Quads:
         self.frame = across(stack.direction)
         self.quads = mesh.quads.copy()
         self.cells = mesh.faces
-        owners = find_owners(stack, mesh)
-        if stack.arrangement.claims:
-            material = find_material(stack, levels)
-            reached = np.pad(material, ((0, 0), (0, 1))) | np.pad(material, ((0, 0), (1, 0)))
-            self.places = find_places(stack, levels, mesh) @ self.frame.T
-            self.there = reached.T[:, owners]
-        else:
-            self.places = (mesh.points @ self.frame.T)[None]
-            self.there = np.ones((1, len(self.quads)), dtype=bool)
+        self.places = find_places(stack, levels, mesh) @ self.frame.T
+        self.there = find_presence(stack, levels, mesh)
         self.moves = np.zeros((len(mesh.points), 2))
         self.fixed = np.zeros(len(mesh.points), dtype=bool)
         self.lines: set[tuple[int, int]] = set()
@@ -104,7 +98,7 @@ class _Quads:
     def worst(self, quads: Iterable[int]) -> FloatArray:
         """Worst corner sine of quads on all levels where they have material beside them."""
         ids = np.fromiter(quads, dtype=np.int64)
-        sines = _corner_sines(self.places[:, self.quads[ids]])
+        sines = corner_sines(self.places[:, self.quads[ids]])
         return np.asarray(np.where(self.there[:, ids], sines, np.inf).min(axis=0))
 
     def mend(self) -> None:
@@ -138,7 +132,7 @@ class _Quads:
         reach = np.linalg.norm(self.places[:, sides] - own[:, None], axis=2).min()
         tried = np.concatenate([np.zeros((1, 2)), reach * _OFFSETS])
         moved = corners[None] + np.where(at[..., None], tried[:, None, None, None, :], 0.0)
-        sines = np.where(self.there[:, ids], _corner_sines(moved), np.inf).min(axis=(1, 2))
+        sines = np.where(self.there[:, ids], corner_sines(moved), np.inf).min(axis=(1, 2))
         best = int(np.argmax(sines))
         if sines[best] <= sines[0] + 0.25 * _LEAST_GAIN:
             return False
@@ -207,11 +201,3 @@ class _Quads:
         for r in (q, other):
             for node in self.quads[r].tolist():
                 self.around[node].add(r)
-
-
-def _corner_sines(corners: FloatArray) -> FloatArray:
-    """Least sine of the corners of quads (..., 4, 2), counter-clockwise in the frame; negative where folded."""
-    after, before = np.roll(corners, -1, axis=-2) - corners, np.roll(corners, 1, axis=-2) - corners
-    area = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
-    lengths = np.sqrt((after**2).sum(axis=-1) * (before**2).sum(axis=-1))
-    return np.asarray((area / np.maximum(lengths, 1e-300)).min(axis=-1))

@@ -15,7 +15,8 @@ from ..arrays import FloatArray, IntArray
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from ..sweep import DirectedEdge
-from .blocks import find_material, find_owners
+from .along import across
+from .blocks import find_presence
 from .places import find_places
 from .sides import LEAST_ACROSS, MOST_ACROSS
 
@@ -35,13 +36,12 @@ _SHARE = 0.9
 """Part of what a cell's own corners allow that is good enough."""
 
 
-def corner_sines(points: FloatArray, quads: IntArray, direction: FloatArray) -> FloatArray:
-    """Worst corner sine of every quad, seen along the direction; negative where it is folded."""
-    corners = points[quads]
-    after, before = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    area = np.cross(after, before) @ direction
-    lengths = np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2)
-    return np.asarray((area / np.maximum(lengths, 1e-300)).min(axis=1))
+def corner_sines(corners: FloatArray) -> FloatArray:
+    """Least sine of the corners of quads (..., 4, 2), counter-clockwise in the frame; negative where folded."""
+    after, before = np.roll(corners, -1, axis=-2) - corners, np.roll(corners, 1, axis=-2) - corners
+    area = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+    lengths = np.sqrt((after**2).sum(axis=-1) * (before**2).sum(axis=-1))
+    return np.asarray((area / np.maximum(lengths, 1e-300)).min(axis=-1))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,14 +69,11 @@ class Judged:
 def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
     """Judge the quads of every cell, on the levels where it has material: outlines may be elsewhere on each."""
     arrangement = stack.arrangement
-    sines = corner_sines(mesh.points, mesh.quads, stack.direction)
+    frame = across(stack.direction)
+    sines = corner_sines((mesh.points @ frame.T)[mesh.quads])
     if arrangement.claims:
-        owners = find_owners(stack, mesh)
-        material = find_material(stack, levels)
-        reached = np.pad(material, ((0, 0), (0, 1))) | np.pad(material, ((0, 0), (1, 0)))
-        for k, places in enumerate(find_places(stack, levels, mesh)):
-            there = np.flatnonzero(reached[owners, k])
-            sines[there] = np.minimum(sines[there], corner_sines(places, mesh.quads[there], stack.direction))
+        for places, there in zip(find_places(stack, levels, mesh), find_presence(stack, levels, mesh), strict=True):
+            sines[there] = np.minimum(sines[there], corner_sines((places @ frame.T)[mesh.quads[there]]))
     worst = np.ones(len(arrangement.prism.faces))
     np.minimum.at(worst, mesh.faces, sines)
     wanted = np.zeros(len(worst))
