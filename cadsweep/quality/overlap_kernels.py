@@ -63,7 +63,7 @@ def fill_places(corners, scale, code):  # type: ignore[no-untyped-def]
 
 @_njit
 def fill_boxes(corners, own, boxes):  # type: ignore[no-untyped-def]
-    """Fill own (q, 6), least and greatest coordinates of every quad (q, 4, 3), and boxes (2 n, 6) of the tree's nodes."""
+    """Fill own (q, 6), limits of every quad (q, 4, 3), and boxes (2 n, 6) of the tree's nodes."""
     n = boxes.shape[0] // 2
     for i in range(2 * n):
         for x in range(3):
@@ -72,7 +72,7 @@ def fill_boxes(corners, own, boxes):  # type: ignore[no-untyped-def]
         leaf = n + q // LEAF
         for x in range(3):
             a, b, c, d = corners[q, 0, x], corners[q, 1, x], corners[q, 2, x], corners[q, 3, x]
-            low, high = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+            low, high = min(a, b, c, d), max(a, b, c, d)
             own[q, x], own[q, 3 + x] = low, high
             boxes[leaf, x], boxes[leaf, 3 + x] = min(boxes[leaf, x], low), max(boxes[leaf, 3 + x], high)
     for i in range(n - 1, 0, -1):
