@@ -47,7 +47,7 @@ def add_normals(points, quads, normals):  # type: ignore[no-untyped-def]
 def fill_places(corners, scale, code):  # type: ignore[no-untyped-def]
     """Fill code (q,): the bits of the sums of four corners (q, 4, 3), times scale (3,), one axis after the other."""
     for q in range(corners.shape[0]):
-        place = 0
+        place = np.int64(0)
         for axis in range(3):
             middle = corners[q, 0, axis] + corners[q, 1, axis] + corners[q, 2, axis] + corners[q, 3, axis]
             x = np.int64(min(max(middle * scale[axis], 0.0), 1048575.0))
