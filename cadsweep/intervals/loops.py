@@ -22,6 +22,7 @@ from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges
+from .patterns import ring_sides
 from .programme import Programme
 
 SAME_PLACE = 0.1
@@ -151,7 +152,8 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     if align:
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in _across_wall(sweep, f, edges)]
+        opposite += [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
+        opposite += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
             parent[find(one[0])] = find(other[0])
@@ -218,7 +220,7 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return pairs
 
 
-def _across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+def across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """The two loops of a wall without corners, such as a tube's; none where their wanted counts are far apart.
 
     Equal counts there let the wall be filled with rings of quads. On the way to the target they stay beside
