@@ -117,7 +117,7 @@ def _settle(
             demanded=demanded,
             firm=firm,
             sums=rows,
-            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes)],
+            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes, align=align)],
             least={column[c]: n for c, n in _least_counts(sweep, classes).items()},
         ).solve()
         if counts is not None:
@@ -220,6 +220,16 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return pairs
 
 
+def every_second_side(loops: Sequence[Loop]) -> list[list[int]]:
+    """Edges of every second side of a face of six corners: an even sum there lets grids meet in its middle."""
+    corners = [k for k, angle in enumerate(loops[0].angles) if angle < STRAIGHT]
+    if len(loops) != 1 or len(corners) != 6 or max(loops[0].angles) > 2.0 * pi - STRAIGHT:
+        return []
+    n = len(loops[0].edges)
+    ends = [*corners, corners[0] + n]
+    return [[loops[0].edges[k % n] for i in (0, 2, 4) for k in range(ends[i], ends[i + 1])]]
+
+
 def across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """The two loops of a wall without corners, such as a tube's; none where their wanted counts are far apart.
 
@@ -278,13 +288,14 @@ def alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEd
     return bool(np.abs(places[0] - places[1]).max() < SAME_PLACE)
 
 
-def _even_sums(sweep: Sweep, classes: dict[int, int]) -> list[dict[int, int]]:
+def _even_sums(sweep: Sweep, classes: dict[int, int], *, align: bool) -> list[dict[int, int]]:
     """For every loop of every face of the source cap: how often each class occurs in it."""
     rows = []
     for f in sweep.source:
-        for loop in sweep.solid.faces[f].loops:
+        loops = sweep.solid.faces[f].loops
+        for edges in [*(loop.edges for loop in loops), *(every_second_side(loops) if align else [])]:
             row: dict[int, int] = {}
-            for e in loop.edges:
+            for e in edges:
                 row[classes[e]] = row.get(classes[e], 0) + 1
             odd = {c: n for c, n in row.items() if n % 2}
             if odd:
