@@ -8,15 +8,16 @@ and 2 i + 1.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+from ..compiled import compiled
+
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 LEAF = 4
 """Quads of a leaf."""
 
 
-@_njit
+@_compiled
 def _overlap(one, i, other, j):  # type: ignore[no-untyped-def]
     return (
         one[i, 0] <= other[j, 3]
@@ -28,7 +29,7 @@ def _overlap(one, i, other, j):  # type: ignore[no-untyped-def]
     )
 
 
-@_njit
+@_compiled
 def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Find the quads in leaves `first` to `last`, and quads after them, that are near and not plainly side by side.
 
@@ -71,7 +72,7 @@ def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # ty
     return count
 
 
-@_njit
+@_compiled
 def _side_by_side(corners, a, b, tolerance, m):  # type: ignore[no-untyped-def]
     """Whether a plane across the way `m` between their centres parts two quads: true of nearly all neighbours."""
     for x in range(3):
@@ -108,7 +109,7 @@ def _side_by_side(corners, a, b, tolerance, m):  # type: ignore[no-untyped-def]
     return largest - low <= tolerance * np.sqrt(square) and square > 0.0
 
 
-@_njit
+@_compiled
 def label_pieces(quads, parent):  # type: ignore[no-untyped-def]
     """Fill parent (n_nodes,): a node that stands for all that hang together with each, over quads that share nodes."""
     for i in range(parent.shape[0]):
