@@ -126,15 +126,6 @@ def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # ty
     return count
 
 
-<<<<<<< HEAD
-@_compiled
-def _side_by_side(corners, a, b, tolerance, m):  # type: ignore[no-untyped-def]
-    """Whether a plane across the way `m` between their centres parts two quads: true of nearly all neighbours."""
-    for x in range(3):
-        m[x] = 0.0
-        for i in range(4):
-            m[x] += corners[b, i, x] - corners[a, i, x]
-=======
 @_compiled
 def _side_by_side(corners, a, b, tolerance):  # type: ignore[no-untyped-def]
     """Whether a plane across the way between their centres parts two quads: true of nearly all neighbours."""
