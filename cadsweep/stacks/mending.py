@@ -164,10 +164,11 @@ class _Quads:
         if beyond[(k + 1) % 4] != b:
             return []
         e, f = beyond[(k + 2) % 4], beyond[(k + 3) % 4]
-        if len({a, b, c, v, e, f}) < 6:
-            return []
-        # Around the hexagon: v, b, e, f, c, a.
-        return [np.array([[v, b, e, f], [v, f, c, a]]), np.array([[b, e, a, v], [e, f, c, a]])]
+        if len({a, b, c, v, e, f}) < 6 or any(not self.fixed[n] and len(self.around[n]) < 4 for n in (b, c)):
+            return []  # an inner node of two quads: one of them is no quad
+        # Around the hexagon: v, b, e, f, c, a. A new edge between nodes of another quad would lie across that.
+        pairs = (((v, f), [[v, b, e, f], [v, f, c, a]]), ((a, e), [[b, e, a, v], [e, f, c, a]]))
+        return [np.array(pair) for (m, n), pair in pairs if self.around[m] & self.around[n] <= {q, other}]
 
     def _gain(self, q: int, other: int, pair: IntArray) -> float:
         """What the worst quad around gains where two are divided otherwise; nothing is changed."""

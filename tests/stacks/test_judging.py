@@ -1,6 +1,5 @@
 """What is said of the quads of an arrangement before hexahedra are made, and of outlines that cross."""
 
-
 import cadquery as cq
 import numpy as np
 import pytest
