@@ -26,8 +26,8 @@ from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import across
 from .blocks import find_presence
-from .places import find_places
 from .mending_kernels import look_around, worst_sines
+from .places import find_places
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
