@@ -23,6 +23,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from .annulus import THIN, fill_wall, wall_thickness
 from .chart import Chart
+from .disc_lattice import fill_disc
 from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
@@ -227,6 +228,7 @@ FILLINGS = (
     Filling(fill_lattice, lambda _: 0.65),
     Filling(fill_round_core, lambda _: 0.7),
     Filling(fill_ring, lambda _: 0.65),
+    Filling(fill_disc, lambda _: 0.65),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
