@@ -24,7 +24,7 @@ def columns_of(part: Part) -> Part | None:
         if cells is not None:
             axis = ", ".join(f"{c:.3g}" for c in stack.direction + 0.0)
             reason = (
-                f"the outlines of the caps across ({axis}), carried through the material: {stack.n_columns} columns"
+                f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"
             )
             return replace(cells, cuts=(*part.cuts, reason))
     return None

@@ -71,7 +71,7 @@ LEAST_GAIN = 0.02
 """A round that brings no patch nearer to its goal, by this share of it, makes the patches grow."""
 
 MOST_GROWN = 10_000
-"""Hexahedra of the largest patch of the last growth: what the nodes of so many do not mend, more of them do not either."""
+"""Hexahedra of the largest patch that grows for the last time: what so many nodes do not mend, more do not either."""
 
 MOST_HEXES = 300_000
 """Hexahedra of the largest patch that is optimised."""
