@@ -23,8 +23,6 @@ def columns_of(part: Part) -> Part | None:
             continue  # what OpenCASCADE does not cut along one direction it may along another
         if cells is not None:
             axis = ", ".join(f"{c:.3g}" for c in stack.direction + 0.0)
-            reason = (
-                f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"
-            )
+            reason = f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"
             return replace(cells, cuts=(*part.cuts, reason))
     return None
