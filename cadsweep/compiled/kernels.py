@@ -57,7 +57,8 @@ class Kernel:
         Of ``numba.njit``.
     """
 
-    def __init__(self, function: FunctionType, options: dict[str, Any]) -> None:
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        assert isinstance(function, FunctionType)
         self.function = function
         self.options = options
         self.__name__, self.__doc__ = function.__name__, function.__doc__
@@ -110,7 +111,7 @@ class Kernel:
         return njit(**self.options)(seen)
 
 
-def compiled(**options: Any) -> Callable[[FunctionType], Kernel]:
+def compiled(**options: Any) -> Callable[[Callable[..., Any]], Kernel]:
     """Compile a function with ``numba.njit(**options)`` when it is first called, or load what was compiled before."""
     return lambda function: Kernel(function, options)
 
