@@ -152,6 +152,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     if align:
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
         opposite += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
     for one, other in opposite:
@@ -220,10 +221,24 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return pairs
 
 
+def _fan_corners(loops: Sequence[Loop]) -> list[int]:
+    """Places of the corners of a face that may be filled with grids that meet in its middle; none of other faces."""
+    corners = [k for k, angle in enumerate(loops[0].angles) if angle < STRAIGHT]
+    if len(loops) != 1 or len(corners) not in {3, 5, 6} or max(loops[0].angles) > 2.0 * pi - STRAIGHT:
+        return []
+    return corners
+
+
+def fan_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """Pairs of edges of one length of a face of three, five or six corners: its middle stays in the middle."""
+    ordered = sorted(loops[0].edges, key=lambda e: wanted[e]) if _fan_corners(loops) else []
+    return [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
+
+
 def every_second_side(loops: Sequence[Loop]) -> list[list[int]]:
     """Edges of every second side of a face of six corners: an even sum there lets grids meet in its middle."""
-    corners = [k for k, angle in enumerate(loops[0].angles) if angle < STRAIGHT]
-    if len(loops) != 1 or len(corners) != 6 or max(loops[0].angles) > 2.0 * pi - STRAIGHT:
+    corners = _fan_corners(loops)
+    if len(corners) != 6:
         return []
     n = len(loops[0].edges)
     ends = [*corners, corners[0] + n]

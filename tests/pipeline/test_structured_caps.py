@@ -167,8 +167,8 @@ def test_a_polygon_is_grids_that_meet_in_its_middle(n):
 def test_a_tube_beside_a_ring_with_holes_has_as_many_segments_around():
     import cadquery as cq
 
-    ring = cq.Workplane().circle(50).circle(22).extrude(4).faces(">Z").workplane().polarArray(36, 0, 360, 6).hole(8)
-    both = cq.Assembly().add(ring, name="ring").add(cq.Workplane().circle(22).circle(15).extrude(8), name="sleeve")
+    ring = cq.Workplane().circle(50).circle(22).extrude(30).faces(">Z").workplane().polarArray(38, 0, 360, 6).hole(8)
+    both = cq.Assembly().add(ring, name="ring").add(cq.Workplane().circle(22).circle(15).extrude(40), name="sleeve")
     mesh = cs.sweep_mesh(both)
     _, uses = np.unique(np.sort(mesh.hexes, axis=None), return_counts=True)
     inner = np.ones(len(uses), dtype=bool)
