@@ -121,6 +121,21 @@ def under_rims(solid: Solid, flat: float) -> Iterator[Cutter]:
             )
 
 
+def cushion(rim: Rim, across: FloatArray, widths: FloatArray, depth: float) -> list[Any]:
+    """The faces between the eleven cells under a circle, and around them.
+
+    Parameters
+    ----------
+    rim : Rim
+    across : (2, 3) float64
+        Unit directions across its axis, square to each other.
+    widths : (2, 2) float64
+        Where the sides of the box are along each, from the axis, the lower one first.
+    depth : float
+    """
+    return _box(rim, across, widths, depth).tools()
+
+
 def _widths(solid: Solid, rim: Rim, across: FloatArray, most: float) -> FloatArray:
     """Where the sides of the box are, (2, 2): along each direction the lower and the upper one, from the axis.
 
@@ -203,4 +218,4 @@ def _point(place: FloatArray) -> Any:
     return gp_Pnt(*map(float, place))
 
 
-__all__ = ["under_rims"]
+__all__ = ["cushion", "under_rims"]

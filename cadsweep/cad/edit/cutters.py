@@ -33,6 +33,7 @@ from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
 from .blind import under_circles
+from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
@@ -131,8 +132,12 @@ class _Cutters:
         )
         rims, others = list(self.rims()), [*self.batches(columns), *single]
         closed = [*under_rims(self.solid, FLAT), *under_circles(self.solid, FLAT)]
-        boxes = into_boxes(self.solid, FLAT)
-        first = [*through_centers(self.solid), *self.between(), *boxes, *at_crossings(self.solid)]
+        parted, is_well = into_boxes(self.solid, FLAT)
+        boxes = [*self.between(), *parted]
+        if all(face.key for face in self.solid.faces):
+            around = around_features(self.solid, FLAT)
+            boxes = [*boxes, *around] if is_well else [*around, *boxes]
+        first = [*through_centers(self.solid), *boxes, *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
