@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..arrays import BoolArray, FloatArray, IntArray
     from ..brep import Part, Solid
-    from ..stack import Arrangement, Outline
+    from ..stack import Arrangement, Outline, Stack
     from .edit.cutters import Cutter
     from .edit.cutting import Parted
 
@@ -30,6 +30,7 @@ __all__ = [
     "contains",
     "cut_along",
     "cut_closed",
+    "cut_columns",
     "cut_ring",
     "divide_annuli",
     "divide_roundings",
@@ -101,6 +102,13 @@ def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":
     from .edit.polygons import cut_along as cut
 
     return cut(part, polygons)
+
+
+def cut_columns(part: "Part", stack: "Stack", walls: "Sequence[tuple[int, float, float]]") -> "Part | None":
+    """Cut a stack into its columns (:func:`cadsweep.cad.edit.columns.cut_columns`)."""
+    from .edit.columns import cut_columns as cut
+
+    return cut(part, stack, walls)
 
 
 def cut_ring(part: "Part") -> "Part | None":

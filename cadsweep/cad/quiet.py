@@ -1,13 +1,15 @@
 """OpenCASCADE's messages kept off the standard output, and its global settings put back.
 
 Place in the flow: round every call that reads a file. OpenCASCADE prints to standard output, which
-belongs to the caller (``--json``).
+belongs to the caller (``--json``). It takes names of files as UTF-8 alone.
 """
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
@@ -36,3 +38,17 @@ def kernel_setting(key: str, value: int) -> Iterator[None]:
         yield
     finally:
         Interface_Static.SetIVal_s(key, before)
+
+
+@contextmanager
+def kernel_path(path: Path) -> Iterator[str]:
+    """A name of the file that OpenCASCADE can open: its own, or, where that is no UTF-8, that of a link to it."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory(prefix="cadsweep-") as folder:
+            link = Path(folder) / "model"
+            link.symlink_to(path.absolute())
+            yield str(link)
+    else:
+        yield str(path)

@@ -19,6 +19,7 @@ from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .levels import directed_ends
 from .loops import alike, opposite_sides, submapped_sides
+from .patterns import ring_sides
 from .programme import Programme
 
 
@@ -70,6 +71,7 @@ class Equations:
             own = {e.id: wanted[int(keys[e.id])] for e in solid.edges}
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
+            pairs += [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))

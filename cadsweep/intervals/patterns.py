@@ -38,17 +38,53 @@ def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float]) -> dict[int, flo
     return found
 
 
-def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, float]:
-    circles = []
+def ring_sides(solid: Solid, face: Face, wanted: Mapping[int, float]) -> list[tuple[list[int], list[int]]]:
+    """The rim and the bore of a ring with holes, which get equal counts; none where it is no ring."""
+    if face.kind != "plane" or len(face.loops) < 3:
+        return []
+    return [(list(rim), list(bore)) for rim, bore in _rings(_circles(solid, face), wanted, solid)]
+
+
+_Circle = tuple[Sequence[int], FloatArray, float]
+"""Edges of a loop that is a circle, its centre, and its diameter."""
+
+
+def _circles(solid: Solid, face: Face) -> list[_Circle]:
+    found: list[_Circle] = []
     for loop in face.loops:
         edges = [solid.edges[e] for e in loop.edges]
-        halves = len(edges) == 2 and all(edge.kind == "circle" for edge in edges)
-        if halves and abs(edges[0].length - edges[1].length) <= _SAME * solid.size:
-            circles.append((loop.edges, (edges[0].midpoint + edges[1].midpoint) / 2, edges[0].length / pi))
+        if any(edge.kind != "circle" for edge in edges):
+            continue
+        lengths = np.array([edge.length for edge in edges])
+        diameter = float(lengths.sum()) / pi
+        if len(edges) == 2 and abs(lengths[0] - lengths[1]) <= _SAME * solid.size:
+            centre = (edges[0].midpoint + edges[1].midpoint) / 2
+        else:  # as many points as tell a circle from three of its places
+            places = np.concatenate([[edge.midpoint, solid.vertices[edge.start]] for edge in edges])
+            centre = _centre(places)
+            if np.ptp(np.linalg.norm(places - centre, axis=1)) > _SAME * solid.size:
+                continue
+        if abs(2.0 * float(np.linalg.norm(edges[0].midpoint - centre)) - diameter) <= _SAME * solid.size:
+            found.append((loop.edges, centre, diameter))
+    return found
+
+
+def _centre(places: FloatArray) -> FloatArray:
+    """The point of their plane that is equally far from places (n, 3), n >= 2, in the sense of least squares."""
+    off = places - places.mean(axis=0)
+    solved = np.linalg.lstsq(2.0 * off, (off**2).sum(axis=1) - (off**2).sum(axis=1).mean(), rcond=1e-9)[0]
+    return np.asarray(places.mean(axis=0) + solved)
+
+
+def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, float]:
+    circles = [c for c in _circles(solid, face) if len(c[0]) == 2 and _halves(solid, c[0])]
     open_ones = [circle for circle in circles if set(circle[0]) <= set(wanted)]
-    rings = _rings(open_ones, wanted, solid)
+    rings: dict[int, float] = {}
+    for rim, bore in _rings(open_ones, wanted, solid):
+        # Nearer to what the rim wants: there are more quads outside than inside.
+        rings = dict.fromkeys((*rim, *bore), (2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0)
     wanted = {**wanted, **rings}
-    order = _order(np.array([centre for _, centre, _ in circles]), np.array([radius for *_, radius in circles]), solid)
+    order = _order(np.array([c for _, c, _ in circles]), np.array([d / 2 for *_, d in circles]), solid)
     halves_of = [e for edges, *_ in circles for e in edges if e in wanted]
     for n in sorted((d for d in range(2, order + 1) if order % d == 0), reverse=True):
         counts = {e: float(n * max(1, ceil(wanted[e] / n - _LEAVE))) for e in halves_of}
@@ -57,19 +93,22 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
     return rings
 
 
+def _halves(solid: Solid, edges: Sequence[int]) -> bool:
+    return abs(solid.edges[edges[0]].length - solid.edges[edges[1]].length) <= _SAME * solid.size
+
+
 def _rings(
-    circles: Sequence[tuple[Sequence[int], FloatArray, float]], wanted: Mapping[int, float], solid: Solid
-) -> dict[int, float]:
-    """One count for the greatest circle and the bore about its middle, where there are holes between them."""
+    circles: Sequence[_Circle], wanted: Mapping[int, float], solid: Solid
+) -> list[tuple[Sequence[int], Sequence[int]]]:
+    """The greatest circle and the bore about its middle, where there are holes between them; one pair, or none."""
     if len(circles) < 3:
-        return {}
+        return []
     (rim, middle, _), *others = sorted(circles, key=lambda circle: -circle[2])
     bores = [edges for edges, at, _ in others if np.linalg.norm(at - middle) <= _SAME * solid.size]
-    if len(bores) != 1 or wanted[rim[0]] > _MOST_UNLIKE * wanted[bores[0][0]]:
-        return {}
-    # Nearer to what the rim wants: there are more quads outside than inside.
-    count = (2.0 * wanted[rim[0]] + wanted[bores[0][0]]) / 3.0
-    return dict.fromkeys((*rim, *bores[0]), count)
+    if len(bores) != 1:
+        return []
+    outside, inside = (sum(wanted[e] for e in edges) for edges in (rim, bores[0]))
+    return [(rim, bores[0])] if outside <= _MOST_UNLIKE * inside else []
 
 
 def _order(centres: FloatArray, radii: FloatArray, solid: Solid) -> int:

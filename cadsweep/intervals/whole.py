@@ -24,6 +24,7 @@ from .corner_counts import corner_counts, corner_size
 from .demands import find_conflict
 from .equations import Equations, way_up
 from .loops import loop_edges
+from .patterns import symmetric_counts
 from .sizes import (
     MOST_HEXES,
     SEGMENTS_ACROSS,
@@ -39,6 +40,8 @@ from .sizes import (
 
 LEAST_SHARE = 0.02
 """Share of the hexes that the smallest cell may have for its features, however small its volume is."""
+_PASSES = 3
+"""Times that a pattern may go on from a cell to its neighbours."""
 
 
 def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[Intervals]:
@@ -112,8 +115,10 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
                 firm.update(int(keys[e]) for e in cell.fill.rails)
         for e, n in own.items():
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
+    _in_patterns(cells, wanted)
+    for cell in cells:
         for edge in cell.solid.edges:
-            key = int(keys[edge.id])
+            key = int(cell.solid.edge_keys[edge.id])
             if key in wishes.least_counts:
                 wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
                 firm.add(key)
@@ -128,6 +133,20 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
             wanted[key] = max(1.0, demand.count / len(demand.keys))
             firm.add(key)
     return wanted, firm
+
+
+def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> None:
+    """Circles in a pattern in one cell are one in its neighbours, too, which may have wanted more of some of them."""
+    for _ in range(_PASSES):
+        before = dict(wanted)
+        for cell in cells:
+            if isinstance(cell.fill, Sweep):
+                keys = cell.solid.edge_keys
+                own = {e: wanted[int(keys[e])] for e in loop_edges(cell.fill)}
+                for e, n in symmetric_counts(cell.fill, own).items():
+                    wanted[int(keys[e])] = max(n, wanted[int(keys[e])])
+        if wanted == before:
+            return
 
 
 def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) -> dict[int, float]:

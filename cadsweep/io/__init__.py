@@ -162,7 +162,8 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
     except InputError:
         raise
     except CadSweepError as error:
-        raise CadSweepError(f"{path} was not written: {error}") from error
+        said = str(error)
+        raise CadSweepError(said if str(path) in said else f"{path} was not written: {said}") from error
     logger.info("wrote %s: %d nodes, %d hexes", path, mesh.n_nodes, mesh.n_hexes)
 
 

@@ -88,7 +88,7 @@ def replaced_file(path: Path) -> Iterator[BinaryIO]:
             if hidden is not None:
                 hidden.unlink(missing_ok=True)
     except OSError as error:
-        raise CadSweepError(f"cannot write {path}: {_reason(error)}; nothing was written") from error
+        raise _not_written(path, error) from error
 
 
 @contextmanager
@@ -125,7 +125,13 @@ def replaced_folder(path: Path, *, known_files: frozenset[str]) -> Iterator[Path
         finally:
             shutil.rmtree(hidden, ignore_errors=True)
     except OSError as error:
-        raise CadSweepError(f"cannot write {path}: {_reason(error)}; nothing was written") from error
+        raise _not_written(path, error) from error
+
+
+def _not_written(path: Path, error: OSError) -> CadSweepError:
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    advice = "Free space there, or choose another place" if full else "Choose another place"
+    return CadSweepError(f"cannot write {path}: {_reason(error)}; nothing was written. {advice}")
 
 
 def _open_beside(place: Path) -> tuple[BinaryIO, Path | None]:

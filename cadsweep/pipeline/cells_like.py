@@ -5,8 +5,8 @@ Place in the flow: :mod:`.like` comes here where the mesh is not of one sweep.
 Method: what two variants of a part have in common are the faces and edges of the model, and not the cuts through it. So
 nodes on edges keep their fractions of arc length, every face of the model is carried by the map of its boundary
 (:mod:`cadsweep.projection.carried`), and all that is inside, nodes on cuts included, by the map of the whole boundary
-(:mod:`cadsweep.projection.inside`). Where the checks find an invalid hex, smoothing is tried, and then the part is
-refused.
+(:mod:`cadsweep.projection.inside`). Where a hex is invalid or far worse than there, smoothing is tried; where it stays
+invalid, the part is refused.
 """
 
 from __future__ import annotations
@@ -24,13 +24,17 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection.carried import carry_face
 from ..projection.inside import carry_inside
+from ..quality import scaled_jacobians
 from .cells_template import CellsTemplate
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
-from .refusing import carried_refusal
+from .refusing import carried_refusal, poor_carried
 from .run import Run
 from .several import checked_cells
 from .subsets import chosen_solids, separated
+
+STEPS = 4
+"""Steps in which a boundary that moves far is followed; more of them mended no more of what folded."""
 
 
 def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: Run) -> HexMesh:
@@ -50,7 +54,7 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
     with run.stage("surface"):
         known, places = _boundary(template, match, part, starts)
     with run.stage("projection"):
-        points = carry_inside(template.points, template.mesh.hexes, known, places)
+        points = _carried(template, known, places)
     joined = _joined(template, match, part, starts, points)
     names = _names(template, match, starts)
     old = template.mesh
@@ -75,11 +79,22 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
             info=info,
         )
 
-    mesh = checked_cells(part, joined, names, options, run, make=make, info=info, smooth_below=0.0)
+    mesh = checked_cells(
+        part, joined, names, options, run, make=make, info=info, smooth_below=poor_carried(template.points, old.hexes)
+    )
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         raise carried_refusal(report, part.name)
     return mesh
+
+
+def _carried(template: CellsTemplate, known: IntArray, places: FloatArray) -> FloatArray:
+    """All nodes; where folded hexes would come of it, they go to their places in steps."""
+    hexes = template.mesh.hexes[:, :8]
+    points = carry_inside(template.points, hexes, known, places)
+    if scaled_jacobians(points, hexes).min() > 0.0:
+        return points
+    return carry_inside(template.points, hexes, known, places, n_steps=STEPS)
 
 
 def meshed_solids(part: Part, wanted: dict[str, Any]) -> Part:

@@ -15,13 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..blocks.finish import NamedFaces
 from ..blocks.halved_cells import halve_joined, split_quads
+from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..mesh import HexMesh
+from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import find_rows, place_lattice
+from ..projection.target import GOOD_ENOUGH
 from .cell_periodic import with_cell_pairs
 from .origin import CellsOrigin
 from .refusing import refusal
@@ -49,6 +53,7 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
         info = {**info, "sweeps": [{**sweep, "layers": 2 * sweep["layers"]} for sweep in info["sweeps"]]}
         kept = np.zeros(len(halved.points), dtype=bool)
         kept[: fine.n_nodes] = True
+        goal = GOOD_ENOUGH * fine.info["quality"].min_scaled_jacobian
         fine = checked_cells(
             part,
             halved,
@@ -57,14 +62,24 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
             run,
             make=partial(_fine_mesh, fine, middle, part),
             info=info,
-            smooth_below=0.0,
+            smooth_below=goal,
+            goal=goal,
             kept=kept,
+            slides=partial(_new_slides, part, halved, names, origin.options, kept),
         )
         report = fine.info["quality"]
         if not report.valid and not origin.options.allow_inverted:
             raise refusal(report)
         joined = fine.origin.joined
     return with_cell_pairs(replace(fine, origin=replace(origin, joined=joined))), parents
+
+
+def _new_slides(
+    part: Part, halved: JoinedMesh, names: NamedFaces, options: SweepOptions, kept: BoolArray
+) -> InterfaceSlides:
+    """New nodes inside faces, which may move on these."""
+    slides = find_interface_slides(part, halved, names, along_edges=False, outside=not options.periodic)
+    return replace(slides, mask=slides.mask & ~kept)
 
 
 def _first_order(mesh: HexMesh, part: Part, joined: JoinedMesh) -> HexMesh:

@@ -22,6 +22,7 @@ from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
+from .column_cells import columns_of
 from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
@@ -198,8 +199,8 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     Returns
     -------
     Part
-        Its ``solids`` are the cells, ``cuts`` says what was cut and why. A part that sweeps as it is, or is filled with
-        a block at every corner, comes back as it is.
+        Its ``solids`` are the cells, ``cuts`` says what was cut and why; of a stack they are its columns. A part that
+        sweeps as it is, or is filled with a block at every corner, comes back as it is.
 
     Raises
     ------
@@ -224,6 +225,9 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
             open_and_find(part, None, None)
             return part
         except NotSweepableError as refused:
+            columns = columns_of(part)
+            if columns is not None:
+                return columns
             if is_planar(part):
                 return _planar_cells(part, refused)
     before = part.notes

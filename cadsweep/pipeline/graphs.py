@@ -12,6 +12,8 @@ import numpy as np
 
 from ..brep import Part, Solid
 
+_MIDDLE = np.array([0.5])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Graph:
@@ -29,8 +31,9 @@ class Graph:
         What messages call them.
     ends : tuple of (int, int)
         Start and end vertex of every edge.
-    vertices : tuple of (float, float, float)
-        In the bounding box of all of them: 0 to 1.
+    vertices, middles : tuple of (float, float, float)
+        Vertices, and middles of the edges, in the bounding box of all of them: 0 to 1. Files of earlier versions have
+        no middles.
     shared_faces, shared_edges, shared_vertices : tuple of tuple of int
         Of a part of several solids, whose ids run through them: what is one in several.
     """
@@ -45,6 +48,7 @@ class Graph:
     shared_faces: tuple[tuple[int, int], ...] = ()
     shared_edges: tuple[tuple[int, ...], ...] = ()
     shared_vertices: tuple[tuple[int, ...], ...] = ()
+    middles: tuple[tuple[float, ...], ...] = ()
 
 
 def graph_of_part(part: Part) -> Graph:
@@ -53,8 +57,7 @@ def graph_of_part(part: Part) -> Graph:
         return graph_of(part.solids[0])
     graphs = [graph_of(solid) for solid in part.solids]
     starts = first_ids(part)
-    places = np.concatenate([solid.vertices for solid in part.solids])
-    low, high = places.min(axis=0), places.max(axis=0)
+    vertices, middles = _in_box(part.solids)
     names = [part.models[owner].name for owner in part.owners]
     edge, vertex = starts.edges, starts.vertices
     return Graph(
@@ -72,7 +75,8 @@ def graph_of_part(part: Part) -> Graph:
             f"{label} of '{names[cell]}'" for cell, graph in enumerate(graphs) for label in graph.face_labels
         ),
         ends=tuple((a + vertex[cell], b + vertex[cell]) for cell, graph in enumerate(graphs) for a, b in graph.ends),
-        vertices=tuple(tuple(row) for row in ((places - low) / np.where(high > low, high - low, 1.0)).tolist()),
+        vertices=vertices,
+        middles=middles,
         shared_faces=tuple((a, b) for a, b in _shared(part, "face_keys", starts.faces)),
         shared_edges=_shared(part, "edge_keys", edge),
         shared_vertices=_shared(part, "vertex_keys", vertex),
@@ -112,8 +116,7 @@ def _shared(part: Part, kind: str, starts: Sequence[int]) -> tuple[tuple[int, ..
 
 def graph_of(solid: Solid) -> Graph:
     """The graph of a solid."""
-    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
-    size = np.where(high > low, high - low, 1.0)
+    vertices, middles = _in_box([solid])
     return Graph(
         loops=tuple(tuple(tuple(loop.directed) for loop in face.loops) for face in solid.faces),
         face_names=tuple(tuple(sorted(face.names)) for face in solid.faces),
@@ -121,5 +124,16 @@ def graph_of(solid: Solid) -> Graph:
         face_keys=tuple(face.key for face in solid.faces),
         face_labels=tuple(face.label() for face in solid.faces),
         ends=tuple((edge.start, edge.end) for edge in solid.edges),
-        vertices=tuple(tuple(row) for row in ((solid.vertices - low) / size).tolist()),
+        vertices=vertices,
+        middles=middles,
     )
+
+
+def _in_box(solids: Sequence[Solid]) -> tuple[tuple[tuple[float, ...], ...], tuple[tuple[float, ...], ...]]:
+    """Vertices, and middles of edges, of all solids, in the bounding box of all of them."""
+    vertices = np.concatenate([solid.vertices for solid in solids])
+    middles = np.array([edge.curve.evaluate(_MIDDLE)[0] for solid in solids for edge in solid.edges]).reshape(-1, 3)
+    both = np.concatenate([vertices, middles])
+    low, high = both.min(axis=0), both.max(axis=0)
+    rows = ((both - low) / np.where(high > low, high - low, 1.0)).tolist()
+    return tuple(map(tuple, rows[: len(vertices)])), tuple(map(tuple, rows[len(vertices) :]))

@@ -1,9 +1,9 @@
 """Which face, edge and vertex of a part answers which of another: by names, and by how they hang together.
 
 Place in the flow: before a mesh is carried from one part to another (:mod:`.like`). Topology and names alone decide
-what may correspond; where a part is symmetric, and several ways are left, the numbers of the faces in the input decide,
-if all of them agree (the same script makes its faces in the same order), and otherwise the way in which the vertices,
-seen in the parts' bounding boxes, move least.
+what may correspond. Where a part is symmetric, and several ways are left, the numbers of the faces in the input decide
+for the largest outline, if all of them agree, and otherwise the way in which it moves least (:mod:`.movement`); for
+what hangs in its faces, such as holes, the least movement decides.
 
 Method: a *dart* is an edge as one of its two faces runs through it. The dart after it in the loop, and the twin on the
 other face, are what an isomorphism keeps; so the image of one dart settles all that can be reached from it. Loops that
@@ -25,9 +25,14 @@ import scipy
 from ..arrays import FloatArray
 from ..errors import CadError
 from .graphs import Graph
+from .movement import Places
 
 FORBIDDEN = 1e9
 """Cost of a pairing that cannot be."""
+
+RENUMBERED = 0.05
+"""Cost of a hole that has another number in the input: it decides only where two holes are as near to one place, for
+OpenCASCADE changes their order where one passes the height of the other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,22 +127,43 @@ class _Matcher:
 
     def __init__(self, base: Graph, other: Graph) -> None:
         self.classes = _classes(base, other)
+        self.uses = Counter(self.classes[1])
         self.first, self.second = _Darts(base), _Darts(other)
+        self.places = Places(*_points(self.first, self.second), self.first.face, self.second.face)
 
     def best(self) -> Match:
         """The way of least cost."""
         main = max(self.first.components, key=len)
-        best: tuple[float, list[dict[int, int]]] | None = None
-        for whole in self.images(main, {}, set(range(len(self.second.face)))):
-            cost, images = self.with_the_rest(main, whole)
-            if cost < FORBIDDEN and (best is None or cost < best[0]):
-                best = cost, images
-        if best is None:
-            raise CadError(
-                "the parts do not correspond: they have the same faces and edges, but these are joined in another way"
-            )
+        # Whoever keeps all numbers is preferred to whoever does not, so that most ways need never be tried.
+        for ways in (self.numbered(main), self.images(main, {}, set(range(len(self.second.face))))):
+            found = self.cheapest(main, list(ways))
+            if found is not None:
+                return self.match(found)
+        raise CadError(
+            "the parts do not correspond: they have the same faces and edges, but these are joined in another way"
+        )
+
+    def numbered(self, main: Sequence[int]) -> Iterator[dict[int, int]]:
+        """The ways to lay the largest component in which its faces keep their numbers in the input."""
+        here, there = self.first.graph.face_keys, self.second.graph.face_keys
+        own = here[self.first.face[self.start_of(main)]]
+        within = {dart for dart, face in enumerate(self.second.face) if there[face] == own}
+        return (image for image in self.images(main, {}, within) if self.keeps_numbers(image))
+
+    def cheapest(self, main: Sequence[int], ways: list[dict[int, int]]) -> list[dict[int, int]] | None:
+        """The images of all components that move least; None where no way fits the rest."""
+        best: tuple[float, list[dict[int, int]] | None] = FORBIDDEN, None
+        for cost, _, whole in sorted((self.places.moved(whole), number, whole) for number, whole in enumerate(ways)):
+            if cost >= best[0]:
+                break
+            rest, images = self.with_the_rest(main, whole)
+            best = min(best, (cost + rest, images), key=lambda one: one[0])
+        return best[1]
+
+    def match(self, images: list[dict[int, int]]) -> Match:
+        """The partners in terms of faces, edges and vertices."""
         match = Match(faces={}, edges={}, vertices={})
-        for image in best[1]:
+        for image in images:
             for dart, partner in image.items():
                 same = self.first.forward[dart] == self.second.forward[partner]
                 match.faces[self.first.face[dart]] = self.second.face[partner]
@@ -146,11 +172,15 @@ class _Matcher:
         _check_shared(self.first.graph, self.second.graph, match)
         return match
 
+    def start_of(self, component: Sequence[int]) -> int:
+        """The dart of a component that has the fewest places to go to."""
+        uses, classes = self.uses, self.classes[0]
+        return min(component, key=lambda dart: (uses[classes[self.first.face[dart]]], dart))
+
     def images(self, component: Sequence[int], faces: dict[int, int], within: set[int]) -> Iterator[dict[int, int]]:
         """The ways to lay a component over some darts of the other part that agree with the faces known."""
         first, second, (classes, other_classes) = self.first, self.second, self.classes
-        uses = Counter(other_classes)  # the start has the fewest places to go to
-        start = min(component, key=lambda dart: (uses[classes[first.face[dart]]], dart))
+        start = self.start_of(component)
         for candidate in sorted(within):
             if other_classes[second.face[candidate]] == classes[first.face[start]]:
                 image = self.spread(start, candidate, faces)
@@ -194,55 +224,62 @@ class _Matcher:
         faces = {first.face[dart]: second.face[partner] for dart, partner in whole.items()}
         used = set(whole.values())
         others = [component for component in first.components if component is not main]
-        places = [set(component) for component in second.components if used.isdisjoint(component)]
+        places = [component for component in second.components if used.isdisjoint(component)]
         if len(places) != len(others):
             return FORBIDDEN, []
-        costs = np.full((len(others), len(places)), FORBIDDEN)
+        maps = self.places.known(whole)
+        kinds = [
+            np.array([hash(tuple(sorted(classes[of[dart]] for dart in darts))) for darts in components])
+            for components, classes, of in zip(
+                (others, places), self.classes, (self.first.face, self.second.face), strict=True
+            )
+        ]
+        distances = np.minimum(maps.distances(others, places, faces), FORBIDDEN)
+        costs = np.where(kinds[0][:, None] == kinds[1], distances, FORBIDDEN)
         ways: dict[tuple[int, int], dict[int, int]] = {}
-        for i, component in enumerate(others):
-            for j, place in enumerate(places):
-                if len(place) != len(component):
-                    continue
+        while True:  # who goes where is settled by distance, and whether it can lie there is looked at for these alone
+            rows, columns = scipy.optimize.linear_sum_assignment(costs)
+            pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
+            if costs[rows, columns].max(initial=0.0) >= FORBIDDEN:
+                return FORBIDDEN, []
+            new = [pair for pair in pairs if pair not in ways]
+            for i, j in new:
                 # How a hole lies on another is a question of its own shape: moved by more than its size, it would
                 # else be turned round.
-                image = min(self.images(component, faces, place), key=self.turned, default=None)
-                if image is not None:
-                    costs[i, j], ways[i, j] = self.cost(image), image
-        rows, columns = scipy.optimize.linear_sum_assignment(costs)
-        pairs = list(zip(rows.tolist(), columns.tolist(), strict=True))
-        if any(pair not in ways for pair in pairs):
-            return FORBIDDEN, []
+                image = min(self.images(others[i], faces, set(places[j])), key=maps.turned, default=None)
+                if image is None:
+                    costs[i, j] = FORBIDDEN
+                else:
+                    ways[i, j] = image
+                    costs[i, j] += 0.0 if self.keeps_numbers(image) else RENUMBERED
+            if not new:
+                break
         images = [whole, *(ways[pair] for pair in pairs)]
         partners: dict[int, int] = {}
         for image in images:
             for dart, partner in image.items():
                 if partners.setdefault(first.face[dart], second.face[partner]) != second.face[partner]:
                     return FORBIDDEN, []
-        return self.cost(whole) + float(costs[rows, columns].sum()), images
+        return float(costs[rows, columns].sum()), images
 
-    def cost(self, image: dict[int, int]) -> float:
-        """Small where all faces keep their numbers; else above 1, and more the further vertices move."""
-        starts, partners = self.places(image)
-        return self.weighed(image, float(np.linalg.norm(starts - partners, axis=1).mean()))
-
-    def turned(self, image: dict[int, int]) -> float:
-        """As :meth:`cost`, with both laid middle on middle."""
-        starts, partners = (places - places.mean(axis=0) for places in self.places(image))
-        return self.weighed(image, float(np.linalg.norm(starts - partners, axis=1).mean()))
-
-    def places(self, image: dict[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Where the darts of an image begin, and where their partners do, in the bounding boxes."""
-        here, there = self.first.graph.vertices, self.second.graph.vertices
-        return (
-            np.array([here[self.first.start(dart)] for dart in image]),
-            np.array([there[self.second.start(partner)] for partner in image.values()]),
-        )
-
-    def weighed(self, image: dict[int, int], away: float) -> float:
-        """A distance, weighed by whether all faces keep their numbers."""
+    def keeps_numbers(self, image: dict[int, int]) -> bool:
+        """Whether all faces of an image have the numbers of their partners in the input."""
         here, there = self.first.graph.face_keys, self.second.graph.face_keys
-        same = all(here[self.first.face[d]] == there[self.second.face[p]] for d, p in image.items())
-        return 1e-3 * away if same else 1.0 + away
+        return all(here[self.first.face[d]] == there[self.second.face[p]] for d, p in image.items())
+
+
+def _points(first: _Darts, second: _Darts) -> tuple[FloatArray, FloatArray]:
+    """Start of every dart, and middle of its edge where both graphs know it: two arrays (n, 1 or 2, 3)."""
+    with_middles = bool(first.graph.middles and second.graph.middles)
+
+    def points(darts: _Darts) -> FloatArray:
+        graph, numbers = darts.graph, range(len(darts.face))
+        starts = np.array([graph.vertices[darts.start(dart)] for dart in numbers])
+        if not with_middles:
+            return starts[:, None]
+        return np.stack([starts, np.array(graph.middles)[darts.edge]], axis=1)
+
+    return points(first), points(second)
 
 
 def _check_shared(base: Graph, other: Graph, match: Match) -> None:

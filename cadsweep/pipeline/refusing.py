@@ -13,7 +13,7 @@ from ..arrays import FloatArray, IntArray
 from ..blocks.naming import pieces_by_name
 from ..brep import Face, Part
 from ..errors import CadError, CadSweepError, InvertedHexError
-from ..quality import BoundaryCrossing, QualityReport, find_crossings
+from ..quality import BoundaryCrossing, QualityReport, find_crossings, scaled_jacobians
 from ..sweep import Sweep
 
 FINENESS = 16
@@ -21,6 +21,12 @@ FINENESS = 16
 
 MARGIN = FINENESS // 4
 """Facets along the rim of a quad that prove nothing."""
+
+POOR_CARRIED = 0.2
+"""Worst scaled Jacobian of a carried mesh that few solvers take without a complaint."""
+
+MUCH_WORSE = 0.5
+"""Part of the worst scaled Jacobian there that a carried mesh keeps in any case, if it can."""
 
 MOST_PAIRS = 32
 """Pairs of quads of two boundaries that are looked at."""
@@ -60,6 +66,14 @@ def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
+
+
+def poor_carried(points: FloatArray, hexes: IntArray) -> float:
+    """Worst scaled Jacobian below which a mesh that is carried from there is smoothed, valid or not.
+
+    What is only a little worse stays as it is carried: a smooth function of the part.
+    """
+    return min(POOR_CARRIED, MUCH_WORSE * float(scaled_jacobians(points, hexes).min()))
 
 
 def carried_refusal(report: QualityReport, name: str) -> InvertedHexError:

@@ -170,6 +170,7 @@ def checked_cells(
     make: Callable[[JoinedMesh, dict[str, Any]], HexMesh],
     info: dict[str, Any],
     smooth_below: float = SMOOTH_BELOW,
+    goal: float = smoothing.GOAL,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
 ) -> HexMesh:
@@ -181,6 +182,8 @@ def checked_cells(
         Makes the mesh of `joined`, or of it with other points, with names and `info`.
     smooth_below : float
         Worst scaled Jacobian below which it is smoothed, valid or not.
+    goal : float
+        Scaled Jacobian that smoothing tries to reach.
     kept : (n,) bool or None
         Nodes that smoothing must not move, besides those on the model's faces.
     slides : callable or None
@@ -201,7 +204,7 @@ def checked_cells(
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):
-        better = _smoothed(joined, names, run, kept, slides)
+        better = _smoothed(joined, names, run, goal=goal, kept=kept, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
@@ -232,6 +235,8 @@ def _smoothed(
     joined: JoinedMesh,
     names: NamedFaces,
     run: Run,
+    *,
+    goal: float = smoothing.GOAL,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
 ) -> smoothing.Smoothed:
@@ -242,6 +247,7 @@ def _smoothed(
             joined.points,
             blocks,
             fixed=fixed if kept is None else fixed | kept,
+            goal=goal,
             slides=None if slides is None else slides(),
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from .. import stacks
 from ..errors import SurfaceMeshError
@@ -72,16 +72,29 @@ def mesh_plane(
             found = stacks.judge_plane(stack, levels, mended)
         # A cell that no division mends must not keep the others from what they gain.
         if found.lacking >= judged.lacking:
-            if whole:
-                break
-            # Segments that differ along one outline may be what is poor then: those of the whole cell are halved.
             finer = {e: size for e, size in finer.items() if e not in shorter}
-            poor, whole = judged.around, True
+            gained = _gained(stack, judged, found, shorter)
+            if gained:
+                poor, whole = gained, False
+            elif whole:
+                break
+            else:
+                # Segments that differ along one outline may be what is poor then: those of the whole cell are halved.
+                poor, whole = judged.around, True
             continue
         best, judged, known = mended, found, counts
         poor, whole = _to_halve(judged)
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
     return best, notes
+
+
+def _gained(stack: Stack, before: stacks.Judged, after: stacks.Judged, shorter: Collection[int]) -> set[int]:
+    """Those of the edges that were halved which no cell has come off badly by; none where all are."""
+    prism = stack.arrangement.prism
+    losers = {f for f in stack.arrangement.bottoms if after.lacks[f] > before.lacks[f]}
+    found = {e for e in shorter if not losers.intersection(prism.edges[e].faces)}
+    helped = any(after.lacks[f] < before.lacks[f] for e in found for f in prism.edges[e].faces)
+    return found if helped and len(found) < len(shorter) else set()
 
 
 def _to_halve(judged: stacks.Judged) -> tuple[set[int], bool]:

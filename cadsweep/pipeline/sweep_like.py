@@ -7,8 +7,8 @@ Method. The part is made ready as ever; then its faces, edges and vertices are p
 face, cap or side, is then carried by the least-squares affine map of its boundary in the parameters of its surface,
 the residual included (:mod:`cadsweep.projection.carried`). Inner layers are placed by the factored sweep with the
 options of the mesh; what smoothing moved there is moved here by the local linear part of the map between the rings.
-All of this is a smooth function of the part. All checks are made; where they find an invalid hex, smoothing is tried,
-and then the part is refused.
+All of this is a smooth function of the part. All checks are made; where a hex is invalid or far worse than it was
+there, smoothing is tried; where it stays invalid, the part is refused.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from .making import raised
 from .matching import Match, match_graphs
 from .origin import Origin
 from .parts import only_solid
-from .refusing import carried_refusal
+from .refusing import POOR_CARRIED, carried_refusal, poor_carried
 from .run import Run
 from .template import Template, linking_side
 
@@ -70,7 +70,7 @@ def sweep_like(part: Part, template: Template, options: SweepOptions, run: Run) 
     with run.stage("projection"):
         factored = _factored(template, part, surfaces, points, run)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
-    return _finished(origin, run)
+    return _finished(origin, template, run)
 
 
 def _paired(part: Part, template: Template) -> tuple[Part, Match]:
@@ -252,8 +252,8 @@ def _moved(old: FactoredMesh, place: Any, rings: FloatArray) -> FloatArray:
     return moved
 
 
-def _finished(origin: Origin, run: Run) -> HexMesh:
-    """The mesh, checked as ever."""
+def _finished(origin: Origin, template: Template, run: Run) -> HexMesh:
+    """The mesh, checked as ever, and smoothed where it is invalid or far worse than the template."""
     part, sweep, options = origin.part, origin.sweep, origin.options
     factored = origin.factored
     with run.stage("assembly"):
@@ -261,7 +261,10 @@ def _finished(origin: Origin, run: Run) -> HexMesh:
     reference = make_reference(part, sweep)
     with run.stage("quality"):
         report = check_mesh(mesh, cad=reference)
-    if not report.valid and options.smoothing:
+    poor = report.min_scaled_jacobian < POOR_CARRIED and report.min_scaled_jacobian < poor_carried(
+        template.factored.to_mesh().points, mesh.hexes
+    )
+    if options.smoothing and (poor or not report.valid):
         with run.stage("smoothing"):
             factored = smoothed(factored)
             mesh = factored.to_mesh()

@@ -20,7 +20,9 @@ RESIDUAL = 1e-11
 """Relative residual at which the iteration stops: derivatives are differences of what it gives."""
 
 
-def carry_inside(points: FloatArray, hexes: IntArray, known: IntArray, places: FloatArray) -> FloatArray:
+def carry_inside(
+    points: FloatArray, hexes: IntArray, known: IntArray, places: FloatArray, *, n_steps: int = 1
+) -> FloatArray:
     """Place all nodes of a mesh of which some are placed.
 
     Parameters
@@ -31,6 +33,9 @@ def carry_inside(points: FloatArray, hexes: IntArray, known: IntArray, places: F
     known : (k,) int64
         Nodes that are placed, those of the whole boundary among them.
     places : (k, 3) float64
+    n_steps : int
+        Steps in which the residual is carried, each weighted by the lengths that the last one has left: what is
+        squeezed thin resists being squeezed further, so that fewer hexahedra fold.
 
     Returns
     -------
@@ -45,12 +50,14 @@ def carry_inside(points: FloatArray, hexes: IntArray, known: IntArray, places: F
     center, there = points[known].mean(axis=0), places.mean(axis=0)
     linear = np.linalg.lstsq(points[known] - center, places - there, rcond=None)[0]
     image = (points - center) @ linear + there
-    left = np.zeros_like(points)
-    left[known] = places - image[known]
+    step = (places - image[known]) / n_steps
     free = others(len(points), known)
-    if len(free) and np.abs(left).max() > 0.0:
-        left[free] = _harmonic(points, hexes, known, free, left[known])
-    result = image + left
+    result, shape = image.copy(), points
+    if len(free) and step.any():
+        for _ in range(n_steps):
+            result[free] += _harmonic(shape, hexes, known, free, step)
+            result[known] += step
+            shape = result
     result[known] = places
     return result
 

@@ -97,15 +97,17 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
     rows: IntArray | None = None
     used = np.zeros(len(points), dtype=np.bool_)
     used[quads] = True
-    if not np.isfinite(points[used]).all():
+    own = points[used]
+    if not np.isfinite(own).all():
         rows = np.flatnonzero(np.isfinite(points[quads]).all(axis=(1, 2)))
         quads = quads[rows]
         used[:] = False
         used[quads] = True
+        own = points[used]
     if len(quads) < 2:
         return np.zeros((0, 2), dtype=np.int64), np.zeros((0, 3))
     number = np.cumsum(used) - 1
-    numbered, own = number[quads], points[used]
+    numbered = number[quads]
     low, high = own.min(axis=0), own.max(axis=0)
     # Coordinates are no better than their rounding: far from the origin a hair is wider.
     rounding = 64.0 * np.finfo(np.float64).eps * float(np.abs([low, high]).max())
@@ -113,9 +115,7 @@ def find_crossings(points: FloatArray, quads: IntArray) -> tuple[IntArray, Float
     moved = _moved_inward(own - low, numbered, hair)
     owners, corners = _facets(moved[numbered])
     owners = owners if rows is None else rows[owners]
-    order = np.argsort(
-        _places_on_curve((corners[:, 0] + corners[:, 1] + corners[:, 2] + corners[:, 3]) / 4, high - low)
-    )
+    order = np.argsort(_places_on_curve(corners, high - low))
     corners = corners[order]
     tolerance = TOLERANCE * hair
     boxes, own_boxes = _box_tree(corners)
@@ -268,57 +268,27 @@ def _signed_volume(corners: FloatArray) -> float:
 
 def _moved_inward(points: FloatArray, quads: IntArray, step: float) -> FloatArray:
     """Nodes (n, 3) of outward quads, moved a step against the normal there and a tenth of it at random."""
-    (x0, x1, x2), (y0, y1, y2) = ((points[quads[:, i + 2]] - points[quads[:, i]]).T for i in (0, 1))
-    normals = np.empty_like(points)
-    for axis, area in enumerate((x1 * y2 - x2 * y1, x2 * y0 - x0 * y2, x0 * y1 - x1 * y0)):
-        # Row by row of nodes: each quad gives its area to all of its nodes.
-        weights = np.repeat(area, quads.shape[1])
-        normals[:, axis] = np.bincount(quads.ravel(), weights, minlength=len(points))
+    normals = np.zeros_like(points)
+    kernels.add_normals(points, quads, normals)
     lengths = np.linalg.norm(normals, axis=1)
     normals *= (step / np.where(lengths > 0, lengths, 1.0))[:, None]
     jitter = np.random.default_rng(1).uniform(-0.1 * step, 0.1 * step, points.shape)
     return points - normals + jitter
 
 
-def _places_on_curve(centers: FloatArray, extent: FloatArray) -> IntArray:
-    """Where points (q, 3) in a box from 0 to `extent` come along a space-filling curve of 2**20 cells a side."""
-    cells = centers * ((2**20 - 1) / np.where(extent > 0, extent, 1.0))
-    code = np.zeros(len(centers), dtype=np.int64)
-    for axis in range(3):
-        x = np.clip(cells[:, axis], 0, 2**20 - 1).astype(np.int64)
-        # Two zeros between one bit and the next.
-        for shift, mask in _SPREAD:
-            x = (x | (x << shift)) & mask
-        code |= x << axis
+def _places_on_curve(corners: FloatArray, extent: FloatArray) -> IntArray:
+    """Where quads (q, 4, 3) in a box from 0 to `extent` come along a space-filling curve of 2**20 cells a side."""
+    code = np.empty(len(corners), dtype=np.int64)
+    kernels.fill_places(corners, (2**20 - 1) / 4 / np.where(extent > 0, extent, 1.0), code)
     return code
-
-
-_SPREAD = (
-    (32, 0x1F00000000FFFF),
-    (16, 0x1F0000FF0000FF),
-    (8, 0x100F00F00F00F00F),
-    (4, 0x10C30C30C30C30C3),
-    (2, 0x1249249249249249),
-)
 
 
 def _box_tree(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Boxes (2 n, 6) of a complete binary tree of n leaves over sorted quads (q, 4, 3), and the quads' own (q, 6)."""
-    a, b, c, d = (corners[:, i] for i in range(4))
     own = np.empty((len(corners), 6))
-    own[:, :3] = np.minimum(np.minimum(a, b), np.minimum(c, d))
-    own[:, 3:] = np.maximum(np.maximum(a, b), np.maximum(c, d))
     n = 1 << max(0, (len(corners) - 1) // kernels.LEAF).bit_length()
-    boxes = np.full((2 * n, 6), [np.inf] * 3 + [-np.inf] * 3)
-    for k in range(kernels.LEAF):
-        rows = own[k :: kernels.LEAF]
-        np.minimum(boxes[n : n + len(rows), :3], rows[:, :3], out=boxes[n : n + len(rows), :3])
-        np.maximum(boxes[n : n + len(rows), 3:], rows[:, 3:], out=boxes[n : n + len(rows), 3:])
-    while n > 1:
-        left, right = boxes[n : 2 * n : 2], boxes[n + 1 : 2 * n : 2]
-        n //= 2
-        boxes[n : 2 * n, :3] = np.minimum(left[:, :3], right[:, :3])
-        boxes[n : 2 * n, 3:] = np.maximum(left[:, 3:], right[:, 3:])
+    boxes = np.empty((2 * n, 6))
+    kernels.fill_boxes(corners, own, boxes)
     return boxes, own
 
 

@@ -70,6 +70,9 @@ MOST_ROUNDS = 10
 LEAST_GAIN = 0.02
 """A round that brings no patch nearer to its goal, by this share of it, makes the patches grow."""
 
+MOST_GROWN = 10_000
+"""Hexahedra of the largest patch that grows for the last time: what so many nodes do not mend, more do not either."""
+
 MOST_HEXES = 300_000
 """Hexahedra of the largest patch that is optimised."""
 
@@ -180,6 +183,8 @@ def _raised(
             region &= values > 0  # what nothing could mend must not keep its neighbours from being polished
         gain = 0.0
         for hexes in patches(region, structure):
+            if growth == len(GROWTH) - 1 and len(hexes) > MOST_GROWN:
+                continue
             if len(hexes) > largest:
                 steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
                 continue

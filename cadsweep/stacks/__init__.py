@@ -16,12 +16,13 @@ merging    those outlines laid together, where `outline_crossings` finds no new 
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
 planar     how good the quads of the arrangement are
-mending    quads that are poor on the part's own levels
+mending    quads that are poor on the part's own levels, by the loops of `mending_kernels`
 nodes      heights of all nodes
 places     places of the nodes of every level
 slides     nodes that may move on the part's faces
 lines      nodes along the edges of the part
 blocks     hexahedra, and the face of every boundary quad
+touching   where columns touch, for who wants them as solids
 ========== =====================================================================
 """
 
@@ -35,6 +36,7 @@ from .planar import Judged, divide_at_cusps, judge_plane, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
+from .touching import touching_columns
 
 __all__ = [
     "NEAR",
@@ -56,4 +58,5 @@ __all__ = [
     "merge_outlines",
     "read_sides",
     "sizes_across",
+    "touching_columns",
 ]

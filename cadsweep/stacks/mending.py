@@ -26,8 +26,8 @@ from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import across
 from .blocks import find_presence
+from .mending_kernels import look_around, worst_sines
 from .places import find_places
-from .planar import corner_sines
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
@@ -77,10 +77,10 @@ class _Quads:
 
     def __init__(self, stack: Stack, levels: Levels, mesh: QuadMesh) -> None:
         self.frame = across(stack.direction)
-        self.quads = mesh.quads.copy()
+        self.quads = np.array(mesh.quads, dtype=np.int64, order="C")
         self.cells = mesh.faces
-        self.places = find_places(stack, levels, mesh) @ self.frame.T
-        self.there = find_presence(stack, levels, mesh)
+        self.places = np.ascontiguousarray(find_places(stack, levels, mesh) @ self.frame.T)
+        self.there = np.ascontiguousarray(find_presence(stack, levels, mesh))
         self.moves = np.zeros((len(mesh.points), 2))
         self.fixed = np.zeros(len(mesh.points), dtype=bool)
         self.lines: set[tuple[int, int]] = set()
@@ -98,8 +98,9 @@ class _Quads:
     def worst(self, quads: Iterable[int]) -> FloatArray:
         """Worst corner sine of quads on all levels where they have material beside them."""
         ids = np.fromiter(quads, dtype=np.int64)
-        sines = corner_sines(self.places[:, self.quads[ids]])
-        return np.asarray(np.where(self.there[:, ids], sines, np.inf).min(axis=0))
+        out = np.empty(len(ids))
+        worst_sines(self.places, self.quads, self.there, ids, out)
+        return out
 
     def mend(self) -> None:
         """Go through the poor quads, the worst first, those that have come off badly again."""
@@ -123,21 +124,11 @@ class _Quads:
     def _look_around(self, node: int) -> bool:
         """Move a node to the best of the places around it, where that gains enough."""
         ids = np.array(sorted(self.around[node]))
-        quads = self.quads[ids]
-        corners = self.places[:, quads]
-        at = quads == node
-        rows, which = np.nonzero(at)
-        own = self.places[:, node]
-        sides = np.concatenate([quads[rows, (which + 1) % 4], quads[rows, (which - 1) % 4]])
-        reach = np.linalg.norm(self.places[:, sides] - own[:, None], axis=2).min()
-        tried = np.concatenate([np.zeros((1, 2)), reach * _OFFSETS])
-        moved = corners[None] + np.where(at[..., None], tried[:, None, None, None, :], 0.0)
-        sines = np.where(self.there[:, ids], corner_sines(moved), np.inf).min(axis=(1, 2))
-        best = int(np.argmax(sines))
-        if sines[best] <= sines[0] + 0.25 * _LEAST_GAIN:
+        move, gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS)
+        if not gain > 0.25 * _LEAST_GAIN:
             return False
-        self.places[:, node] += tried[best]
-        self.moves[node] += tried[best]
+        self.places[:, node] += move
+        self.moves[node] += move
         self.changed = True
         return True
 
@@ -173,10 +164,11 @@ class _Quads:
         if beyond[(k + 1) % 4] != b:
             return []
         e, f = beyond[(k + 2) % 4], beyond[(k + 3) % 4]
-        if len({a, b, c, v, e, f}) < 6:
-            return []
-        # Around the hexagon: v, b, e, f, c, a.
-        return [np.array([[v, b, e, f], [v, f, c, a]]), np.array([[b, e, a, v], [e, f, c, a]])]
+        if len({a, b, c, v, e, f}) < 6 or any(not self.fixed[n] and len(self.around[n]) < 4 for n in (b, c)):
+            return []  # an inner node of two quads: one of them is no quad
+        # Around the hexagon: v, b, e, f, c, a. A new edge between nodes of another quad would lie across that.
+        pairs = (((v, f), [[v, b, e, f], [v, f, c, a]]), ((a, e), [[b, e, a, v], [e, f, c, a]]))
+        return [np.array(pair) for (m, n), pair in pairs if self.around[m] & self.around[n] <= {q, other}]
 
     def _gain(self, q: int, other: int, pair: IntArray) -> float:
         """What the worst quad around gains where two are divided otherwise; nothing is changed."""

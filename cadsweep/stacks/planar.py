@@ -44,7 +44,7 @@ def corner_sines(corners: FloatArray) -> FloatArray:
     return np.asarray((area / np.maximum(lengths, 1e-300)).min(axis=-1))
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Judged:
     """How good the quads of an arrangement are where the part has them.
 
@@ -56,14 +56,19 @@ class Judged:
         All edges of the cells that have such quads.
     worst : float
         Worst corner sine of all quads.
-    lacking : float
-        What the worst quads of all cells lack of what their cells allow, in sum.
+    lacks : (n_faces,) float64
+        What the worst quad over each face of the prism lacks of what its cell allows.
     """
 
     poor: set[int]
     around: set[int]
     worst: float
-    lacking: float
+    lacks: FloatArray
+
+    @property
+    def lacking(self) -> float:
+        """What all cells lack, in sum."""
+        return float(self.lacks.sum())
 
 
 def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
@@ -86,9 +91,7 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
     near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
     around = {e for f in np.flatnonzero(worst < wanted).tolist() for e in arrangement.prism.faces[f].edges}
     poor = {e for e in around if near[mesh.edge_nodes[e]].any()}
-    return Judged(
-        poor=poor, around=around, worst=float(sines.min()), lacking=float(np.maximum(wanted - worst, 0.0).sum())
-    )
+    return Judged(poor=poor, around=around, worst=float(sines.min()), lacks=np.maximum(wanted - worst, 0.0))
 
 
 def sizes_across(stack: Stack, size: float) -> dict[int, float]:

@@ -23,6 +23,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from .annulus import THIN, fill_wall, wall_thickness
 from .chart import Chart
+from .disc_lattice import fill_disc
 from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .rim import lay_rows
@@ -150,13 +151,14 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     boundary = np.concatenate(nodes)
     # A sharp corner between two edges is one quad's corner whatever the mesher does.
     limit = min((np.sin(a) for loop in outline.loops for a in outline.angles(loop) if a < np.pi / 2), default=1.0)
+    least = _FAIR if len(boundary) < _MANY else 0.0
     reasons: list[str] = []
     best: FaceQuads | None = None
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
-            if setting.size_factor < 1 and best is not None and best.expected >= GOOD_ENOUGH / 2:
-                break  # many more quads are no way to make fair ones good
+            if setting.size_factor < 1 and best is not None and best.expected >= least:
+                break  # many more quads are no way to make fair ones good, nor to mend one place of a large face
             try:
                 inner, quads = mesh_polygon(chart.boundary, setting, outline.opposite_of(boundary), background)
             except SurfaceMeshError as error:
@@ -167,7 +169,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
                 best = made
             if best.enough(min(setting.good_enough, 0.95 * limit)):
                 return best
-        if best is not None and best.expected >= GOOD_ENOUGH / 2:
+        if best is not None and best.expected >= _FAIR:
             return best
     if best is None:
         why = (
@@ -198,6 +200,10 @@ def mesh_with_mirrors(outline: Outline) -> FaceQuads:
     return made if made is not None and made.worst > 0 and made.expected >= free.expected - _LOST else free
 
 
+_FAIR = GOOD_ENOUGH / 2
+"""Worst corner sine from which on no chart is tried but the first, nor quads much smaller than the outline's."""
+_MANY = 400
+"""Nodes of an outline from which on quads much smaller than it take seconds, where one narrow place is poor."""
 _SYMMETRIC = 0.6
 """Worst corner sine from which on symmetric quads are as good as those that a mesher makes of the whole."""
 _LOST = 0.02
@@ -222,6 +228,7 @@ FILLINGS = (
     Filling(fill_lattice, lambda _: 0.65),
     Filling(fill_round_core, lambda _: 0.7),
     Filling(fill_ring, lambda _: 0.65),
+    Filling(fill_disc, lambda _: 0.65),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
     Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.

@@ -21,6 +21,7 @@ from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from .background import Background
+from .chart import signed_area
 from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles
@@ -127,8 +128,9 @@ def mesh_polygon(
     own, (loops, order) = loops, parted(loops)
     if setting.even_loops and any(len(loop) % 2 for loop in loops):
         raise SurfaceMeshError("a boundary loop has an odd number of segments")
-    # gmsh works without end between boundaries that cross; to subdivide it first takes every second node.
-    if loops_cross(loops):
+    # gmsh works without end between boundaries that cross; to subdivide it first takes every second node. Of a boundary
+    # that is inside out it fills what lies outside.
+    if max((signed_area(loop) for loop in own), key=abs) <= 0 or loops_cross(loops):
         raise SurfaceMeshError("the boundary of the cap crosses itself at this size: try a smaller one")
     if setting.recombination == _FULL_QUADS and loops_cross([loop[::2] for loop in loops]):
         raise SurfaceMeshError("the boundary is too coarse to be halved")

@@ -21,6 +21,7 @@ import scipy
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from .relax_kernels import best_places, quad_sines
+from .relax_plane import relax_in_plane
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -36,6 +37,13 @@ _DIRECTIONS = 8
 """Ways that a node looks."""
 _REACHES = (0.4, 0.12, 0.03)
 """How far a node looks, in lengths of its shortest edge."""
+_OFFSETS = np.concatenate(
+    [
+        reach * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        for angles in [2.0 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS]
+        for reach in _REACHES
+    ]
+)
 
 
 def corner_sines(points: FloatArray, quads: IntArray, normals: FloatArray) -> FloatArray:
@@ -62,11 +70,41 @@ def relax_quads(
     worst : float
         Least corner sine; never less than it was.
     """
+    if n_fixed < len(points):
+        normals, by_uv = surface.normals(uv), surface.derivatives(uv)
+        if all((rows == rows[0]).all() for rows in (normals, *by_uv)):
+            return _relaxed_in_plane(surface, points, uv, quads, n_fixed)
     state = _State(surface, points, uv, quads, n_fixed)
     if n_fixed < len(points):
         state.smooth()
         state.search()
     return state.points, state.uv, float(np.min(state.sines))
+
+
+def _relaxed_in_plane(
+    surface: Surface, points: FloatArray, uv: FloatArray, quads: IntArray, n_fixed: int
+) -> tuple[FloatArray, FloatArray, float]:
+    """As :func:`relax_quads`, on a surface that is a plane."""
+    frame = _tangents(-surface.normals(uv[:1])[0])
+    flat = np.ascontiguousarray((points - points[0]) @ frame.T)
+    given = flat.copy()
+    worst = relax_in_plane(
+        flat, np.ascontiguousarray(quads), n_fixed, _OFFSETS, _N_SWEEPS, _N_SEARCHES, _GOOD_CORNER, _LEAST_GAIN
+    )
+    moved = np.flatnonzero((flat != given).any(axis=1))
+    uv, points = uv.copy(), points.copy()
+    uv[moved] = _follow(surface, uv[moved], (flat[moved] - given[moved]) @ frame)
+    points[moved] = surface.evaluate(uv[moved])
+    return points, uv, float(worst)
+
+
+def _tangents(normal: FloatArray) -> FloatArray:
+    """Two unit vectors (2, 3), counter-clockwise seen along a normal, as the nodes of a curved surface have them."""
+    x, y, z = np.abs(normal)
+    axis = 0 if x <= y and x <= z else 1 if y <= z else 2
+    first = np.cross(normal, np.eye(3)[axis])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
 
 
 class _State:
@@ -146,15 +184,12 @@ class _State:
 
     def search(self) -> None:
         """Raise the worst quads by looking around each of their nodes."""
-        angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-        circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        offsets = np.concatenate([r * circle for r in _REACHES])
         tired = np.zeros(len(self.points), dtype=bool)  # found nothing, and nothing near has changed since
         for _ in range(_N_SEARCHES):
             nodes = self._choose(tired)
             if not len(nodes):
                 break
-            off, gain = self._best_places(nodes, offsets)
+            off, gain = self._best_places(nodes, _OFFSETS)
             found = gain > _LEAST_GAIN
             tired[nodes[~found]] = True
             if found.any():

@@ -36,7 +36,7 @@ _ENOUGH = 0.75
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Ring:
+class Ring:
     """A ring's nodes in its chart: `rim` and `bore` (n, 2), counter-clockwise and alike numbered, with their ids."""
 
     rim: FloatArray
@@ -58,8 +58,8 @@ def fill_ring(outline: Outline) -> FaceQuads | None:
     width = (signed_area(ring.rim) - signed_area(ring.bore)) / (len(ring.rim) * segment)
     best: FaceQuads | None = None
     for more, across in _TRIED:
-        found = _pierced(ring, max(3, round(width / segment) + more), across)
-        made = None if found is None else _symmetric(outline, chart, *found)
+        found = pierced(ring, max(3, round(width / segment) + more), across)
+        made = None if found is None else with_mirrors(outline, chart, *found)
         if made is not None and (best is None or made.better_than(best)):
             best = made
         if best is not None and best.enough(_ENOUGH):
@@ -67,7 +67,7 @@ def fill_ring(outline: Outline) -> FaceQuads | None:
     return best
 
 
-def _ring_of(outline: Outline, chart: Chart) -> _Ring | None:
+def _ring_of(outline: Outline, chart: Chart) -> Ring | None:
     """The ring between the outer loop and the largest hole; None where they are no circles of equally many nodes."""
     smooth = [all(abs(angle - np.pi) <= SMOOTH for angle in outline.angles(loop)) for loop in outline.loops]
     inner = range(1, len(outline.loops))
@@ -78,7 +78,7 @@ def _ring_of(outline: Outline, chart: Chart) -> _Ring | None:
     firsts = np.cumsum([0, *(len(loop) for loop in chart.boundary)])
     ids = [np.arange(firsts[j], firsts[j + 1]) for j in range(len(chart.boundary))]
     turn = int(np.argmin([np.linalg.norm(rim - np.roll(hole, -k, axis=0)) for k in range(len(rim))]))
-    return _Ring(
+    return Ring(
         rim=rim,
         bore=np.roll(hole, -turn, axis=0),
         rim_ids=ids[0],
@@ -88,19 +88,26 @@ def _ring_of(outline: Outline, chart: Chart) -> _Ring | None:
     )
 
 
-def _pierced(ring: _Ring, rows: int, across: int) -> tuple[int, IntArray] | None:
+def pierced(
+    ring: Ring, rows: int, across: int, heights: FloatArray | None = None, *, first: int | None = None
+) -> tuple[int, IntArray] | None:
     """Number of inner nodes, and quads in ids of the outline's nodes and then of these; None where a hole has no place.
 
-    The lattice runs around (the first index, which closes) and from the bore to the rim (the second).
+    The lattice runs around (the first index, which closes) and from the bore to the rim (the second). `heights`
+    (rows + 1,): where its circles are, as parts of the way from the bore to the rim; evenly without. `first`: the
+    number of the first inner node, where the nodes of the outline are not the last ones before it.
     """
     n = len(ring.rim)
     number = np.full((n, rows + 1), -1, dtype=np.int64)
     number[:, 0], number[:, -1] = ring.bore_ids, ring.rim_ids
     is_cell = np.ones((n, rows), dtype=np.bool_)
     for hole, ids in ring.holes:
-        own = _in_lattice(ring, hole, rows)
+        own = _in_lattice(ring, hole)
         if own is None or len(ids) % 2:
             return None
+        if heights is not None and own[:, 1].min() <= heights[0]:
+            return None
+        own[:, 1] = rows * own[:, 1] if heights is None else np.interp(own[:, 1], heights, np.arange(rows + 1.0))
         begin, p, q = _rectangle(own, across)
         if min(p, q) < 1:
             return None
@@ -114,11 +121,11 @@ def _pierced(ring: _Ring, rows: int, across: int) -> tuple[int, IntArray] | None
         corners = (low + places_around(p, q)) % np.array([n, rows + 1])
         number[corners[:, 0], corners[:, 1]] = ids[(begin + np.arange(len(ids))) % len(ids)]
         is_cell[within] = False
-    return _numbered(number, is_cell, sum(len(ids) for _, ids in ring.holes) + 2 * n)
+    return _numbered(number, is_cell, sum(len(ids) for _, ids in ring.holes) + 2 * n if first is None else first)
 
 
-def _in_lattice(ring: _Ring, hole: FloatArray, rows: int) -> FloatArray | None:
-    """Where a hole's nodes (m, 2) lie among rays, running on through the last one, and circles; None if outside.
+def _in_lattice(ring: Ring, hole: FloatArray) -> FloatArray | None:
+    """Where a hole's nodes (m, 2) lie among rays, running on through the last one, and on their way; None if outside.
 
     Exact but for rounding under whatever carries the ring to itself, as holes that are alike must lie alike.
     """
@@ -133,7 +140,7 @@ def _in_lattice(ring: _Ring, hole: FloatArray, rows: int) -> FloatArray | None:
     part = (here / (here - there))[:, None]
     start = (1.0 - part) * ring.bore[ray] + part * ring.bore[(ray + 1) % n]
     along = (1.0 - part) * way[ray] + part * way[(ray + 1) % n]
-    up = rows * ((hole - start) * along).sum(axis=1) / (along**2).sum(axis=1)
+    up = ((hole - start) * along).sum(axis=1) / (along**2).sum(axis=1)
     around = ray + part[:, 0]
     around -= n * np.round((around - around[0]) / n)
     return np.stack([around, up], axis=1)
@@ -170,7 +177,7 @@ def _numbered(number: IntArray, is_cell: np.ndarray, first: int) -> tuple[int, I
     return int(inner.sum()), number[corners[..., 0], corners[..., 1]]
 
 
-def _symmetric(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads | None:
+def with_mirrors(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads | None:
     """Nodes at the mean of their neighbours, with the mirrors of the outline where it has some."""
     rim = np.concatenate(chart.boundary)
     inner = embedded(rim, n_inner, quads)[len(rim) :]

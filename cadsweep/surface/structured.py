@@ -54,12 +54,12 @@ def fill_lattice(outline: Outline) -> FaceQuads | None:
         return None
     number, cells = _inside_of(lattice)
     if len(outline.loops) > 1:
-        whole = embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), _quads_of(number, cells))
-        pierced = _pierced(outline, chart, number, cells, whole)
+        whole = embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), quads_of(number, cells))
+        pierced = pierce(outline, chart, number, cells, whole)
         if pierced is None:
             return None
         number, cells = pierced
-    quads = _quads_of(number, cells)
+    quads = quads_of(number, cells)
     return _relaxed(outline, chart, int(number.max()) + 1 - sum(map(len, outline.nodes)), quads)
 
 
@@ -100,12 +100,12 @@ def _numbered(number: IntArray, cells: IntArray, first: int) -> IntArray:
     return number
 
 
-def _quads_of(number: IntArray, cells: IntArray) -> IntArray:
+def quads_of(number: IntArray, cells: IntArray) -> IntArray:
     corners = cells[:, None] + _CELL
     return number[corners[..., 0], corners[..., 1]]
 
 
-def _pierced(
+def pierce(
     outline: Outline, chart: Chart, number: IntArray, cells: IntArray, whole: FloatArray
 ) -> tuple[IntArray, IntArray] | None:
     """Numbers and cells once the holes have taken their places; None where one has none.
@@ -184,7 +184,7 @@ def fill_round_core(outline: Outline) -> FaceQuads | None:
     if chart is None:
         return None
     rim = chart.boundary[0]
-    first, p = _core_corners(rim)
+    first, p = core_corners(rim)
     segment = float(np.mean(np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)))
     half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
     if not chart.isometric:  # a dome's rim is farther from its middle than it looks from above
@@ -204,7 +204,7 @@ def _turned(rim: FloatArray) -> FloatArray:
     return centred @ axes
 
 
-def _core_corners(rim: FloatArray) -> tuple[int, int]:
+def core_corners(rim: FloatArray) -> tuple[int, int]:
     """Node over the core's first corner, and segments up to the second: where the outline reaches farthest aslant."""
     n, places = len(rim), _turned(rim)
     x, y = places.T
@@ -218,20 +218,27 @@ def _core_corners(rim: FloatArray) -> tuple[int, int]:
 
 def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]:
     """Number of inner nodes, and quads, of rings around a core of p x (n / 2 - p) quads; the rim's n nodes first."""
-    q = n // 2 - p
     ring = np.arange((rings + 1) * n, dtype=np.int64).reshape(rings + 1, n)
     after = np.roll(ring, -1, axis=1)
     around = np.stack([ring[:-1], after[:-1], after[1:], ring[1:]], axis=-1).reshape(-1, 4)
+    core = rectangle(n, first, p)
+    n_core = core.size - n
+    number = np.concatenate([ring[-1], (rings + 1) * n + np.arange(n_core)])
+    inside = quads_of(number[core], np.argwhere(np.ones((p, n // 2 - p), dtype=np.bool_)))
+    return rings * n + n_core, np.concatenate([around, inside])
+
+
+def rectangle(n: int, first: int, p: int) -> IntArray:
+    """Numbers (p + 1, q + 1) of the nodes of p x q quads with n nodes around, these first, a corner at node `first`."""
+    q = n // 2 - p
     core = np.empty((p + 1, q + 1), dtype=np.int64)
-    edge = np.roll(ring[-1], -first)
+    edge = np.roll(np.arange(n), -first)
     core[:, 0] = edge[: p + 1]
     core[-1, :] = edge[p : p + q + 1]
     core[:, -1] = edge[p + q : 2 * p + q + 1][::-1]
     core[0, 1:] = edge[2 * p + q :][::-1]
-    n_core = (p - 1) * (q - 1)
-    core[1:-1, 1:-1] = (rings + 1) * n + np.arange(n_core).reshape(p - 1, q - 1)
-    inside = np.stack([core[:-1, :-1], core[1:, :-1], core[1:, 1:], core[:-1, 1:]], axis=-1).reshape(-1, 4)
-    return rings * n + n_core, np.concatenate([around, inside])
+    core[1:-1, 1:-1] = n + np.arange((p - 1) * (q - 1)).reshape(p - 1, q - 1)
+    return core
 
 
 def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:

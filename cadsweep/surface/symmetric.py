@@ -285,6 +285,12 @@ def _images(wedge: Wedge, places: FloatArray, near: float) -> list[IntArray] | N
     return found
 
 
+def is_carried(wedge: Wedge, chart: Chart, places: FloatArray) -> bool:
+    """Whether every element of a wedge carries nodes (n, 2), those of the outline first, to nodes."""
+    near = _MERGED * float(np.max(np.ptp(np.concatenate(chart.boundary), axis=0)))
+    return _images(wedge, places, near) is not None
+
+
 def carried_by_mirrors(  # noqa: PLR0917
     outline: Outline, chart: Chart, wedge: Wedge, boundary: IntArray, inner: FloatArray, quads: IntArray
 ) -> FaceQuads | None:

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from .crossings import loops_cross
+from .chart import is_simple
 
 SHARP = np.radians(32.0)
 """Interior angle below which a corner gets a quad of its own."""
@@ -65,7 +65,8 @@ def lay_tips(loops: Sequence[FloatArray]) -> tuple[FloatArray, IntArray, list[In
         if not quads:
             return None
         places = np.concatenate([*loops, np.array(inner)])
-        if not loops_cross([places[ids] for ids in left]):
+        # A rung's middle beyond a side that bends towards it may leave a loop that is inside out.
+        if is_simple([places[ids] for ids in left]):
             return np.array(inner), np.array(quads, dtype=np.int64), left
     return None
 

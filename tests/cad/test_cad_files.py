@@ -1,6 +1,8 @@
 """Files and scripts: what is read, in which units, and how each kind of damage is refused."""
 
+import os
 import random
+import sys
 
 import pytest
 
@@ -45,6 +47,18 @@ def test_iges_faces_are_sewn(tmp_path):
     part = load(tmp_path / "box.igs")
     assert part.solids[0].volume == pytest.approx(6.0)
     assert any("sewn" in note for note in part.notes)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere names of files are text")
+@pytest.mark.parametrize("suffix", ["step", "brep"])
+def test_a_name_that_is_no_utf_8(suffix, tmp_path, box_step):
+    path = tmp_path / os.fsdecode(b"K\xf6rper." + suffix.encode())
+    if suffix == "step":
+        path.write_text(box_step)
+    else:
+        cq.Workplane().box(1, 2, 3).val().exportBrep(str(tmp_path / "box.brep"))
+        (tmp_path / "box.brep").rename(path)
+    assert load(path).solids[0].volume == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize(("unit", "length"), [("INCH", 25.4), ("M", 1000.0), ("MM", 1.0)])

@@ -37,6 +37,20 @@ def test_cells_are_pieces_of_the_part_that_touch():
             assert (face.key == "") == (key in shared)
 
 
+def test_cells_of_a_stack_are_its_columns():
+    part = cs.load(cq.Workplane().box(8, 8, 3).faces(">Z").workplane().rect(5, 5).cutBlind(-1).union(
+        cq.Workplane().box(2, 2, 5)
+    ))  # fmt: skip
+    stack = cs.find_sweeps(part)[0]
+    cells = cs.decompose(part)
+    # The rim, the floor of the pocket, and the post through it with what sticks out below.
+    assert len(cells.solids) == stack.n_columns == 3
+    assert sum(solid.volume for solid in cells.solids) == pytest.approx(part.solids[0].volume, rel=1e-12)
+    assert "columns" in cells.cuts[0]
+    for solid in cells.solids:
+        assert all(abs(face.normal @ stack.direction) in {0.0, 1.0} for face in solid.faces)
+
+
 def test_a_part_that_sweeps_comes_back_as_it_is():
     part = cs.load(cq.Workplane().box(1, 2, 3))
     assert cs.decompose(part) is part

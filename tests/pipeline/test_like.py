@@ -7,6 +7,8 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.errors import CadError, CadSweepError, InputError
+from cadsweep.pipeline import load
+from cadsweep.pipeline.attempts import open_and_find
 from cadsweep.pipeline.graphs import graph_of
 from cadsweep.pipeline.matching import match_graphs
 from cadsweep.pipeline.template import make_template
@@ -110,6 +112,46 @@ def test_a_hole_that_moves_by_more_than_its_size_is_not_turned_round():
     on_hole = np.abs(np.hypot(mesh.points[:, 0] + 0.6, mesh.points[:, 1]) - 0.2) < 1e-9
     assert on_hole.sum() > 8
     assert np.allclose(moved.points[on_hole] - mesh.points[on_hole], [1.2, 0, 0], atol=1e-8)
+
+
+def test_holes_keep_their_nodes_where_their_numbers_in_the_input_change():
+    """OpenCASCADE numbers the holes anew as soon as one is higher than the other."""
+    mesh = cs.sweep_mesh(plate((-0.5, 0), (0.5, 0)), size=0.25)
+    moved = cs.sweep_mesh(plate((-0.5, 0.05), (0.5, 0)), like=mesh)
+    same_arrays(mesh, moved)
+    steps = moved.points - mesh.points
+    still, shifted = (np.hypot(mesh.points[:, 0] - x, mesh.points[:, 1]) < 0.2 + 1e-9 for x in (0.5, -0.5))
+    assert np.abs(steps[still]).max() < 1e-8
+    assert np.allclose(steps[shifted], [0, 0.05, 0], atol=1e-8)
+
+
+@pytest.mark.parametrize("params", [{"radius": 6.0}, {"angle": 130.0}])
+def test_a_bore_is_not_turned_in_its_pipe(params):
+    def pipe(radius=3.0, angle=60.0):
+        return cq.Workplane("XY").circle(1).circle(0.6).revolve(angle, (radius, 0, 0), (radius, 1, 0))
+
+    first, second = (graph_of(open_and_find(load(part), None, None)[0].solids[0]) for part in (pipe(), pipe(**params)))
+    match = match_graphs(first, second)
+
+    def beside(graph, vertex):
+        places = np.array(graph.vertices)
+        distances = np.linalg.norm(places - places[vertex], axis=1)
+        return int(np.argsort(distances)[1])
+
+    for vertex, partner in match.vertices.items():
+        assert match.vertices[beside(first, vertex)] == beside(second, partner)
+
+
+def test_as_many_holes_as_there_are_find_their_places():
+    rng = np.random.default_rng(3)
+    places = [(x, y) for x in np.linspace(-0.9, 0.9, 7) for y in np.linspace(-0.4, 0.4, 4)]
+    first = graph_of(load(plate(*places, hole=0.1)).solids[0])
+    moved = [tuple(place) for place in np.array(places) + rng.uniform(-0.05, 0.05, (len(places), 2))]
+    second = graph_of(load(plate(*moved, hole=0.1)).solids[0])
+    match = match_graphs(first, second)
+    assert len(set(match.faces.values())) == len(first.loops) == len(match.faces)
+    starts = np.array([[first.vertices[v], second.vertices[w]] for v, w in match.vertices.items()])
+    assert np.abs(starts[:, 0] - starts[:, 1]).max() < 0.06  # no hole is nearer to another's place
 
 
 def test_what_smoothing_moved_goes_along():

@@ -214,3 +214,16 @@ def test_the_quads_at_a_coarse_rim_node_share_what_the_curve_takes():
     assert set(np.abs(fine.points[caps.ravel()][:, 2] - 0.2).round(9)) == {0.2}
     rim = np.abs(np.hypot(*fine.points[:, :2].T) - 0.5) < 1e-9
     assert rim.sum() == 3 * 16
+
+
+def test_the_quads_of_columns_share_it_too():
+    """A bored pin on a plate: its rim is the outline of a column, and its bore goes through both."""
+    part = cq.Workplane().box(20, 20, 3).faces(">Z").workplane().circle(6).extrude(4).faces(">Z").workplane().hole(6)
+    mesh = cs.sweep_mesh(part, size=2.5, allow_coarse=True)
+    fine = cs.refine(mesh)
+    assert (fine.points[fine.info["coarse_nodes"]] == mesh.points).all()
+    worst = [one.info["quality"].min_scaled_jacobian for one in (mesh, fine)]
+    assert worst[1] > 0.85 * worst[0]
+    caps = np.unique(fine.points[:, 2].round(9))
+    assert {-1.5, 1.5, 5.5} <= set(caps.tolist())
+    assert fine.info["quality"].valid

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import cadsweep as cs
 
@@ -123,3 +124,27 @@ def test_a_ring_takes_holes_that_are_nowhere_alike():
     mesh = cs.sweep_mesh(ring, size=1.5, layers=1)
     assert n_irregular(mesh) == 0
     assert mesh.info["quality"].min_scaled_jacobian > 0.5
+
+
+@pytest.mark.parametrize(("n", "pitch", "irregular"), [(6, 36, 7), (4, 30, 4)])
+def test_a_round_plate_with_holes_is_rings_around_a_core(n, pitch, irregular):
+    import cadquery as cq
+
+    disc = cq.Workplane().circle(50).extrude(4).faces(">Z").workplane().polarArray(pitch, 0, 360, n).hole(9)
+    mesh = cs.sweep_mesh(disc, size=3, layers=1)
+    # A rectangle has an irregular node at each corner, six kites one at each corner and one in their middle.
+    assert n_irregular(mesh) == irregular
+    assert mesh.info["quality"].min_scaled_jacobian > 0.65
+    _, points, _ = source_quads(mesh)
+    turn = 2 * np.pi / n
+    rotation = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    for element in (rotation, np.diag([1.0, -1.0, 1.0])):
+        distance, _ = cKDTree(points).query(points @ element.T)
+        assert distance.max() < 1e-9 * 100
+
+
+def test_a_rounded_plate_is_rings_around_a_lattice_with_its_holes():
+    part = plate(lambda w: w.circle(0.8)).edges("|Z and (<X or >X)").fillet(0.7)
+    mesh = cs.sweep_mesh(part, layers=1)
+    assert n_irregular(mesh) == 4
+    assert mesh.info["quality"].min_scaled_jacobian > 0.65

@@ -21,7 +21,7 @@ from OCP.IGESControl import IGESControl_Reader
 from OCP.TopoDS import TopoDS_Shape
 
 from ...errors import CadError, InputError
-from ..quiet import quiet_opencascade
+from ..quiet import kernel_path, quiet_opencascade
 from .brep_text import check_brep_text
 from .model import Model
 
@@ -68,14 +68,16 @@ def read_brep(path: Path | str, data: bytes, file: Path) -> Any:
     head = data[:200]
     try:
         if b"CASCADE Topology" in head and b"Open CASCADE" in head:
-            BinTools.Read_s(shape, str(file))
+            with kernel_path(file) as name:
+                BinTools.Read_s(shape, name)
         elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
             if _NOT_FINITE.search(data):
                 raise CadError(
                     f"{path}: the file holds a number that is not finite. Repair the model in its CAD program."
                 )
             check_brep_text(path, data)
-            BRepTools.Read_s(shape, str(file), BRep_Builder())
+            with kernel_path(file) as name:
+                BRepTools.Read_s(shape, name, BRep_Builder())
         else:
             raise CadError(f"{path}: this is not a BREP file of OpenCASCADE. Export STEP instead.")
     except CadError:
@@ -104,7 +106,9 @@ def _read_iges(path: Path, data: bytes) -> Any:
         raise CadError(f"{path}: the IGES file is cut off: its last line is no T line. Export or copy it again.")
     reader = IGESControl_Reader()
     try:
-        if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        with kernel_path(path) as name:
+            status = reader.ReadFile(name)
+        if status != IFSelect_ReturnStatus.IFSelect_RetDone:
             raise CadError(
                 f"{path}: OpenCASCADE cannot read the IGES file: it is damaged. Export it again, or as STEP."
             )

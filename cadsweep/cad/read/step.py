@@ -43,7 +43,7 @@ from OCP.XCAFDoc import (
 
 from ...errors import CadError
 from ..names.unique import MATERIAL_PREFIX, is_meaningful, join_part
-from ..quiet import kernel_setting
+from ..quiet import kernel_path, kernel_setting
 from ..shapes import EDGE, FACE, SOLID, bounds, compound, subshapes
 from .colors import color_of, color_text
 from .model import Model, Named
@@ -102,7 +102,9 @@ def _read(path: Path, clean_path: Path, *, unit: float) -> Model:
     document = TDocStd_Document(TCollection_ExtendedString("cadsweep"))
     with kernel_setting("read.stepcaf.subshapes.name", 1):
         try:
-            if reader.ReadFile(str(clean_path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+            with kernel_path(clean_path) as name:
+                status = reader.ReadFile(name)
+            if status != IFSelect_ReturnStatus.IFSelect_RetDone:
                 raise CadError(
                     f"{path}: OpenCASCADE cannot read the STEP file: it is damaged. Export or copy it again."
                 )

@@ -1,0 +1,62 @@
+"""A stack cut into its columns: the outlines of its caps carried through the material as walls.
+
+Place in the flow: for who wants the columns as solids. Meshing needs none of it: there the columns are cells of a plane
+arrangement and levels.
+
+Method: each edge between two cells of the arrangement is extruded along the direction where both have material, and
+nowhere else, so that no cutter lies on a wall of the part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.gp import gp_Trsf, gp_Vec
+
+from ...arrays import FloatArray
+from ...brep import Part
+from ...stack import Stack
+from ..shapes import FACE, compound, shapes_of, subshapes
+from .cutting import cut_cell
+
+
+def cut_columns(part: Part, stack: Stack, walls: Sequence[tuple[int, float, float]]) -> Part | None:
+    """Cut the only solid of a part into the columns of a stack.
+
+    Parameters
+    ----------
+    part : Part
+    stack : Stack
+        Of its solid.
+    walls : sequence of (int, float, float)
+        Edges of its arrangement over which columns touch, and from which height along the direction to which.
+
+    Returns
+    -------
+    Part or None
+        One cell a column; None where OpenCASCADE does not part them cleanly.
+    """
+    prism = stack.arrangement.prism
+    edges = shapes_of(prism).edges
+    base = float((prism.vertices @ stack.direction).min())
+    # Walls from one height to another at once: those that meet share the line where they do.
+    heights: dict[tuple[float, float], list[Any]] = {}
+    for e, low, high in walls:
+        heights.setdefault((float(f"{low - base:.9g}"), float(f"{high - low:.9g}")), []).append(edges[e])
+    tools = [face for (rise, height), own in heights.items() for face in _walls(own, stack.direction, rise, height)]
+    cells = cut_cell(part, 0, tools) if tools else None
+    return cells if cells is not None and len(cells.solids) == stack.n_columns else None
+
+
+def _walls(edges: Sequence[Any], direction: FloatArray, rise: float, height: float) -> list[Any]:
+    """Edges of the plane extruded, from a height over it."""
+    up = gp_Trsf()
+    up.SetTranslation(gp_Vec(*(rise * direction)))
+    moved = BRepBuilderAPI_Transform(compound(edges), up, True).Shape()
+    return subshapes(BRepPrimAPI_MakePrism(moved, gp_Vec(*(height * direction))).Shape(), FACE)
+
+
+__all__ = ["cut_columns"]

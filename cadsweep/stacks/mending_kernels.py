@@ -1,0 +1,80 @@
+"""What mending spends its time on, as compiled loops: the corners of quads on every level, and looking around a node.
+
+Place in the flow: called by :mod:`.mending`. A node has four quads or five on a dozen levels, and numpy spends its time
+on calls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+kernel = njit(cache=True, nogil=True, error_model="numpy")
+
+
+@kernel
+def _worst_sine(places, quads, there, q, floor):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least corner sine of a quad on the levels where it is; what is not above `floor` need not be exact."""
+    least = np.inf
+    for k in range(places.shape[0]):
+        if not there[k, q]:
+            continue
+        a, b = quads[q, 3], quads[q, 0]
+        back_x, back_y = places[k, b, 0] - places[k, a, 0], places[k, b, 1] - places[k, a, 1]
+        back = back_x * back_x + back_y * back_y
+        for i in range(4):
+            a, b = quads[q, i], quads[q, (i + 1) % 4]
+            step_x, step_y = places[k, b, 0] - places[k, a, 0], places[k, b, 1] - places[k, a, 1]
+            step = step_x * step_x + step_y * step_y
+            least = min(least, (back_x * step_y - back_y * step_x) / max(np.sqrt(back * step), 1e-300))
+            back_x, back_y, back = step_x, step_y, step
+        if not least > floor:
+            break
+    return least
+
+
+@kernel
+def worst_sines(places, quads, there, ids, out):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least corner sines ``out`` (m,) of quads `ids` over the levels where they are; infinite where on none.
+
+    `places` (n_levels, n, 2) are those of the nodes, `there` (n_levels, q) tells which quad is on which level.
+    """
+    for j in range(len(ids)):
+        out[j] = _worst_sine(places, quads, there, ids[j], -np.inf)
+
+
+@kernel
+def look_around(places, quads, there, ids, node, offsets):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """The move (2,) of a node after which the worst corner of its quads `ids` is best, and what that gains.
+
+    `offsets` (k, 2) count in lengths of the shortest edge at the node on any level. All places are left as they are.
+    """
+    n_levels = places.shape[0]
+    least = np.inf
+    for q in ids:
+        for i in range(4):
+            if quads[q, i] == node:
+                for other in (quads[q, (i + 1) % 4], quads[q, (i + 3) % 4]):
+                    for k in range(n_levels):
+                        x, y = places[k, other, 0] - places[k, node, 0], places[k, other, 1] - places[k, node, 1]
+                        least = min(least, x * x + y * y)
+    reach = np.sqrt(least)
+    own = places[:, node].copy()
+    before = np.inf
+    for q in ids:
+        before = min(before, _worst_sine(places, quads, there, q, -np.inf))
+    best, move = before, np.zeros(2)
+    for j in range(len(offsets)):
+        x, y = reach * offsets[j, 0], reach * offsets[j, 1]
+        for k in range(n_levels):
+            places[k, node, 0], places[k, node, 1] = own[k, 0] + x, own[k, 1] + y
+        worst = np.inf
+        for q in ids:
+            worst = min(worst, _worst_sine(places, quads, there, q, best))
+            if not worst > best:
+                break
+        if worst > best:
+            best = worst
+            move[0], move[1] = x, y
+    places[:, node] = own
+    return move, best - before
