@@ -86,7 +86,7 @@ def around_features(solid: Solid, flat: float) -> list[Cutter]:
     if not tools or any(own is None for own in inside):
         return []
     reason = f"boxes around {len(boxed)} features and planes through the rest"
-    return [Cutter(reason=reason, tools=tuple(tools), weight=solid.size, leads=True)]
+    return [Cutter(kind="boxes", reason=reason, tools=tuple(tools), weight=solid.size, leads=True)]
 
 
 def _planes(block: Block, sites: Sequence[Site], levels: Levels) -> Iterator[Any]:

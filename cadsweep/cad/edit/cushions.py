@@ -114,6 +114,7 @@ def under_rims(solid: Solid, flat: float) -> Iterator[Cutter]:
         for direction, ends in zip(across, widths, strict=True):
             planes = [plane_tool(solid, direction, rim.center + end * direction) for end in ends]
             yield Cutter(
+                kind="cushion",
                 reason=f"a box of cells under the circle on {rim.face.label()}",
                 tools=(*tools, *planes),
                 weight=rim.length,

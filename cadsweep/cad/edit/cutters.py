@@ -120,6 +120,7 @@ class _Cutters:
         single = sorted(
             [
                 Cutter(
+                    kind=one.kind,
                     reason=one.label,
                     tools=one.tools,
                     weight=sum(one.edges.values()),
@@ -219,7 +220,9 @@ class _Cutters:
                     continue
                 tools = [tool for e in edges for tool in self.prism(e, face.normal)]
                 weight = sum(e.length for e in edges)
-                yield Cutter(reason=f"the rim on {face.label()} carried on", tools=tuple(tools), weight=0.9 * weight)
+                yield Cutter(
+                    kind="rims", reason=f"the rim on {face.label()} carried on", tools=tuple(tools), weight=0.9 * weight
+                )
 
     def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
         """An edge carried into the material."""
@@ -240,6 +243,7 @@ class _Cutters:
             if len(tools) > 1:
                 place = ", ".join(f"{c:.3g}" for c in direction + 0.0)
                 yield Cutter(
+                    kind="rims",
                     reason=f"all rims carried on along ({place})",
                     tools=tuple(tools),
                     weight=weight,
@@ -302,7 +306,13 @@ class _Cutters:
                     found.append((start - end, 0.5 * (start + end), normal))
         for gap, offset, normal in sorted(found, key=lambda one: -one[0])[:MOST_BETWEEN]:
             tool = plane_tool(self.solid, normal, offset * normal)
-            yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap, leads=True)
+            yield Cutter(
+                kind="plane",
+                reason="a plane between holes that go different ways",
+                tools=(tool,),
+                weight=gap,
+                leads=True,
+            )
 
     def feature(self, base: int, rim: Sequence[int]) -> FloatArray:
         """Points of a hole or a boss, all the way to its floor or to where it comes out again."""
