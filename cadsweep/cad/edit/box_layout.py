@@ -283,7 +283,8 @@ def _side(
     def ends(others: Sequence[Site]) -> Iterator[float]:
         return (float((o.low if sign > 0 else o.high)[axis]) for o in others if beside(o.low, o.high))
 
-    end = float((block.low if sign < 0 else block.high)[axis])
+    # Round features may reach beyond all corners of the part.
+    end = max(sign * start, sign * float((block.low if sign < 0 else block.high)[axis])) * sign
     face = nearest([end, *(level for a, level, low, high in block.planes if a == axis and beside(low, high))])
     box, feature = nearest(ends(boxes)), nearest(ends(features))
     known = levels.near(axis, start + LEAST_SHARE * sign * feature, start + (1.0 - LEAST_SHARE) * sign * feature)
