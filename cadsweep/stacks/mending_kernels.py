@@ -7,9 +7,10 @@ on calls.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from ..compiled import compiled
+
+kernel = compiled(cache=True, nogil=True, error_model="numpy")
 
 
 @kernel
