@@ -28,6 +28,7 @@ FOUNDATION = {
     "libraries",
     "machine",
     "choices",
+    "compiled",
     "progress",
     "_version",
 }

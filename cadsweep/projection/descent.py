@@ -13,11 +13,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from ..arrays import FloatArray
+from ..compiled import compiled
 
-_njit = njit(cache=True, nogil=True, error_model="numpy")
+_compiled = compiled(cache=True, nogil=True, error_model="numpy")
 
 Energy = Callable[[FloatArray], tuple[float, FloatArray]]
 _MEMORY = 8
@@ -110,7 +110,7 @@ def _inverse_hessian_times(
     return result
 
 
-@_njit
+@_compiled
 def _dot(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Inner product without BLAS, whose threads wait for each other on a busy machine (measured: 0.8 s a step)."""
     total = 0.0
@@ -120,7 +120,7 @@ def _dot(a, b):  # type: ignore[no-untyped-def]  # pragma: no cover
     return total
 
 
-@_njit
+@_compiled
 def _add_times(out, factor, a):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Add `factor` times `a` in place, without an array between."""
     for i in range(a.shape[0]):

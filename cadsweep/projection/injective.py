@@ -20,9 +20,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 import scipy
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 from .descent import Energy, minimise
 
 AREA_WEIGHT = 0.1
@@ -87,7 +87,7 @@ def relax_plane(
     area = abs(float(_signed_areas(y, quads, metrics).sum()))
     ideal = lengths * np.sqrt(area / np.prod(lengths, axis=1).sum()) if area > 0.0 else lengths
     ideal = np.ascontiguousarray(ideal)
-    best, sines = y, _quad_sines(y, quads, metrics, ~free)
+    best, sines = y, _sines(y, quads, metrics, ~free)
     for reach in (8, 32, None) if len(quads) > _LARGE else (None,):
         if not free.any() or float(np.min(sines)) >= wanted:
             break
@@ -104,7 +104,7 @@ def relax_plane(
             wanted=wanted,
             n_rounds=n_rounds,
         )
-        found = _quad_sines(trial, quads, metrics, ~free)
+        found = _sines(trial, quads, metrics, ~free)
         if float(np.min(found)) > float(np.min(sines)):
             best, sines = trial, found
     return best
@@ -171,7 +171,7 @@ def _relax_all(
         if squarings is not None:
             x, _ = minimise(lifting(squarings), x, solve, n_steps=60)
         moved[free] = x
-        sine = float(np.min(_quad_sines(moved, quads, metrics, fixed_mask)))
+        sine = float(np.min(_sines(moved, quads, metrics, fixed_mask)))
         if sine > best:
             result[free], best = x, sine
         if sine >= wanted or sine <= 0.0:
@@ -200,7 +200,7 @@ def _signed_areas(y: FloatArray, quads: IntArray, metrics: FloatArray) -> FloatA
     return np.asarray(0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * np.linalg.det(metrics))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(cache=True, nogil=True, error_model="numpy")
 def _worst_determinant(y, quads, ideal, metrics):  # type: ignore[no-untyped-def]  # pragma: no cover
     worst = np.inf
     for q in range(quads.shape[0]):
@@ -213,10 +213,16 @@ def _worst_determinant(y, quads, ideal, metrics):  # type: ignore[no-untyped-def
     return worst
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _quad_sines(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pragma: no cover
+def _sines(y: FloatArray, quads: IntArray, metrics: FloatArray, fixed: npt.NDArray[np.bool_]) -> FloatArray:
     """Least sine (q,) of each quad's corners between three nodes of which one may move; 1 where none is."""
-    sines = np.ones(quads.shape[0])
+    sines = np.ones(len(quads))
+    _quad_sines(y, quads, metrics, fixed, sines)
+    return sines
+
+
+@compiled(cache=True, nogil=True, error_model="numpy")
+def _quad_sines(y, quads, metrics, fixed, sines):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Lower `sines` (q,) to what :func:`_sines` says."""
     for q in range(quads.shape[0]):
         m00, m01, m10, m11 = metrics[q, 0, 0], metrics[q, 0, 1], metrics[q, 1, 0], metrics[q, 1, 1]
         for c in range(4):
@@ -230,10 +236,9 @@ def _quad_sines(y, quads, metrics, fixed):  # type: ignore[no-untyped-def]  # pr
             squares = (a0 * a0 + a1 * a1) * (b0 * b0 + b1 * b1)
             sine = (a0 * b1 - a1 * b0) / np.sqrt(squares) if squares > 0.0 else -1.0
             sines[q] = min(sines[q], sine)
-    return sines
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(cache=True, nogil=True, error_model="numpy")
 def _corner_energies(y, quads, ideal, metrics, eps, area_weight, angles, squarings, gradient):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Sum of the ``2**squarings``-th powers of all corner energies; adds its gradient to `gradient`.
 

@@ -15,9 +15,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 from ..quality.threads import n_threads
 
 _BLOCK = 128
@@ -71,7 +71,7 @@ def share_layers(work: Callable[[slice], None], n_layers: int, n_nodes: int) -> 
 
 
 # Contraction lets a multiplication and an addition be one instruction; it changes no order of summation.
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+@compiled(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
 def _place(packed, coefficients, ring_nodes, rings, out):  # type: ignore[no-untyped-def]  # pragma: no cover
     n = out.shape[1]
     sums = np.empty(3 * _BLOCK)
@@ -111,7 +111,7 @@ def _place(packed, coefficients, ring_nodes, rings, out):  # type: ignore[no-unt
 
 
 # Sums may be taken in any order here: they are of like sizes, and nothing is promised bit for bit.
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@compiled(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def loop_sums(rings, bounds, projector, centers, grams, turns, products):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """For loop j, rows ``bounds[j]:bounds[j + 1]`` of rings (K, m, n), with x the nodes about their mean.
 
@@ -147,7 +147,7 @@ def loop_sums(rings, bounds, projector, centers, grams, turns, products):  # typ
                     products[k, p, c] += total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@compiled(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def gram_matrices(rings, centers, grams):  # type: ignore[no-untyped-def]  # pragma: no cover
     """``(ring - center)^T (ring - center)`` of rings (K, m, n) about centers (K, n), into grams (K, n, n)."""
     n = rings.shape[2]
@@ -161,7 +161,7 @@ def gram_matrices(rings, centers, grams):  # type: ignore[no-untyped-def]  # pra
                 grams[k, c, d] = grams[k, d, c] = total
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+@compiled(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def turned_products(rings, centers, first, stop, turns, turned, crossed):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """For first <= k < stop, Z the ring before k, centred and turned by turns[k]: ``Z^T Z``, ``Z^T (ring - c)``."""
     m, n = rings.shape[1], rings.shape[2]

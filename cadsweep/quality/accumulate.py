@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 from . import kernels
 from .bernstein import positive_inside
 from .kernels import ZERO
@@ -38,7 +38,7 @@ _MAPS = {"scaled_jacobian": 0, "aspect": 1, "skew": 2, "taper": 3, "condition": 
 _KINDS = np.array([_MAPS.get(name, -1) for name in kernels.METRICS[:7]])
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@compiled(cache=True, error_model="numpy", nogil=True)
 def _count(rows, kinds, counts, stats):  # type: ignore[no-untyped-def]
     """Add `rows` to histograms `counts` and to `stats`: least, largest, sum, number of finite values."""
     n_bins = counts.shape[1]

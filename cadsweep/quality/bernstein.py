@@ -19,9 +19,9 @@ Johnen, Remacle, Geuzaine, "Geometrical validity of curvilinear finite elements"
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 from .kernels import ZERO
 
 MAX_BOXES = 20_000
@@ -94,10 +94,10 @@ def _with_inner_nodes(nodes: FloatArray) -> FloatArray:
     return np.concatenate([nodes, np.stack(inner, axis=1)], axis=1)
 
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 
-@_njit
+@_compiled
 def _binomials(degree):  # type: ignore[no-untyped-def]
     row = np.ones(degree + 1)
     for i in range(1, degree + 1):
@@ -105,7 +105,7 @@ def _binomials(degree):  # type: ignore[no-untyped-def]
     return row
 
 
-@_njit
+@_compiled
 def _column(controls, h, axis, order, column):  # type: ignore[no-untyped-def]
     """Fill `column` with the derivative along an axis (0: i, 1: j, 2: k), its coefficients times their binomials.
 
@@ -127,7 +127,7 @@ def _column(controls, h, axis, order, column):  # type: ignore[no-untyped-def]
     return np.sqrt(longest)
 
 
-@_njit
+@_compiled
 def _add_products(u, v, order, normal):  # type: ignore[no-untyped-def]
     """Fill `normal` with the coefficients of u x v, times their binomials."""
     for k in range(2 * order + 1):
@@ -143,7 +143,7 @@ def _add_products(u, v, order, normal):  # type: ignore[no-untyped-def]
                 normal[k + kk, j + jj, i + ii, c] += u[k, j, i, d] * v[kk, jj, ii, e] - u[k, j, i, e] * v[kk, jj, ii, d]
 
 
-@_njit
+@_compiled
 def _jacobian(controls, h, order, jacobian):  # type: ignore[no-untyped-def]
     """Fill `jacobian` with its Bernstein coefficients, index (k n + j) n + i, n = 3 order; return its scale."""
     most = order + 1
@@ -168,7 +168,7 @@ def _jacobian(controls, h, order, jacobian):  # type: ignore[no-untyped-def]
     return scale
 
 
-@_njit
+@_compiled
 def _halve(stack, at, n, axis):  # type: ignore[no-untyped-def]
     """Cut box `at` of the stack in two by de Casteljau's rule: the halves replace it and follow it."""
     stride = n ** (2 - axis)
@@ -186,7 +186,7 @@ def _halve(stack, at, n, axis):  # type: ignore[no-untyped-def]
                     line[i] = 0.5 * (line[i] + line[i + 1])
 
 
-@_njit
+@_compiled
 def _is_positive(jacobian, n, least, max_boxes, max_depth):  # type: ignore[no-untyped-def]
     """Whether a polynomial with coefficients (n * n * n,) is proven to exceed `least` on the whole box."""
     size = n * n * n
@@ -219,7 +219,7 @@ def _is_positive(jacobian, n, least, max_boxes, max_depth):  # type: ignore[no-u
     return False
 
 
-@_njit
+@_compiled
 def _decide(controls, order, max_boxes, max_depth, positive, volumes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     n = 3 * order
     jacobian = np.empty(n * n * n)

@@ -13,10 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..cells import HEX_FACES
+from ..compiled import compiled
 from . import surface_kernels
 
 _FACES = HEX_FACES.copy()
@@ -41,7 +41,7 @@ class FaceUse:
     clashing: IntArray
 
 
-@njit(cache=True, nogil=True)
+@compiled(cache=True, nogil=True)
 def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917
     """Chain the faces by their least node; return how many chains' entries, crowded and clashing there are."""
     head = np.full(n_nodes, -1, dtype=follower.dtype)
@@ -124,7 +124,7 @@ def face_nodes(hexes: IntArray, faces: IntArray) -> IntArray:
     return hexes[(faces // 6)[:, None], HEX_FACES[faces % 6]]
 
 
-@njit(cache=True, nogil=True)
+@compiled(cache=True, nogil=True)
 def _scan_hexes(hexes, n_nodes, used):  # type: ignore[no-untyped-def]
     """Mark used nodes; count hexes with indices out of range, and with repeated nodes; the first of each."""
     outside, repeated, first_outside, first_repeated = 0, 0, -1, -1
@@ -159,7 +159,7 @@ def scan_hexes(hexes: IntArray, n_nodes: int) -> tuple[tuple[int, int, int, int]
     return _scan_hexes(hexes, n_nodes, used), used
 
 
-@njit(cache=True, nogil=True)
+@compiled(cache=True, nogil=True)
 def _hash_rows(rows, keys):  # type: ignore[no-untyped-def]
     """A key of each row that does not depend on the order of its entries."""
     for r in range(rows.shape[0]):

@@ -13,11 +13,11 @@ from __future__ import annotations
 from itertools import combinations, product
 
 import numpy as np
-from numba import njit
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 MOST_HALVINGS = 6
 """Cuts in four: pieces are then a 64th of the quad long, and lie 1/4096 of its warp off it."""
@@ -67,7 +67,7 @@ def crossing_pairs(
     return pairs[rows[:n]], places[:n].copy()
 
 
-@_njit
+@_compiled
 def _find_crossing(corners, pairs, tolerance, close, most, rows, places):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill rows (p,) and places (p, 3) of the pairs that cross, and return how many these are."""
     # Depth first, at most 15 pieces wait at each depth beside the one that is asked.
@@ -86,7 +86,7 @@ def _find_crossing(corners, pairs, tolerance, close, most, rows, places):  # typ
     return count
 
 
-@_njit
+@_compiled
 def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Whether pieces of two quads cannot be told apart; `place` (3,) is then where."""
     in_doubt = np.zeros(MOST_HALVINGS + 1, dtype=np.int64)
@@ -115,7 +115,7 @@ def _cross(one, other, tolerance, depths, waiting, place):  # type: ignore[no-un
     return False
 
 
-@_njit
+@_compiled
 def _put(one, other, waiting, row):  # type: ignore[no-untyped-def]
     """Set a row of waiting (w, 2, 4, 3); spelled out, since numba takes seconds to compile such an assignment."""
     for i in range(4):
@@ -124,7 +124,7 @@ def _put(one, other, waiting, row):  # type: ignore[no-untyped-def]
             waiting[row, 1, i, x] = other[i, x]
 
 
-@_njit
+@_compiled
 def _cut_in_four(quad, pieces):  # type: ignore[no-untyped-def]
     """Fill pieces (4, 4, 3) of a bilinear quad (4, 3), cut in the middle of its parameters."""
     for x in range(3):
@@ -136,7 +136,7 @@ def _cut_in_four(quad, pieces):  # type: ignore[no-untyped-def]
             pieces[i, 3, x] = 0.5 * (quad[i, x] + quad[(i + 3) % 4, x])
 
 
-@_njit
+@_compiled
 def _back_to_back(one, other, close):  # type: ignore[no-untyped-def]
     """Whether quads have the same corners the other way round, as the two sides of a contact do."""
     for shift in range(4):
@@ -151,7 +151,7 @@ def _back_to_back(one, other, close):  # type: ignore[no-untyped-def]
     return False
 
 
-@_njit
+@_compiled
 def hulls_apart(one, other, tolerance):  # type: ignore[no-untyped-def]
     """Whether the hulls of corners (4, 3) and (4, 3) overlap by the tolerance at most.
 
@@ -179,7 +179,7 @@ def hulls_apart(one, other, tolerance):  # type: ignore[no-untyped-def]
     return False
 
 
-@_njit
+@_compiled
 def _parted(one, other, m, tolerance):  # type: ignore[no-untyped-def]
     """Whether the shadows of two quads on an axis overlap by the tolerance at most; no axis parts nothing."""
     square = m[0] * m[0] + m[1] * m[1] + m[2] * m[2]

@@ -8,15 +8,16 @@ and 2 i + 1.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+from ..compiled import compiled
+
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 LEAF = 4
 """Quads of a leaf."""
 
 
-@_njit
+@_compiled
 def _overlap(one, i, other, j):  # type: ignore[no-untyped-def]
     return (
         one[i, 0] <= other[j, 3]
@@ -28,7 +29,7 @@ def _overlap(one, i, other, j):  # type: ignore[no-untyped-def]
     )
 
 
-@_njit
+@_compiled
 def add_normals(points, quads, normals):  # type: ignore[no-untyped-def]
     """Add to normals (n, 3), which holds zeros, the area vectors of all quads (q, 4 or more) at a node (twice each)."""
     for q in range(quads.shape[0]):
@@ -43,7 +44,7 @@ def add_normals(points, quads, normals):  # type: ignore[no-untyped-def]
             normals[node, 2] += n2
 
 
-@_njit
+@_compiled
 def fill_places(corners, scale, code):  # type: ignore[no-untyped-def]
     """Fill code (q,): the bits of the sums of four corners (q, 4, 3), times scale (3,), one axis after the other."""
     for q in range(corners.shape[0]):
@@ -61,7 +62,7 @@ def fill_places(corners, scale, code):  # type: ignore[no-untyped-def]
         code[q] = place
 
 
-@_njit
+@_compiled
 def fill_boxes(corners, own, boxes):  # type: ignore[no-untyped-def]
     """Fill own (q, 6), limits of every quad (q, 4, 3), and boxes (2 n, 6) of the tree's nodes."""
     n = boxes.shape[0] // 2
@@ -81,7 +82,7 @@ def fill_boxes(corners, own, boxes):  # type: ignore[no-untyped-def]
             boxes[i, 3 + x] = max(boxes[2 * i, 3 + x], boxes[2 * i + 1, 3 + x])
 
 
-@_njit
+@_compiled
 def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Find the quads in leaves `first` to `last`, and quads after them, that are near and not plainly side by side.
 
@@ -125,7 +126,7 @@ def find_pairs(corners, boxes, leaf_boxes, first, last, tolerance, found):  # ty
     return count
 
 
-@_njit
+@_compiled
 def _side_by_side(corners, a, b, tolerance):  # type: ignore[no-untyped-def]
     """Whether a plane across the way between their centres parts two quads: true of nearly all neighbours."""
     m0, m1, m2 = 0.0, 0.0, 0.0
@@ -157,7 +158,7 @@ def _side_by_side(corners, a, b, tolerance):  # type: ignore[no-untyped-def]
     return largest - low <= tolerance * np.sqrt(square) and square > 0.0
 
 
-@_njit
+@_compiled
 def label_pieces(quads, parent):  # type: ignore[no-untyped-def]
     """Fill parent (n_nodes,): a node that stands for all that hang together with each, over quads that share nodes."""
     for i in range(parent.shape[0]):

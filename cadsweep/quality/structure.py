@@ -7,10 +7,10 @@ mesh has a structure; streamed meshes have nothing else.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from ..arrays import IntArray, distinct
 from ..cells import SweptStructure, side_quads
+from ..compiled import compiled
 from .conformity import duplicate_rows, scan_hexes
 
 
@@ -67,7 +67,7 @@ def structure_problems(structure: SweptStructure, n_nodes: int) -> list[str]:
     return problems
 
 
-@njit(cache=True, nogil=True)
+@compiled(cache=True, nogil=True)
 def _follows_structure(hexes, quads, n_nodes, n_layers, periodic):  # type: ignore[no-untyped-def]
     q = quads.shape[0]
     for h in range(hexes.shape[0]):

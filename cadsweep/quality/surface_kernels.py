@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+from ..compiled import compiled
+
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 HARDLY_TURNS = 0.999
 """Flat over true area of a quad from which three Gauss points a direction give nine digits of it."""
@@ -26,7 +27,7 @@ _FEW, _FEW_WEIGHTS = _gauss(3)
 _MANY, _MANY_WEIGHTS = _gauss(20)
 
 
-@_njit
+@_compiled
 def pair_edges(quads, n_nodes, mates):  # type: ignore[no-untyped-def]
     """Fill mates (4 q,): the opposite half-edge; -1 where there is none, -2 where the edge is used wrongly.
 
@@ -63,7 +64,7 @@ def pair_edges(quads, n_nodes, mates):  # type: ignore[no-untyped-def]
     return n_edges
 
 
-@_njit
+@_compiled
 def count_sheets(quads, n_nodes, mates, sheets):  # type: ignore[no-untyped-def]
     """Fill sheets (n_nodes,): into how many fans of neighbouring quads the quads at each node fall."""
     sheets[:] = 0
@@ -88,7 +89,7 @@ def count_sheets(quads, n_nodes, mates, sheets):  # type: ignore[no-untyped-def]
                     break
 
 
-@_njit
+@_compiled
 def measure_areas(points, quads, areas):  # type: ignore[no-untyped-def]
     """Fill areas (q,) of bilinear quads by Gauss points: few where a quad hardly turns, many where it is wrung."""
     u = np.empty((2, 3))
@@ -106,7 +107,7 @@ def measure_areas(points, quads, areas):  # type: ignore[no-untyped-def]
         areas[q] = few if flat > HARDLY_TURNS * few else _area(u, v, _MANY, _MANY_WEIGHTS)
 
 
-@_njit
+@_compiled
 def _area(u, v, places, weights):  # type: ignore[no-untyped-def]
     total = 0.0
     for i in range(len(places)):
@@ -124,7 +125,7 @@ def _area(u, v, places, weights):  # type: ignore[no-untyped-def]
     return total
 
 
-@_njit
+@_compiled
 def _flat_area_squared(u, v):  # type: ignore[no-untyped-def]
     u0, u1, u2 = u[0, 0] + u[1, 0], u[0, 1] + u[1, 1], u[0, 2] + u[1, 2]
     v0, v1, v2 = v[0, 0] + v[1, 0], v[0, 1] + v[1, 1], v[0, 2] + v[1, 2]
@@ -132,7 +133,7 @@ def _flat_area_squared(u, v):  # type: ignore[no-untyped-def]
     return (x0 * x0 + x1 * x1 + x2 * x2) / 16.0
 
 
-@_njit
+@_compiled
 def facet_slack(points, quads, mates, largest_turn):  # type: ignore[no-untyped-def]
     """How much volume and area the curvature of quads can hide, from the angles between neighbours."""
     volume, area = 0.0, 0.0

@@ -21,11 +21,11 @@ ACM Trans. Graph. 40 (2021).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ..compiled import compiled
 from ..quality import HEX_CORNERS
 
-_njit = njit(cache=True, error_model="numpy", nogil=True)
+_compiled = compiled(cache=True, error_model="numpy", nogil=True)
 
 CORNERS = np.array(HEX_CORNERS)
 
@@ -33,7 +33,7 @@ DIRECTIONS = np.array([[0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2], [1, 0, 2], [0
 """Direction (xi, eta, zeta) of each of those edges."""
 
 
-@_njit
+@_compiled
 def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, power, shape_weight):  # type: ignore[no-untyped-def]  # noqa: PLR0915, PLR0917
     """Sum the energy over the corners of hexes (m, 8) that have a free node, add its gradient to `gradient` (n, 3).
 

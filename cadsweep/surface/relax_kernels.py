@@ -7,12 +7,13 @@ numbers; on a gear these two were a tenth of all.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from ..compiled import compiled
+
+kernel = compiled(cache=True, nogil=True, error_model="numpy")
 
 
-@njit(nogil=True, error_model="numpy", inline="always")
+@compiled(nogil=True, error_model="numpy", inline="always")
 def _sine(back, step, normal):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Sine from one unit vector to another, seen along a normal."""
     return (
@@ -22,7 +23,7 @@ def _sine(back, step, normal):  # type: ignore[no-untyped-def]  # pragma: no cov
     )
 
 
-@njit(nogil=True, error_model="numpy", inline="always")
+@compiled(nogil=True, error_model="numpy", inline="always")
 def _unit_steps(corners, steps):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Unit vectors ``steps`` (4, 3) from each of four corners (4, 3) to the next."""
     for i in range(4):
@@ -36,7 +37,7 @@ def _unit_steps(corners, steps):  # type: ignore[no-untyped-def]  # pragma: no c
             steps[i, d] /= length
 
 
-@njit(nogil=True, error_model="numpy", inline="always")
+@compiled(nogil=True, error_model="numpy", inline="always")
 def _unit_step(start, end, step):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Unit vector ``step`` (3,) from one point to another."""
     squared = 0.0

@@ -11,11 +11,12 @@ Method: the Cox-de Boor recurrence and its derivatives (Piegl and Tiller, "The N
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
-part = njit(nogil=True, error_model="numpy", inline="always")
-callee = njit(nogil=True, error_model="numpy")
+from ...compiled import compiled
+
+kernel = compiled(cache=True, nogil=True, error_model="numpy")
+part = compiled(nogil=True, error_model="numpy", inline="always")
+callee = compiled(nogil=True, error_model="numpy")
 
 
 @part
