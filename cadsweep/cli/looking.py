@@ -11,7 +11,7 @@ import click
 from ..errors import CadSweepError
 from .failure import describe_failure
 from .mesh_options import FAMILY, ONLY, PART, SKIP, SUPPRESS, TOUCH, checked_options, sweep_options
-from .show import print_info
+from .show import announce, print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 
@@ -177,7 +177,9 @@ def view(
 @sweep_options
 @FAMILY
 @limits
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object: the figures of the mesh, and the page.")
 @QUIET
+@VERBOSE
 def report(
     *,
     input_file: str,
@@ -185,7 +187,9 @@ def report(
     family: int | None,
     timeout: float,
     max_memory: float | None,
+    as_json: bool,
     quiet: bool,
+    verbose: bool,
     **given: Any,
 ) -> None:
     """Mesh a part and write one interactive page: the mesh, the sweep, its quality, the time it took."""
@@ -193,7 +197,7 @@ def report(
     if Path(output).suffix.lower() not in (".html", ".htm"):
         raise click.UsageError(f"the page is an .html file, not '{output}'")
     options["max_memory"] = max_memory
-    run(
+    summary = run(
         "report_file",
         input_file,
         output,
@@ -205,6 +209,7 @@ def report(
         max_memory=max_memory,
         quiet=quiet,
     )
+    announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
 
 
 def _command_line() -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import click
 from ..errors import InputError
 from .mesh_options import FAMILY, checked_options, sweep_options
 from .parallel import is_rank, mesh_over_ranks
-from .show import mesh_lines
+from .show import announce
 from .worker import QUIET, VERBOSE, limits, run
 from .writing import take_writing_options, writing_options
 
@@ -65,7 +64,7 @@ def mesh(
         summary = mesh_over_ranks(input_file, output, options)
         if summary is None:
             return
-        _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
+        announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
         return
     summary = run(
         "mesh_file",
@@ -80,14 +79,7 @@ def mesh(
         max_memory=max_memory,
         quiet=quiet,
     )
-    _announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
-
-
-def _announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
-    if as_json:
-        click.echo(json.dumps({**{k: v for k, v in summary.items() if k != "convergence_lines"}, "file": output}))
-    elif not quiet:
-        click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))
+    announce(summary, output, as_json=as_json, quiet=quiet, verbose=verbose)
 
 
 @click.command(short_help="Make a mesh from its factors.")
@@ -120,7 +112,7 @@ def expand(
         max_memory=max_memory,
         quiet=quiet,
     )
-    _announce(summary, output, as_json=as_json, quiet=quiet)
+    announce(summary, output, as_json=as_json, quiet=quiet)
 
 
 def check_suffix(output: str) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Iterable
 from itertools import count
 from typing import Any
+
+import click
 
 from .failure import in_command_words
 
@@ -243,3 +246,11 @@ def _table(title: str, columns: tuple[str, ...], rows: Iterable[tuple[Any, ...]]
     for row in rows:
         table.add_row(*(Text(str(cell)) for cell in row))
     return table
+
+
+def announce(summary: dict[str, Any], output: str, *, as_json: bool, quiet: bool, verbose: bool = False) -> None:
+    """Print what was made, for people or for programs."""
+    if as_json:
+        click.echo(json.dumps({**{k: v for k, v in summary.items() if k != "convergence_lines"}, "file": output}))
+    elif not quiet:
+        click.echo("\n".join(mesh_lines(summary, output, verbose=verbose)))

@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from ..brep import Part
 from ..errors import CadSweepError, NotSweepableError
 from ..mesh import HexMesh
 from ..progress import Progress
+
+if TYPE_CHECKING:
+    from ..pipeline.family import Family
 
 
 def mesh_file(
@@ -80,8 +83,6 @@ def family_path(output: str, level: int) -> str:
 def _write_family(
     mesh: HexMesh, output: str | None, n_meshes: int, writing: dict[str, Any], on_progress: Progress
 ) -> dict[str, Any]:
-    from dataclasses import asdict
-
     from ..io import write
     from ..pipeline import make_family
 
@@ -95,8 +96,14 @@ def _write_family(
         figures = summarise(one)
         keys = ("n_nodes", "n_hexes", "min_scaled_jacobian", "mean_scaled_jacobian", "volume")
         rows.append({"file": output and family_path(output, level), **{key: figures[key] for key in keys}})
-    found = {name: asdict(one) for name, one in made.convergence.items()}
-    return plain({"family": rows, "convergence": found, "convergence_lines": str(made).splitlines()})
+    return {"family": plain(rows), **_convergence(made)}
+
+
+def _convergence(family: Family) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    found = {name: asdict(one) for name, one in family.convergence.items()}
+    return plain({"convergence": found, "convergence_lines": str(family).splitlines()})
 
 
 def expand_file(
@@ -303,8 +310,8 @@ def view_file(path: str, *, screenshot: str | None, options: dict[str, Any], on_
 
 def report_file(
     source: str, output: str, *, options: dict[str, Any], command: str, family: int | None = None, on_progress: Progress
-) -> None:
-    """Mesh a part and write the page about it, and about `family` nested meshes."""
+) -> dict[str, Any]:
+    """Mesh a part, write the page about it, and about `family` nested meshes, and return the figures of the mesh."""
     from ..io.atomic import check_place
     from ..pipeline import make_family, sweep_mesh
     from ..report import write_report
@@ -316,13 +323,14 @@ def report_file(
     except CadSweepError as refusal:
         _write_refusal(refusal, source, output, options, command)
         raise
-    nested = None
+    nested, told = None, {}
     if family:
         on_progress("refine", None)
         made = make_family(mesh, family)
-        nested = (made.meshes, made.convergence)
+        nested, told = (made.meshes, made.convergence), _convergence(made)
     on_progress("report", None)
     write_report(mesh, output, command=command, family=nested)
+    return {**summarise(mesh), **told}
 
 
 def _write_refusal(refusal: CadSweepError, source: str, output: str, options: dict[str, Any], command: str) -> None:

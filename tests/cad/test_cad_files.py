@@ -61,14 +61,25 @@ def test_a_name_that_is_no_utf_8(suffix, tmp_path, box_step):
     assert load(path).solids[0].volume == pytest.approx(6.0)
 
 
-@pytest.mark.parametrize(("unit", "length"), [("INCH", 25.4), ("M", 1000.0), ("MM", 1.0)])
+MILLIMETRE = "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );"
+INCH = f"""( CONVERSION_BASED_UNIT('INCH',#9001) LENGTH_UNIT() NAMED_UNIT(#9003) );
+#9001 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#9002);
+#9002 = {MILLIMETRE}
+#9003 = DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "length"),
+    [(INCH, 25.4), (MILLIMETRE.replace(".MILLI.", "$"), 1000.0), (MILLIMETRE, 1.0)],
+    ids=["inch", "metre", "millimetre"],
+)
 def test_lengths_are_millimetres_whatever_the_file_says(unit, length, tmp_path, box_step):
-    # CadQuery converts when it writes: 1 x 2 x 3 mm in inches are the same box.
     path = tmp_path / "box.step"
-    cq.exporters.export(cq.Workplane().box(length, length, length), str(path), unit="MM", outputUnit=unit)
+    assert MILLIMETRE in box_step
+    path.write_text(box_step.replace(MILLIMETRE, unit))
     part = load(path)
-    assert model_volume(part) == pytest.approx(length**3, rel=1e-9)
-    assert any("millimetres" in note for note in part.notes) == (unit != "MM")
+    assert model_volume(part) == pytest.approx(6.0 * length**3, rel=1e-9)
+    assert any("millimetres" in note for note in part.notes) == (unit != MILLIMETRE)
 
 
 @pytest.mark.parametrize(("prefix", "millimetres"), [("NANO", 1e-6), ("MICRO", 1e-3), ("KILO", 1e6), ("GIGA", 1e12)])

@@ -51,7 +51,7 @@ def stretched(curve, first, last):
     for j in range(1, spline.NbKnots() + 1):
         knots.SetValue(j, 10.0 + 3.0 * (spline.Knot(j) - spline.Knot(1)))
     spline.SetKnots(knots)
-    return spline, 10.0, knots.Value(spline.NbKnots())
+    return spline, 10.0, spline.Knot(spline.NbKnots())
 
 
 ZOO = cad_zoo.zoo()

@@ -123,9 +123,9 @@ def test_info_shows_faces_sweeps_and_reasons(work, command):
 
 
 def test_the_report_of_a_refused_part_is_a_page_about_it(work, command):
-    done = command("report", "crossing.py", "-o", "crossing.html", "--no-decompose", cwd=work)
+    done = command("report", "crossing.py", "-o", "crossing.html", "--no-decompose", "--json", cwd=work)
     assert done.returncode == 1
-    assert "crossing.html shows the faces in question" in done.stderr
+    assert "crossing.html shows the faces in question" in json.loads(done.stdout)["error"]["message"]
     assert "Faces in question" in (work / "crossing.html").read_text(encoding="utf-8")
 
 
@@ -215,8 +215,11 @@ def test_a_picture_and_a_page(work, command):
     done = command("view", "part.vtu", "--screenshot", "part.png", cwd=work)
     assert done.returncode == 0, done.stderr
     assert (work / "part.png").read_bytes().startswith(b"\x89PNG")
-    done = command("report", "part.py", "-o", "part.html", "--size", "0.4", cwd=work)
+    done = command("report", "part.py", "-o", "part.html", "--size", "0.4", "--json", cwd=work)
     assert done.returncode == 0, done.stderr
+    said = json.loads(done.stdout)
+    assert said["valid"]
+    assert said["file"] == "part.html"
     page = (work / "part.html").read_text(encoding="utf-8")
     assert "cadsweep report part.py -o part.html" in page
 
