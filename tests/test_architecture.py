@@ -101,12 +101,14 @@ def test_stages_import_the_foundation_and_nothing_sideways(path: Path):
 
 
 @pytest.mark.parametrize("path", MODULES, ids=str)
-def test_opencascade_stays_in_cad_and_gmsh_in_its_session(path: Path):
+def test_opencascade_stays_in_cad_gmsh_in_its_session_and_numba_in_compiled(path: Path):
     roots = {name.split(".")[0] for name, _ in imported(path)}
     if stage_of(path) not in {"cad", "cadquery"}:
         assert not roots & {"OCP", "cadquery"}, f"{path} touches OpenCASCADE outside cad/"
     if path.name != "gmsh_session.py":
         assert "gmsh" not in roots, f"{path} opens gmsh outside gmsh_session.py"
+    if stage_of(path) != "compiled":
+        assert "numba" not in roots, f"{path} imports numba, which simple parts do without: see cadsweep.compiled"
 
 
 CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "record", "quality", "errors"}

@@ -11,7 +11,7 @@ takes Python's objects; it is never called here, and gets an address that ends t
 else is not kept, nor code with arguments other than numbers and arrays of them in the order of C.
 
 A file is for one processor, one version of numba and one state of the source file, as numba's own are: other files are
-not looked at. Without a folder to write to, nothing is kept.
+not looked at, nor those that are not whole. Without a folder to write to, nothing is kept.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ import json
 import logging
 import os
 import sys
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from importlib.util import find_spec
@@ -112,14 +111,8 @@ def load(function: FunctionType, kinds: Kind) -> Callable[..., Any] | None:
     """
     if not _is_plain(kinds):
         return None
-    name = _file_name(function, kinds)
-    for folder in _folders(function):
-        try:
-            head, _, code = (folder / name).read_bytes().partition(b"\n")
-        except OSError:
-            continue
-        return _Native(json.loads(head), code, kinds)
-    return None
+    found = _read(function, _file_name(function, kinds))
+    return None if found is None else _Native(*found, kinds)
 
 
 def keep(function: FunctionType, kinds: Kind, dispatcher: Any) -> None:
@@ -127,22 +120,35 @@ def keep(function: FunctionType, kinds: Kind, dispatcher: Any) -> None:
     if not _is_plain(kinds):
         return
     name = _file_name(function, kinds)
-    if any((folder / name).exists() for folder in _folders(function)):
-        return
-    found = _compiled(dispatcher, kinds)
+    found = None if _read(function, name) else _compiled(dispatcher, kinds)
     if found is None:
         return
-    head, code = found
+    rest = json.dumps(found[0]).encode() + b"\n" + found[1]
     for folder in _folders(function):
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.NamedTemporaryFile(dir=folder, prefix=".kernel", delete=False) as file:
-                file.write(json.dumps(head).encode() + b"\n" + code)
-            os.replace(file.name, folder / name)
+            (folder / name).write_bytes(_digest(rest) + b"\n" + rest)  # half of it, or of two, is no whole file
         except OSError as error:
             log.debug("compiled code is not kept in %s: %s", folder, error)
             continue
         return
+
+
+def _read(function: FunctionType, name: str) -> tuple[dict[str, Any], bytes] | None:
+    """How a function is called, and its code, from the first file that is whole."""
+    for folder in _folders(function):
+        try:
+            digest, _, rest = (folder / name).read_bytes().partition(b"\n")
+        except OSError:
+            continue
+        if digest == _digest(rest):
+            head, _, code = rest.partition(b"\n")
+            return json.loads(head), code
+    return None
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.blake2b(content, digest_size=12).hexdigest().encode()
 
 
 def _compiled(dispatcher: Any, kinds: Kind) -> tuple[dict[str, Any], bytes] | None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..contacts import separate_contacts
 from . import conformity
 from .boundary import place
@@ -194,7 +194,7 @@ def check_skin(skin: Skin, cad: CadReference | Mapping[str, CadReference] | None
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
         # With its own points alone: hundreds of parts would each go through those of all.
-        nodes = np.unique(np.concatenate([own.quads.ravel(), *(named.ravel() for named in own.named.values())]))
+        nodes = distinct(np.concatenate([own.quads.ravel(), *(named.ravel() for named in own.named.values())]))
         place_of[nodes] = np.arange(len(nodes))
         alone = check_surface(
             points[nodes],

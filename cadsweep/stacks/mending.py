@@ -124,7 +124,8 @@ class _Quads:
     def _look_around(self, node: int) -> bool:
         """Move a node to the best of the places around it, where that gains enough."""
         ids = np.array(sorted(self.around[node]))
-        move, gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS)
+        move = np.empty(2)
+        gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, move)
         if not gain > 0.25 * _LEAST_GAIN:
             return False
         self.places[:, node] += move

@@ -7,9 +7,10 @@ on calls.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from ..compiled import compiled
+
+kernel = compiled(cache=True, nogil=True, error_model="numpy")
 
 
 @kernel
@@ -44,8 +45,8 @@ def worst_sines(places, quads, there, ids, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def look_around(places, quads, there, ids, node, offsets):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
-    """The move (2,) of a node after which the worst corner of its quads `ids` is best, and what that gains.
+def look_around(places, quads, there, ids, node, offsets, move):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
+    """The ``move`` (2,) of a node after which the worst corner of its quads `ids` is best; returns what that gains.
 
     `offsets` (k, 2) count in lengths of the shortest edge at the node on any level. All places are left as they are.
     """
@@ -59,11 +60,14 @@ def look_around(places, quads, there, ids, node, offsets):  # type: ignore[no-un
                         x, y = places[k, other, 0] - places[k, node, 0], places[k, other, 1] - places[k, node, 1]
                         least = min(least, x * x + y * y)
     reach = np.sqrt(least)
-    own = places[:, node].copy()
+    own = np.empty((n_levels, 2))
+    for k in range(n_levels):
+        own[k, 0], own[k, 1] = places[k, node, 0], places[k, node, 1]
     before = np.inf
     for q in ids:
         before = min(before, _worst_sine(places, quads, there, q, -np.inf))
-    best, move = before, np.zeros(2)
+    best = before
+    move[0], move[1] = 0.0, 0.0
     for j in range(len(offsets)):
         x, y = reach * offsets[j, 0], reach * offsets[j, 1]
         for k in range(n_levels):
@@ -76,5 +80,6 @@ def look_around(places, quads, there, ids, node, offsets):  # type: ignore[no-un
         if worst > best:
             best = worst
             move[0], move[1] = x, y
-    places[:, node] = own
-    return move, best - before
+    for k in range(n_levels):
+        places[k, node, 0], places[k, node, 1] = own[k, 0], own[k, 1]
+    return best - before

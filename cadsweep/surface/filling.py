@@ -22,7 +22,8 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
 from .annulus import THIN, fill_wall, wall_thickness
-from .chart import Chart
+from .background import count_interpolated, segment_lengths
+from .chart import Chart, signed_area
 from .disc_lattice import fill_disc
 from .fan import fan_of
 from .gmsh_quads import Setting, mesh_polygon, settings_for
@@ -174,7 +175,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
-            if setting.size_factor < 1 and best is not None and best.expected >= least:
+            if setting.size_factor < 1 and best is not None and (best.expected >= least or _too_fine(chart, setting)):
                 break  # many more quads are no way to make fair ones good, nor to mend one place of a large face
             try:
                 inner, quads = mesh_polygon(chart.boundary, setting, outline.opposite_of(boundary), background)
@@ -195,6 +196,13 @@ def mesh_freely(outline: Outline) -> FaceQuads:
         )
         raise SurfaceMeshError(f"{face.label()} could not be meshed with quads alone: {why}", edges=face.edges)
     return best
+
+
+def _too_fine(chart: Chart, setting: Setting) -> bool:
+    """Whether a setting makes many times the quads that the outline asks for: most of its segments are very short."""
+    size = setting.size_factor * float(np.median(segment_lengths(chart.boundary)))
+    area = sum(signed_area(loop) for loop in chart.boundary)
+    return area > _MOST_FINER * size**2 * count_interpolated(chart.boundary)
 
 
 def mesh_with_mirrors(outline: Outline) -> FaceQuads:
@@ -221,6 +229,8 @@ _FAIR = GOOD_ENOUGH / 2
 """Worst corner sine from which on no chart is tried but the first, nor quads much smaller than the outline's."""
 _MANY = 400
 """Nodes of an outline from which on quads much smaller than it take seconds, where one narrow place is poor."""
+_MOST_FINER = 20.0
+"""Quads, as a multiple of those that the outline asks for, beyond which smaller ones are not tried; 6 are usual."""
 _SYMMETRIC = 0.6
 """Worst corner sine from which on symmetric quads are as good as those that a mesher makes of the whole."""
 _LOST = 0.02

@@ -10,9 +10,10 @@ Method: that of :mod:`.relax`, with the same numbers.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
+from ..compiled import compiled
+
+kernel = compiled(cache=True, nogil=True, error_model="numpy")
 
 
 @kernel
@@ -32,39 +33,44 @@ def quad_sine(x, quads, q):  # type: ignore[no-untyped-def]  # pragma: no cover
 
 
 @kernel
-def _uses(quads, n):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Quads of every node: where those of each begin (n + 1,), and which they are."""
-    starts = np.zeros(n + 1, np.int64)
+def _find_uses(quads, starts, around):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Quads of every node: where those of each begin, ``starts`` (n + 1,), and which they are, ``around``."""
+    n = len(starts) - 1
+    for node in range(n + 1):
+        starts[node] = 0
     for q in range(len(quads)):
         for i in range(4):
             starts[quads[q, i] + 1] += 1
     for node in range(n):
         starts[node + 1] += starts[node]
-    at, around = starts[:-1].copy(), np.empty(quads.size, np.int64)
-    for q in range(len(quads)):
+    for q in range(len(quads)):  # `starts` runs ahead while quads are noted, and is put back
         for i in range(4):
-            around[at[quads[q, i]]] = q
-            at[quads[q, i]] += 1
-    return starts, around
+            around[starts[quads[q, i]]] = q
+            starts[quads[q, i]] += 1
+    for node in range(n, 0, -1):
+        starts[node] = starts[node - 1]
+    starts[0] = 0
 
 
 @kernel
 def _smooth(x, quads, sines, starts, around, n_fixed, n_sweeps, good):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
     """Laplacian smoothing, where no quad falls below both a good value and what it was."""
     n = len(x)
-    sizes = np.full(n, np.inf)
+    sizes, seen = np.empty(n), np.empty(n, np.int64)
+    for node in range(n):
+        sizes[node] = np.inf
     for q in range(len(quads)):
         for i in range(4):
             a, b = quads[q, i], quads[q, (i + 1) % 4]
             length = np.sqrt((x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2)
             sizes[a], sizes[b] = min(sizes[a], length), min(sizes[b], length)
-    seen = np.full(n, -1)
-    to, trial = np.empty_like(x), np.empty_like(x)
+    to, trial = np.empty((n, 2)), np.empty((n, 2))
     moving, kept = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
     values = np.empty(len(quads))
     for _ in range(n_sweeps):
-        seen[:] = -1
         n_moving = 0
+        for node in range(n):
+            seen[node] = -1
         for node in range(n_fixed, n):
             count, sum_x, sum_y = 0, 0.0, 0.0
             for use in range(starts[node], starts[node + 1]):
@@ -88,7 +94,8 @@ def _smooth(x, quads, sines, starts, around, n_fixed, n_sweeps, good):  # type: 
         settled = False
         for _ in range(20):
             for node in range(n):
-                trial[node] = to[node] if moving[node] else x[node]
+                from_ = to if moving[node] else x
+                trial[node, 0], trial[node, 1] = from_[node, 0], from_[node, 1]
             settled = True
             for q in range(len(quads)):
                 values[q] = quad_sine(trial, quads, q)
@@ -98,41 +105,46 @@ def _smooth(x, quads, sines, starts, around, n_fixed, n_sweeps, good):  # type: 
                             kept[quads[q, i]] = settled = False
             if settled:
                 break
-            moving[:] = kept
+            for node in range(n):
+                moving[node] = kept[node]
         if settled:
-            x[:] = trial
-            sines[:] = values
+            for node in range(n):
+                x[node, 0], x[node, 1] = trial[node, 0], trial[node, 1]
+            for q in range(len(quads)):
+                sines[q] = values[q]
 
 
 @kernel
-def _choose(quads, sines, starts, around, tired, n_fixed, good):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
-    """Free nodes of the worst quads, no two of which share a quad."""
+def _choose(quads, sines, starts, around, tired, n_fixed, good, rank, chosen):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Free nodes of the worst quads, no two of which share a quad: into ``chosen``; how many. `rank` (n,) is room."""
     n = len(tired)
-    rank = np.full(n, np.inf)
+    for node in range(n):
+        rank[node] = np.inf
     for q in range(len(quads)):
         if sines[q] < good:
             for i in range(4):
                 node = quads[q, i]
                 if node >= n_fixed and not tired[node]:
                     rank[node] = min(rank[node], sines[q])
-    candidates = np.flatnonzero(np.isfinite(rank))
-    candidates = candidates[np.argsort(rank[candidates], kind="mergesort")]
-    order = np.full(n, n)
-    for place in range(len(candidates)):
-        order[candidates[place]] = place
-    chosen = np.zeros(n, np.bool_)
-    for node in candidates:
-        chosen[node] = True
+    count = 0
+    for node in range(n_fixed, n):
+        if rank[node] == np.inf:
+            continue
+        first = True
         for use in range(starts[node], starts[node + 1]):
             for i in range(4):
-                if order[quads[around[use], i]] < order[node]:
-                    chosen[node] = False
-    return np.flatnonzero(chosen)
+                other = quads[around[use], i]
+                if rank[other] < rank[node] or (rank[other] == rank[node] and other < node):
+                    first = False
+        if first:
+            chosen[count] = node
+            count += 1
+    return count
 
 
 @kernel
-def _look_around(x, quads, sines, starts, around, node, offsets):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
-    """Where the worst corner of a node's quads is best, and what it gains there; the node stays where it is."""
+def _look_around(x, quads, sines, starts, around, node, offsets, place):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """The ``place`` where the worst corner of a node's quads is best; what it gains there. The node stays."""
     least, before = np.inf, np.inf
     for use in range(starts[node], starts[node + 1]):
         q = around[use]
@@ -142,7 +154,7 @@ def _look_around(x, quads, sines, starts, around, node, offsets):  # type: ignor
             least = min(least, (x[b, 0] - x[a, 0]) ** 2 + (x[b, 1] - x[a, 1]) ** 2)
     size = np.sqrt(least)
     from_x, from_y = x[node, 0], x[node, 1]
-    to_x, to_y, best = from_x, from_y, -np.inf
+    place[0], place[1], best = from_x, from_y, -np.inf
     for k in range(len(offsets)):
         x[node, 0], x[node, 1] = from_x + size * offsets[k, 0], from_y + size * offsets[k, 1]
         worst = np.inf
@@ -151,9 +163,9 @@ def _look_around(x, quads, sines, starts, around, node, offsets):  # type: ignor
             if not worst > best:
                 break
         if worst > best:
-            best, to_x, to_y = worst, x[node, 0], x[node, 1]
+            best, place[0], place[1] = worst, x[node, 0], x[node, 1]
     x[node, 0], x[node, 1] = from_x, from_y
-    return to_x, to_y, best - before
+    return best - before
 
 
 @kernel
@@ -162,28 +174,33 @@ def relax_in_plane(x, quads, n_fixed, offsets, n_sweeps, n_searches, good, least
 
     `quads` (q, 4) run counter-clockwise. `offsets` (k, 2): where a node looks, in lengths of its shortest edge.
     """
-    starts, around = _uses(quads, len(x))
+    n = len(x)
+    starts, around = np.empty(n + 1, np.int64), np.empty(4 * len(quads), np.int64)
+    _find_uses(quads, starts, around)
     sines = np.empty(len(quads))
     for q in range(len(quads)):
         sines[q] = quad_sine(x, quads, q)
     _smooth(x, quads, sines, starts, around, n_fixed, n_sweeps, good)
-    tired = np.zeros(len(x), np.bool_)  # found nothing, and nothing near has changed since
+    tired = np.zeros(n, np.bool_)  # found nothing, and nothing near has changed since
+    rank, chosen, places, gains = np.empty(n), np.empty(n, np.int64), np.empty((n, 2)), np.empty(n)
     for _ in range(n_searches):
-        nodes = _choose(quads, sines, starts, around, tired, n_fixed, good)
-        if not len(nodes):
+        count = _choose(quads, sines, starts, around, tired, n_fixed, good, rank, chosen)
+        if not count:
             break
-        places, gains = np.empty((len(nodes), 2)), np.empty(len(nodes))
-        for m in range(len(nodes)):
-            places[m, 0], places[m, 1], gains[m] = _look_around(x, quads, sines, starts, around, nodes[m], offsets)
+        for m in range(count):
+            gains[m] = _look_around(x, quads, sines, starts, around, chosen[m], offsets, places[m])
             if gains[m] <= least_gain:
-                tired[nodes[m]] = True
-        for m in range(len(nodes)):
+                tired[chosen[m]] = True
+        for m in range(count):
             if gains[m] > least_gain:
-                node = nodes[m]
-                x[node] = places[m]
+                node = chosen[m]
+                x[node, 0], x[node, 1] = places[m, 0], places[m, 1]
                 for use in range(starts[node], starts[node + 1]):
                     q = around[use]
                     sines[q] = quad_sine(x, quads, q)
                     for i in range(4):
                         tired[quads[q, i]] = False
-    return sines.min()
+    worst = np.inf
+    for q in range(len(quads)):
+        worst = min(worst, sines[q])
+    return worst

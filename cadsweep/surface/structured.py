@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import quarter_turns
 from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
@@ -40,6 +40,10 @@ _RINGS = 0.45
 _EVENING = 3
 """Times that a curved face's links are weighed by their lengths."""
 
+_AROUND = 4.0
+"""Nodes of the lattice around a hole, in its longest segments, that tell where in the lattice its own nodes lie."""
+_FEWEST = 100
+"""Such nodes below which all are asked."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -116,13 +120,13 @@ def pierce(
     n_outer = len(outline.nodes[0])
     places = np.argwhere(number >= 0)
     order = number[places[:, 0], places[:, 1]]
-    into_lattice = scipy.interpolate.LinearNDInterpolator(whole[order], places.astype(np.float64))
+    at = whole[order]
     is_cell = np.zeros(number.shape, dtype=np.bool_)
     is_cell[cells[:, 0], cells[:, 1]] = True
     taken = np.where((number >= 0) & (number < n_outer), number, -1)
     first = n_outer
     for j in range(1, len(outline.loops)):
-        own = into_lattice(chart.boundary[j])
+        own = _places_in_lattice(chart.boundary[j], at, places)
         corners = _hole_corners(outline, j, own)
         if not np.isfinite(own).all() or corners is None:
             return None
@@ -142,6 +146,17 @@ def pierce(
         first += len(own)
     cells = np.argwhere(is_cell)
     return _numbered(taken, cells, first), cells
+
+
+def _places_in_lattice(hole: FloatArray, nodes: FloatArray, places: IntArray) -> FloatArray:
+    """Lattice places (m, 2) of the nodes of a hole, between those (n, 2) of the nodes around it; NaN outside of all."""
+    segment = float(np.linalg.norm(np.roll(hole, -1, axis=0) - hole, axis=1).max())
+    # Triangles of all nodes take longer than all the rest where a face has ten thousands.
+    away, _ = scipy.spatial.cKDTree(hole).query(nodes, distance_upper_bound=_AROUND * segment)
+    near = np.isfinite(away)
+    if near.sum() < _FEWEST:
+        near[:] = True
+    return np.asarray(scipy.interpolate.LinearNDInterpolator(nodes[near], places[near].astype(np.float64))(hole))
 
 
 def places_around(p: int, q: int) -> IntArray:
@@ -271,7 +286,9 @@ def evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray) 
 
 def _links_of(quads: IntArray) -> IntArray:
     """The sides (m, 2) of quads, each once."""
-    return np.unique(np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
+    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    width = int(ends.max(initial=0)) + 1
+    return np.stack(np.divmod(distinct(ends[:, 0] * width + ends[:, 1]), width), axis=1)
 
 
 def embedded(rim: FloatArray, n_inner: int, quads: IntArray, weights: FloatArray | None = None) -> FloatArray:
