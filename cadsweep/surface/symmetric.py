@@ -45,7 +45,9 @@ _MERGED = 1e-6
 
 
 _ENOUGH = 0.6
-"""Worst corner sine from which on no other setting of the mesher is tried."""
+"""Worst corner sine from which on no smaller symmetry is tried."""
+_GOOD = 0.7
+"""Worst corner sine from which on no other setting of the mesher is tried: what it makes of a whole is as good."""
 _SHORTEST = 0.25
 """Edge of a quad, as a share of the rim's shortest segment, below which symmetry has squeezed it: its neighbours are
 four times as long, and a curved rim beside it may fold it at order 2."""
@@ -84,7 +86,7 @@ def _best_of(outline: Outline, chart: Chart, wedge: Wedge, domain: _Domain) -> F
         made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, inner, quads))
         if made is not None and (best is None or made.better_than(best)):
             best = made
-        if best is not None and best.expected >= _ENOUGH:
+        if best is not None and best.expected >= _GOOD:
             break
     return best
 
