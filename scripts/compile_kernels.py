@@ -1,8 +1,7 @@
 """Compile what cadsweep compiles at its first use, so that nobody waits for it: ``install.sh`` calls this.
 
-numba and ``cadsweep.compiled`` keep the compiled kernels beside the installed modules, or in the user's cache folder
-where these cannot be written. Small parts are meshed that take every way through the package; what is
-compiled already is only loaded.
+numba keeps the compiled kernels beside the installed modules, or in the user's cache folder where these cannot be
+written. Small parts are meshed that take every way through the package; what is compiled already is only loaded.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ def test_opencascade_stays_in_cad_gmsh_in_its_session_and_numba_in_compiled(path
     if path.name != "gmsh_session.py":
         assert "gmsh" not in roots, f"{path} opens gmsh outside gmsh_session.py"
     if stage_of(path) != "compiled":
-        assert "numba" not in roots, f"{path} imports numba, which simple parts do without: see cadsweep.compiled"
+        assert "numba" not in roots, f"{path} imports numba: loops are compiled by cadsweep.compiled"
 
 
 CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "record", "quality", "errors"}

@@ -13,12 +13,13 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 
 from .entities import RIGHT_TURN, Edge, Face, FormerFace, Loop, quarter_turns
 from .geometry import Curve, Surface, Units
-from .part import ModelSolid, Part
+from .part import Cut, ModelSolid, Part
 from .solid import Solid
 
 __all__ = [
     "RIGHT_TURN",
     "Curve",
+    "Cut",
     "Edge",
     "Face",
     "FormerFace",

@@ -39,6 +39,31 @@ class ModelSolid:
     kernel: Any = field(default=None, repr=False, compare=False)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """One division of a solid into cells.
+
+    Attributes
+    ----------
+    kind : str
+        ``"plane"``, ``"cylinder"``, ``"cone"``: one face or axis extended. ``"planes"``: several at once. ``"rims"``:
+        outlines carried on. ``"cushion"``: cells under a circle. ``"boxes"``: boxes around all features. ``"columns"``:
+        the columns of a stack. ``"asked"``: the user's own.
+    reason : str
+        In words, with the face that it comes from.
+    place : tuple of three float, or None
+        Where the cut is, model units: the middle of a plane's cut, else of the cell that was divided. None where it
+        goes through all of the part.
+    """
+
+    kind: str
+    reason: str
+    place: tuple[float, float, float] | None = None
+
+    def __str__(self) -> str:
+        return self.reason
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Part:
     """What ``load`` returns: the solids of a model, made clean for meshing.
@@ -61,8 +86,8 @@ class Part:
         For every cell the index into `models` of the solid that it is a piece of; by default, each its own.
     models : tuple of ModelSolid
         The solids of the model; by default, those that the cells are.
-    cuts : tuple of str
-        Along what the solids were cut, a line a cut.
+    cuts : tuple of Cut
+        Along what the solids were cut, in the order in which they were.
     touch : float
         Distance, working units, by which faces of solids may have been moved to one another where they touch.
     contacts : frozenset of str
@@ -88,7 +113,7 @@ class Part:
     names: dict[str, str] = field(default_factory=dict)
     owners: tuple[int, ...] = ()
     models: tuple[ModelSolid, ...] = ()
-    cuts: tuple[str, ...] = ()
+    cuts: tuple[Cut, ...] = ()
     touch: float = 0.0
     contacts: frozenset[str] = frozenset()
 

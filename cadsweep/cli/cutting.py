@@ -64,6 +64,6 @@ def cut(
     if as_json:
         click.echo(json.dumps(data))
     elif not quiet:
-        for line in data["cuts"]:
-            click.echo(f"cut along {line}")
+        for reason in dict.fromkeys(cut["reason"] for cut in data["cuts"]):
+            click.echo(f"cut along {reason}")
         click.echo(f"{output}: {len(data['cells'])} cells")

@@ -15,7 +15,8 @@ _VERBS = (
     r"|cut(?= (?:it|one|out|there|the)\b)"
     "|copy|remove|split|look|look for|save|show|select|keep|end|extrude|close|merge|model|vary|drop|allow|move|turn"
     "|check|change|free|wait|set|add|put|run|start|open|rename|call|divide|draw|read|fill|refine|match|join"
-    "|did you mean|there are|there is a|known|wanted|pip install|its parameters|the solids are|shards are"
+    "|did you mean|possible options|there are|there is a|known|wanted|pip install|its parameters"
+    "|the solids are|shards are"
 )
 """Words that begin the part of a message that says what to try, or lists what there is."""
 _ADVICE = re.compile(rf"(?:^|[;:.,(]\s*|\bor\s+)(?<![\w-])((?:{_VERBS})(?![\w=-]).*)$", re.IGNORECASE | re.DOTALL)

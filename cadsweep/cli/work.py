@@ -281,7 +281,7 @@ def cut_file(
                 }
                 for name, owner, solid in zip(names, cells.owners, cells.solids, strict=True)
             ],
-            "cuts": cells.cuts,
+            "cuts": [{"kind": cut.kind, "reason": cut.reason, "place": cut.place} for cut in cells.cuts],
             "notes": cells.notes,
         }
     )

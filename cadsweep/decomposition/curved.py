@@ -17,7 +17,8 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from ..brep import Part, Solid
+from ..arrays import FloatArray
+from ..brep import Cut, Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
@@ -40,6 +41,9 @@ FLAT = 1e-4
 
 class Cutter(Protocol):
     """What parts a cell; `cad` knows how."""
+
+    @property
+    def kind(self) -> str: ...
 
     @property
     def reason(self) -> str: ...
@@ -98,8 +102,8 @@ class Found:
     Attributes
     ----------
     part : Part
-    reasons : tuple of str
-        The cuts that were made.
+    cuts : tuple of Cut
+        Those that were made.
     plan : Plan or None
         None where cells are in the way.
     blocked : tuple of int
@@ -114,7 +118,7 @@ class Found:
     """
 
     part: Part
-    reasons: tuple[str, ...]
+    cuts: tuple[Cut, ...]
     plan: Any
     blocked: tuple[int, ...]
     conflict: tuple[tuple[int, int], ...]
@@ -215,7 +219,9 @@ class CellSearch:
                 if then is None:
                     self.refused[cutter.reason] += 1
                     continue
-                child = self.judge(then, (*found.reasons, cutter.reason), found.prices + cutter.price)
+                x, y, z = found.part.to_model(_middle(found.part.solids[cell])).tolist()
+                cut = Cut(kind=cutter.kind, reason=cutter.reason, place=(x, y, z))
+                child = self.judge(then, (*found.cuts, cut), found.prices + cutter.price)
                 if cutter.leads and child.cost > found.cost - LEAD:
                     paid = child.cost - found.cost + LEAD
                     child = replace(child, cost=child.cost - paid, prices=child.prices - paid)
@@ -236,7 +242,7 @@ class CellSearch:
             self.sweeps[solid.kernel] = self.tools.recognise(solid)
         return [replace(fill, solid=solid) for fill in self.sweeps[solid.kernel]]
 
-    def judge(self, part: Part, reasons: tuple[str, ...], prices: float = 0.0) -> Found:
+    def judge(self, part: Part, cuts: tuple[Cut, ...], prices: float = 0.0) -> Found:
         """What stands in the way of a part, and what that costs."""
         self.n_parts += 1
         candidates = [self.recognise(solid) for solid in part.solids]
@@ -257,11 +263,11 @@ class CellSearch:
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
         log.debug(
-            "%d cells, %d in the way, cost %.2f: %s; %s", len(part.solids), len(blocked), cost, reasons[-1:], message
+            "%d cells, %d in the way, cost %.2f: %s; %s", len(part.solids), len(blocked), cost, cuts[-1:], message
         )
         return Found(
             part=part,
-            reasons=reasons,
+            cuts=cuts,
             plan=plan,
             blocked=tuple(blocked),
             conflict=conflict,
@@ -269,3 +275,9 @@ class CellSearch:
             cost=cost,
             prices=prices,
         )
+
+
+def _middle(solid: Solid) -> FloatArray:
+    """Middle (3,) of a cell's corners."""
+    middle: FloatArray = 0.5 * (solid.vertices.min(axis=0) + solid.vertices.max(axis=0))
+    return middle

@@ -50,7 +50,7 @@ def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepabl
         cells=solids,
         blocked=best.blocked,
         conflict=best.conflict,
-        cuts=best.reasons,
+        cuts=[cut.reason for cut in best.cuts],
         n_tried=search.n_parts,
     )
     failed = [reason for reason, _ in search.refused.most_common(MOST_NAMED)]

@@ -18,7 +18,7 @@ from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .levels import directed_ends
-from .loops import alike, opposite_sides, submapped_sides
+from .loops import across_wall, alike, opposite_sides, submapped_sides
 from .patterns import ring_sides
 from .programme import Programme
 
@@ -72,6 +72,8 @@ class Equations:
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
+            if isinstance(cell.fill, Sweep):
+                pairs += [pair for f in cell.free for pair in across_wall(cell.fill, f, own)]
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))

@@ -22,6 +22,7 @@ from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges
+from .patterns import ring_sides
 from .programme import Programme
 
 SAME_PLACE = 0.1
@@ -116,7 +117,7 @@ def _settle(
             demanded=demanded,
             firm=firm,
             sums=rows,
-            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes)],
+            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes, align=align)],
             least={column[c]: n for c, n in _least_counts(sweep, classes).items()},
         ).solve()
         if counts is not None:
@@ -151,7 +152,9 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     if align:
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in _across_wall(sweep, f, edges)]
+        opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
+        opposite += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
     for one, other in opposite:
         if len(one) == len(other) == 1:
             parent[find(one[0])] = find(other[0])
@@ -218,7 +221,31 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return pairs
 
 
-def _across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+def _fan_corners(loops: Sequence[Loop]) -> list[int]:
+    """Places of the corners of a face that may be filled with grids that meet in its middle; none of other faces."""
+    corners = [k for k, angle in enumerate(loops[0].angles) if angle < STRAIGHT]
+    if len(loops) != 1 or len(corners) not in {3, 5, 6} or max(loops[0].angles) > 2.0 * pi - STRAIGHT:
+        return []
+    return corners
+
+
+def fan_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """Pairs of edges of one length of a face of three, five or six corners: its middle stays in the middle."""
+    ordered = sorted(loops[0].edges, key=lambda e: wanted[e]) if _fan_corners(loops) else []
+    return [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
+
+
+def every_second_side(loops: Sequence[Loop]) -> list[list[int]]:
+    """Edges of every second side of a face of six corners: an even sum there lets grids meet in its middle."""
+    corners = _fan_corners(loops)
+    if len(corners) != 6:
+        return []
+    n = len(loops[0].edges)
+    ends = [*corners, corners[0] + n]
+    return [[loops[0].edges[k % n] for i in (0, 2, 4) for k in range(ends[i], ends[i + 1])]]
+
+
+def across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """The two loops of a wall without corners, such as a tube's; none where their wanted counts are far apart.
 
     Equal counts there let the wall be filled with rings of quads. On the way to the target they stay beside
@@ -276,13 +303,14 @@ def alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEd
     return bool(np.abs(places[0] - places[1]).max() < SAME_PLACE)
 
 
-def _even_sums(sweep: Sweep, classes: dict[int, int]) -> list[dict[int, int]]:
+def _even_sums(sweep: Sweep, classes: dict[int, int], *, align: bool) -> list[dict[int, int]]:
     """For every loop of every face of the source cap: how often each class occurs in it."""
     rows = []
     for f in sweep.source:
-        for loop in sweep.solid.faces[f].loops:
+        loops = sweep.solid.faces[f].loops
+        for edges in [*(loop.edges for loop in loops), *(every_second_side(loops) if align else [])]:
             row: dict[int, int] = {}
-            for e in loop.edges:
+            for e in edges:
                 row[classes[e]] = row.get(classes[e], 0) + 1
             odd = {c: n for c, n in row.items() if n % 2}
             if odd:

@@ -7,7 +7,7 @@ A rim and the bore about its middle, with holes between them, get as many each, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from math import ceil, gcd, pi
 
 import numpy as np
@@ -24,25 +24,48 @@ _MOST_ADDED = 3.0
 """Segments that half a small circle may get besides: six holes of six segments are alike with twelve."""
 _MOST_UNLIKE = 2.5
 """Ratio of counts wanted up to which a rim and a bore with holes between them get equal ones: circles and rays."""
+_NEARLY = 1.15
+"""Ratio of counts up to which what a pattern has made equal, and other faces have not, is made so again."""
 _LEAVE = 0.1
 """Part of a multiple that may be missing, before the next one is taken."""
 
 
-def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float]) -> dict[int, float]:
-    """Counts of the halves of circles that are patterns, by edge; of other edges none."""
+def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float], patterned: Collection[int] = ()) -> dict[int, float]:
+    """Counts of the halves of circles that are patterns, by edge; of other edges none.
+
+    `patterned`: edges that are in a pattern of another cell, and have its counts.
+    """
     found: dict[int, float] = {}
-    for f in (*sweep.source, *sweep.target):  # edges that answer each other want the same
-        face = sweep.solid.faces[f]
+    faces = [sweep.solid.faces[f] for f in (*sweep.source, *sweep.target)]  # edges that answer each other want the same
+    for face in faces:
         if face.kind == "plane" and len(face.loops) > 2:
-            found |= _of_face(sweep.solid, face, wanted)
+            found |= _of_face(sweep.solid, face, {**wanted, **found})  # faces of one cap share circles
+    for face in faces:
+        if face.kind == "plane" and len(face.loops) == 2:
+            found |= _beside(sweep.solid, face, {**wanted, **found}, {*patterned, *found})
     return found
 
 
+def _beside(solid: Solid, face: Face, wanted: Mapping[int, float], patterned: Collection[int]) -> dict[int, float]:
+    """The counts of a wall between two circles one of which is in a pattern: those of that one."""
+    circles = _circles(solid, face)
+    if len(circles) != 2 or any(len(edges) != 2 or not set(edges) <= set(wanted) for edges, *_ in circles):
+        return {}
+    (one, at, _), (other, there, _) = circles
+    n, m = (max(wanted[e] for e in edges) for edges in (one, other))
+    in_pattern = any(e in patterned for e in (*one, *other))
+    if not in_pattern or np.linalg.norm(at - there) > _SAME * solid.size or max(n, m) > _MOST_UNLIKE * min(n, m):
+        return {}
+    return dict.fromkeys((*one, *other), max(n, m))
+
+
 def ring_sides(solid: Solid, face: Face, wanted: Mapping[int, float]) -> list[tuple[list[int], list[int]]]:
-    """The rim and the bore of a ring with holes, which get equal counts; none where it is no ring."""
+    """The rim and the bore of a ring with holes, where their counts are nearly equal: they stay so when rounded."""
     if face.kind != "plane" or len(face.loops) < 3:
         return []
-    return [(list(rim), list(bore)) for rim, bore in _rings(_circles(solid, face), wanted, solid)]
+    pairs = [(list(rim), list(bore)) for rim, bore in _rings(_circles(solid, face), wanted, solid)]
+    totals = [[sum(wanted[e] for e in edges) for edges in pair] for pair in pairs]
+    return [pair for pair, both in zip(pairs, totals, strict=True) if max(both) <= _NEARLY * min(both)]
 
 
 _Circle = tuple[Sequence[int], FloatArray, float]

@@ -137,13 +137,16 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
 
 def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> None:
     """Circles in a pattern in one cell are one in its neighbours, too, which may have wanted more of some of them."""
+    patterned: set[int] = set()
     for _ in range(_PASSES):
         before = dict(wanted)
         for cell in cells:
             if isinstance(cell.fill, Sweep):
                 keys = cell.solid.edge_keys
                 own = {e: wanted[int(keys[e])] for e in loop_edges(cell.fill)}
-                for e, n in symmetric_counts(cell.fill, own).items():
+                given = [e for e in own if int(keys[e]) in patterned]
+                for e, n in symmetric_counts(cell.fill, own, given).items():
+                    patterned.add(int(keys[e]))
                     wanted[int(keys[e])] = max(n, wanted[int(keys[e])])
         if wanted == before:
             return

@@ -8,7 +8,7 @@ whichever way it is made.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from .. import cad, smoothing
 from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
-from ..brep import Part
+from ..brep import Part, Solid
 from ..errors import CadError, CadSweepError, CoarseMeshError, InputError, NotSweepableError
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -68,11 +68,15 @@ def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
     """Find out whether the model or the mesh is to blame: of a solid that runs into itself no mesh is valid."""
     if isinstance(failure, CadError):
         return failure
-    solid = sweep.solid
     caps = (*sweep.source, *sweep.target) if sweep.closed else ()
-    crossing = cad.find_crossing(solid, coincident=caps)
+    return crossing_of(sweep.solid, failure, coincident=caps) or failure
+
+
+def crossing_of(solid: Solid, failure: CadSweepError, *, coincident: Collection[int] = ()) -> CadError | None:
+    """Say which faces of a solid cross, because of which it was refused; None where they keep apart."""
+    crossing = cad.find_crossing(solid, coincident=coincident)
     if crossing is None:
-        return failure
+        return None
     first, second = (solid.faces[f].label() for f in crossing)
     what = f"{first} crosses itself" if crossing[0] == crossing[1] else f"{first} and {second} cross each other"
     error = CadError(f"{what}, so the model runs into itself and no mesh of it is valid. Repair it in its CAD program.")

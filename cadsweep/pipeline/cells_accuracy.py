@@ -163,6 +163,18 @@ def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
     return _Found(shortfall=shortfall, factors=factors, distance=distance)
 
 
+def boundary_distance(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces) -> float:
+    """Greatest distance of the boundary's and the contacts' quads from their curved faces, working units."""
+    return max(
+        (
+            _sag(part.solids[cell].faces[face].surface, joined.points[quads[:, :4]])
+            for (cell, face), quads in by_face(joined)
+            if names.of((cell, face)) and part.solids[cell].faces[face].kind != "plane"
+        ),
+        default=0.0,
+    )
+
+
 def _sag(surface: Surface, corners: FloatArray) -> float:
     """Greatest distance of the middles of quads (q, 4, 3), and of their sides, from their surface."""
     middles = np.concatenate([corners.mean(axis=1), *((corners[:, j] + corners[:, j - 1]) / 2 for j in range(4))])

@@ -25,6 +25,7 @@ from ..options import SweepOptions
 from ..projection.carried import carry_face
 from ..projection.inside import carry_inside
 from ..quality import scaled_jacobians
+from .cells_accuracy import boundary_distance
 from .cells_template import CellsTemplate
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
@@ -65,6 +66,7 @@ def cells_like(part: Part, template: CellsTemplate, options: SweepOptions, run: 
         "materials": {m.name: m.material for m in part.models if m.material},
         "cad_volume": sum(model.volume for model in part.models) * part.scale**3,
         "names": dict(part.names),
+        "distance": boundary_distance(part, joined, names) * part.scale,
         "notes": [*part.notes, f"meshed like '{old.info.get('part', 'another part')}'"],
         "seconds": run.seconds,
     }

@@ -27,6 +27,7 @@ from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import find_rows, place_lattice
 from ..projection.target import GOOD_ENOUGH
 from .cell_periodic import with_cell_pairs
+from .cells_accuracy import boundary_distance
 from .origin import CellsOrigin
 from .refusing import refusal
 from .run import Run
@@ -40,7 +41,6 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
     parents = np.arange(len(joined.hexes))
     plain = replace(origin.options, order=1, nodes=20)
     info: dict[str, Any] = {**mesh.info, "notes": list(mesh.info["notes"])}
-    info.pop("distance", None)  # of the coarse mesh
     fine = _first_order(mesh, part, joined)
     for level in range(levels):
         lattice, hexes, edges, faces = place_lattice(
@@ -50,6 +50,7 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
         middle = Middles(n=fine.n_nodes, edges=edges, faces=faces)
         halved = _halved(joined, (lattice[fine.n_nodes :] - part.offset) / part.scale, hexes, middle)
         parents = np.repeat(parents, 8)
+        info["distance"] = boundary_distance(part, halved, names) * part.scale
         info = {**info, "sweeps": [{**sweep, "layers": 2 * sweep["layers"]} for sweep in info["sweeps"]]}
         kept = np.zeros(len(halved.points), dtype=bool)
         kept[: fine.n_nodes] = True

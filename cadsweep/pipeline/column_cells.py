@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .. import cad, stacks
-from ..brep import Part
+from ..brep import Cut, Part
 from ..errors import CadSweepError, NotSweepableError
 from .stacking import find_stacks
 
@@ -24,5 +24,5 @@ def columns_of(part: Part) -> Part | None:
         if cells is not None:
             axis = ", ".join(f"{c:.3g}" for c in stack.direction + 0.0)
             reason = f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"
-            return replace(cells, cuts=(*part.cuts, reason))
+            return replace(cells, cuts=(*part.cuts, Cut(kind="columns", reason=reason)))
     return None

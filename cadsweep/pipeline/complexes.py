@@ -60,8 +60,8 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
 def as_complex(found: Found, model: Part) -> Complex:
     """A part that has a plan, its notes saying what was cut of the model."""
     assert isinstance(found.plan, Plan), "it has one"
-    notes = (*found.part.notes, *(f"cut along {reason}" for reason in found.reasons))
-    return Complex(part=replace(found.part, notes=notes), plan=found.plan, model=model)
+    notes = (*found.part.notes, *(f"cut along {cut}" for cut in found.cuts))
+    return Complex(part=replace(found.part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=found.plan, model=model)
 
 
 def cutting_tools(run: Run) -> Tools:
@@ -84,7 +84,7 @@ def say_open(n: int) -> str:
 def cut_until_planned(part: Part, run: Run) -> Found:
     """Search for cuts; what came nearest where none help."""
     found, n_parts = find_cells(part, cutting_tools(run))
-    log.info("%d parts looked at, %d cuts", n_parts, len(found.reasons))
+    log.info("%d parts looked at, %d cuts", n_parts, len(found.cuts))
     return found
 
 
@@ -108,7 +108,7 @@ def _refused(
     part: Part, candidates: Sequence[Sequence[Sweep]], error: PlanError | None, found: Found | None = None
 ) -> NotSweepableError:
     """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
-    tried = f" (after {len(found.reasons)} cuts: {'; '.join(found.reasons[:4])})" if found and found.reasons else ""
+    tried = f" (after {len(found.cuts)} cuts: {'; '.join(map(str, found.cuts[:4]))})" if found and found.cuts else ""
     stuck = [cell for cell, own in enumerate(candidates) if not own]
     refusal: NotSweepableError | None = None
     for cell in stuck:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .. import cad, decomposition
-from ..brep import Part, Solid
+from ..brep import Cut, Part, Solid
 from ..decomposition.curved import CellSearch
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
@@ -213,13 +213,15 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     >>> cells = cs.decompose("models/bracket.step")
     >>> len(cells.solids) > 1, len(cells.models)
     (True, 1)
-    >>> print(cells.cuts[0].split(" (")[0])
-    face 12
+    >>> print(cells.cuts[0].kind, "of", cells.cuts[0].reason.split(" (")[0])
+    plane of face 12
     """
     part = load(source, params=params)
     run = Run(on_progress=silent)
     if cuts:
-        part = replace(cad.apply_cuts(part, cuts), cuts=tuple(f"asked for: {cut}" for cut in cuts))
+        part = replace(
+            cad.apply_cuts(part, cuts), cuts=tuple(Cut(kind="asked", reason=f"asked for: {cut}") for cut in cuts)
+        )
     elif len(part.solids) == 1:
         try:
             open_and_find(part, None, None)
@@ -230,10 +232,7 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
                 return columns
             if is_planar(part):
                 return _planar_cells(part, refused)
-    before = part.notes
-    cells = plan_cells(part, run).part
-    made = tuple(note.removeprefix("cut along ") for note in cells.notes[len(before) :])
-    return replace(cells, cuts=(*part.cuts, *made))
+    return plan_cells(part, run).part
 
 
 def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
@@ -242,15 +241,32 @@ def _planar_cells(part: Part, refused: NotSweepableError) -> Part:
     for state in islice(search.solutions(), MOST_MESHED):
         if not state.cuts:
             return part
+        facets = search.cut_facets(state)
         polygons = [
             (np.array(facet.normal), [np.array([search.pool.points[v] for v in loop]) for loop in facet.loops])
-            for facet in search.cut_facets(state)
+            for facet in facets
         ]
         cells = cad.cut_along(part, polygons)
         if cells is not None and len(cells.solids) == len(state.cells):
-            reasons = tuple(dict.fromkeys(cut.reason for cut in state.cuts))
-            return replace(cells, cuts=reasons, notes=(*cells.notes, decomposition.say(search, state)))
+            cuts = tuple(
+                Cut(
+                    kind="plane",
+                    reason=cut.reason,
+                    place=_place(part, [facet for facet in facets if facet.origin == -1 - j]),
+                )
+                for j, cut in enumerate(state.cuts)
+            )
+            return replace(cells, cuts=cuts, notes=(*cells.notes, decomposition.say(search, state)))
     raise decomposition.explain(search, refused)
+
+
+def _place(part: Part, facets: Sequence[Any]) -> tuple[float, float, float] | None:
+    """The middle of what is left of a cut, model units; None where other cuts took all of it."""
+    if not facets:
+        return None
+    middle = np.average([facet.center for facet in facets], axis=0, weights=[abs(facet.area) for facet in facets])
+    x, y, z = part.to_model(middle).tolist()
+    return x, y, z
 
 
 def _worst(mesh: AnyMesh) -> float:

@@ -26,7 +26,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, first_good
+from .candidates import GOOD_ENOUGH, crossing_of, first_good
 from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
@@ -37,6 +37,9 @@ from .run import Run
 from .stacking import mesh_stacks_instead
 
 log = logging.getLogger(__name__)
+
+_MOST_LOOKED_AT = 60
+"""Faces of a refused solid up to which it is asked whether they cross: OpenCASCADE takes tenths of a second to tell."""
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -116,8 +119,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
 
 
-def _proposing(part: Part, refused: NotSweepableError) -> NotSweepableError:
-    """The refusal, with the small features that might be left out."""
+def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
+    """The refusal, with the small features that might be left out; or that the model runs into itself."""
+    crossed = crossing_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
+    if crossed is not None:
+        return crossed
     small = cad.small_features(part)
     if not small:
         return refused

@@ -40,7 +40,7 @@ from ..sweep import Intervals
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
-from .cells_accuracy import accurate_cells, check_coarse_solids
+from .cells_accuracy import accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .origin import CellsOrigin, made_of
 from .refusing import refusal
@@ -108,6 +108,7 @@ def finish(
         "sweeps": list(sweeps),
         "names": dict(part.names),
         "colors": find_colors(part, names),
+        "distance": boundary_distance(part, cells, names) * part.scale,
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }

@@ -30,6 +30,7 @@ from ..projection import project_layers
 from ..projection.carried import carry_face
 from ..projection.target import sweep_normals, worst_corner
 from ..quality import check_mesh
+from ..quality.deviation import measure_deviation
 from ..surface.spacing import fit_linear_parts
 from ..sweep import Sweep
 from .attempts import open_and_find
@@ -69,6 +70,9 @@ def sweep_like(part: Part, template: Template, options: SweepOptions, run: Run) 
         surfaces = _surfaces(template, match, points)
     with run.stage("projection"):
         factored = _factored(template, part, surfaces, points, run)
+        faces = np.array([match.faces[face] for face in template.target_faces.tolist()], dtype=np.int64)
+        deviation = measure_deviation(sweep, surfaces, points[-1], faces)
+        factored = replace(factored, info={**factored.info, "distance": deviation.distance * part.scale})
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     return _finished(origin, template, run)
 

@@ -6,7 +6,8 @@ the sweep, with a station between them. The faces outside all chosen bands fall 
 groups. Where two groups remain and every chain of bands leads from one to the other, they are the
 caps.
 
-A band that leads to a flat imprint in a cap is given up for it; bands that close to a cycle (a
+A band that leads to a flat imprint in a cap is given up for it, and one that is a plane around a hole where no
+second cap is left; bands that close to a cycle (a
 ring whose every face is a rectangle) are opened at the two best places.
 """
 
@@ -91,7 +92,7 @@ def lay_out(solid: Solid, bands: Sequence[Band]) -> list[Layout]:
     bands = list(bands)
     for _ in range(len(bands) + 1):
         graph = _Graph(solid, bands)
-        drop = graph.bands_between_groups() or graph.imprints()
+        drop = graph.bands_between_groups() or graph.imprints() or graph.divided_cap()
         if drop:
             bands = [b for i, b in enumerate(bands) if i not in drop]
             continue
@@ -242,6 +243,16 @@ class _Graph:
                 leaf = n_ends[group] == 1 and len(self.groups) > 2
                 if (planes and deviation < FLAT) or (leaf and deviation < SHALLOW):
                     return {i}
+        return set()
+
+    def divided_cap(self) -> set[int]:
+        """Return a band that is one plane around a hole, where it leaves no second cap: it is that cap, divided."""
+        if self.reason or len(self.groups) != 1:
+            return set()
+        for i, band in enumerate(self.bands):
+            faces = [self.solid.faces[f] for f in band.faces]
+            if all(face.kind == "plane" and face.normal @ faces[0].normal > 1.0 - FLAT**2 for face in faces):
+                return {i}
         return set()
 
     def layout(self) -> Layout:

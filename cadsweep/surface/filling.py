@@ -25,10 +25,11 @@ from .annulus import THIN, fill_wall, wall_thickness
 from .background import count_interpolated, segment_lengths
 from .chart import Chart, signed_area
 from .disc_lattice import fill_disc
+from .fan import fan_of
 from .gmsh_quads import Setting, mesh_polygon, settings_for
-from .outline import FaceQuads, Outline
+from .outline import CORNER, STRAIGHT, FaceQuads, Outline
 from .rim import lay_rows
-from .ring_lattice import fill_ring
+from .ring_lattice import fill_ring, with_mirrors
 from .structured import fill_lattice, fill_round_core
 from .symmetric import fill_symmetric
 from .tips import SHARP, lay_tips
@@ -53,6 +54,22 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
     ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
     quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
     return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
+
+
+def fill_fan(outline: Outline) -> FaceQuads | None:
+    """Grids that meet in the middle of a face of three, five or six corners; None where its counts do not allow it."""
+    if len(outline.loops) != 1 or outline.grows():
+        return None
+    loop = outline.loops[0]
+    angles = outline.angles(loop)
+    corners = [j for j, angle in enumerate(angles) if CORNER[0] < angle < CORNER[1]]
+    straight = [j for j, angle in enumerate(angles) if STRAIGHT[0] <= angle <= STRAIGHT[1]]
+    if len(corners) + len(straight) != len(angles):
+        return None
+    firsts = np.concatenate([[0], np.cumsum([int(outline.counts[e]) for e, _ in loop])])
+    found = fan_of(int(firsts[-1]), [int(firsts[j]) for j in corners])
+    chart = None if found is None else next(outline.charts(outline.nodes), None)
+    return None if found is None or chart is None else with_mirrors(outline, chart, *found, even=True)
 
 
 def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
@@ -237,6 +254,7 @@ FILLINGS = (
     # What gmsh makes is seldom better than 0.7, and a regular mesh is worth a little.
     Filling(fill_lattice, lambda _: 0.65),
     Filling(fill_round_core, lambda _: 0.7),
+    Filling(fill_fan, lambda _: 0.65),
     Filling(fill_ring, lambda _: 0.65),
     Filling(fill_disc, lambda _: 0.65),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.

@@ -23,9 +23,9 @@ from .relax import relax_quads
 from .transfinite import join_chains
 from .walls import Walls
 
-_CORNER = (np.radians(30), np.radians(150))
+CORNER = (np.radians(30), np.radians(150))
 """Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
-_STRAIGHT = (np.radians(150), np.radians(210))
+STRAIGHT = (np.radians(150), np.radians(210))
 """Interior angles inside a side of a grid: within 30 degrees of straight on."""
 _FINER_OUTLINE = 2.0
 """The size over the outline's typical segment beyond which quads grow towards the size inside."""
@@ -219,8 +219,8 @@ def angles_by_edge(face: Face) -> dict[DirectedEdge, float]:
 def four_sides(face: Face, loop: Sequence[DirectedEdge], counts: IntArray) -> list[list[DirectedEdge]] | None:
     """Split a reversed loop of a face at its four corners; None where there are not four, or opposite counts differ."""
     angles = loop_angles(face, loop)
-    corners = [j for j, angle in enumerate(angles) if _CORNER[0] < angle < _CORNER[1]]
-    straight = [j for j, angle in enumerate(angles) if _STRAIGHT[0] <= angle <= _STRAIGHT[1]]
+    corners = [j for j, angle in enumerate(angles) if CORNER[0] < angle < CORNER[1]]
+    straight = [j for j, angle in enumerate(angles) if STRAIGHT[0] <= angle <= STRAIGHT[1]]
     if len(corners) != 4 or len(corners) + len(straight) != len(angles):
         return None
     turned = list(loop[corners[0] :]) + list(loop[: corners[0]])

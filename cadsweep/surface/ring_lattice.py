@@ -25,7 +25,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
-from .structured import SMOOTH, embedded, places_around
+from .structured import SMOOTH, embedded, evened, places_around
 from .symmetric import carried_by_mirrors
 from .symmetry import find_wedges
 
@@ -177,10 +177,18 @@ def _numbered(number: IntArray, is_cell: np.ndarray, first: int) -> tuple[int, I
     return int(inner.sum()), number[corners[..., 0], corners[..., 1]]
 
 
-def with_mirrors(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads | None:
-    """Nodes at the mean of their neighbours, with the mirrors of the outline where it has some."""
+def with_mirrors(
+    outline: Outline, chart: Chart, n_inner: int, quads: IntArray, *, even: bool = False
+) -> FaceQuads | None:
+    """Nodes at the mean of their neighbours, with the mirrors of the outline where it has some.
+
+    `even`: long links pull harder, where many quads would crowd along the rim.
+    """
     rim = np.concatenate(chart.boundary)
-    inner = embedded(rim, n_inner, quads)[len(rim) :]
+    places = embedded(rim, n_inner, quads)
+    if even and n_inner:
+        places = evened(outline, chart, places, quads)
+    inner = places[len(rim) :]
     boundary = np.concatenate(outline.nodes)
     for wedge in find_wedges(chart.boundary) if chart.isometric else ():
         made = carried_by_mirrors(outline, chart, wedge, boundary, inner, quads)

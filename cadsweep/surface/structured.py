@@ -30,8 +30,8 @@ from ..brep import quarter_turns
 from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
 
-SMOOTH = np.pi / 6
-"""Greatest turn at a vertex of an outline that has no corners."""
+SMOOTH = np.pi / 6 + 1e-6
+"""Greatest turn at a vertex of an outline that has no corners: a dodecagon's."""
 _LEAST_AROUND = 6
 """Nodes around a core of 1 x 2 quads; fewer leave no choice."""
 _RINGS = 0.45
@@ -261,11 +261,11 @@ def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> F
     rim = np.concatenate(chart.boundary)
     places = embedded(rim, n_inner, quads)
     if n_inner and not chart.isometric:
-        places = _evened(outline, chart, places, quads)
+        places = evened(outline, chart, places, quads)
     return outline.lift(chart, places[len(rim) :], quads, np.concatenate(outline.nodes))
 
 
-def _evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray) -> FloatArray:
+def evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray) -> FloatArray:
     """Places (n, 2) of a quad mesh whose links pull the harder, the longer they are on the surface.
 
     Where sizes are wanted, the longer they are beside these.

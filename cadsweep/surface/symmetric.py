@@ -29,6 +29,7 @@ from ..arrays import FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from .background import GROWTH
 from .chart import Chart, signed_area
+from .fan import fan_of_polygon
 from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
@@ -230,14 +231,15 @@ def _fillings(chart: Chart, domain: _Domain) -> Iterator[tuple[FloatArray, IntAr
     """Quads of the wedge: inner places, and quads in ids of the domain's nodes, then the inner ones."""
     places = _places(np.concatenate(chart.boundary), domain)
     loops = [places[ids] for ids in domain.loops]
-    grid = grid_of_polygon(loops[0]) if len(loops) == 1 else None
+    regular = [grid_of_polygon(loops[0]), fan_of_polygon(loops[0])] if len(loops) == 1 else []
     number = np.concatenate([np.array(ids, dtype=np.int64) for ids in domain.loops])
 
     def numbered(inner: FloatArray, quads: IntArray) -> tuple[FloatArray, IntArray]:
         return inner, np.concatenate([number, len(places) + np.arange(len(inner), dtype=np.int64)])[quads]
 
-    if grid is not None:
-        yield numbered(*grid)
+    for found in regular:
+        if found is not None:
+            yield numbered(*found)
     for setting in settings_for(loops):
         with suppress(SurfaceMeshError):  # the next setting, or another way
             yield numbered(*mesh_polygon(loops, setting))

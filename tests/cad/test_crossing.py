@@ -54,3 +54,11 @@ def test_a_face_that_crosses_itself_is_named_once(pair, said, monkeypatch):
     monkeypatch.setattr(candidates.cad, "find_crossing", lambda solid, coincident: pair)
     labels = [sweep.solid.faces[f].label() for f in (0, 1)]
     assert said.format(*labels) in str(candidates.explained(sweep, cs.CadSweepError("no mesh")))
+
+
+def test_a_loft_that_swings_through_its_own_cap_is_refused_with_both_faces():
+    bottle = cq.Workplane()
+    for radius, step in ((8, 10), (10, 15), (4, 7), (4.5, 0)):
+        bottle = bottle.circle(radius).workplane(offset=step) if step else bottle.circle(radius)
+    with pytest.raises(cs.CadError, match=r"bspline .* and .*plane .* cross each other, so the model runs into itself"):
+        cs.sweep_mesh(bottle.loft(), decompose=False)

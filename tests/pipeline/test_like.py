@@ -63,6 +63,7 @@ def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base
     itself = cs.sweep_mesh(base(), like=mesh)
     same_arrays(mesh, itself)
     assert np.abs(itself.points - mesh.points).max() < 1e-9
+    assert itself.info["distance"] == pytest.approx(mesh.info["distance"], abs=1e-9)
     for params in variants:
         variant = cs.sweep_mesh(base(**params), like=mesh)
         same_arrays(mesh, variant)

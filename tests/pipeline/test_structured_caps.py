@@ -148,3 +148,30 @@ def test_a_rounded_plate_is_rings_around_a_lattice_with_its_holes():
     mesh = cs.sweep_mesh(part, layers=1)
     assert n_irregular(mesh) == 4
     assert mesh.info["quality"].min_scaled_jacobian > 0.65
+
+
+@pytest.mark.parametrize("n", [3, 5, 6])
+def test_a_polygon_is_grids_that_meet_in_its_middle(n):
+    import cadquery as cq
+
+    mesh = cs.sweep_mesh(cq.Workplane().polygon(n, 20).extrude(5), size=1.1, layers=1)
+    assert n_irregular(mesh) == 1
+    # What meets in the middle, or is a corner of the polygon, cannot be better; their neighbours bend a little more.
+    sharpest = min(2 * np.pi / n, (n - 2) * np.pi / n, key=np.sin)
+    assert mesh.info["quality"].min_scaled_jacobian > 0.95 * np.sin(sharpest)
+    quads, points, _ = source_quads(mesh)
+    edges = np.linalg.norm(points[quads] - np.roll(points[quads], 1, axis=1), axis=2)
+    assert edges.max() < 2.5 * 1.1
+
+
+def test_a_tube_beside_a_ring_with_holes_has_as_many_segments_around():
+    import cadquery as cq
+
+    ring = cq.Workplane().circle(50).circle(22).extrude(30).faces(">Z").workplane().polarArray(38, 0, 360, 6).hole(8)
+    both = cq.Assembly().add(ring, name="ring").add(cq.Workplane().circle(22).circle(15).extrude(40), name="sleeve")
+    mesh = cs.sweep_mesh(both)
+    _, uses = np.unique(np.sort(mesh.hexes, axis=None), return_counts=True)
+    inner = np.ones(len(uses), dtype=bool)
+    for quads in (*mesh.boundaries.values(), *mesh.interfaces.values()):
+        inner[quads] = False
+    assert (uses[inner] == 8).all()

@@ -17,6 +17,10 @@ from cadsweep.view.grid import legible
 from .view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 
 pytest.importorskip("pyvista")
+VTK = pytest.importorskip("vtkmodules.vtkCommonCore").vtkVersion
+draws_without_display = pytest.mark.skipif(
+    (VTK.GetVTKMajorVersion(), VTK.GetVTKMinorVersion()) < (9, 4), reason="this VTK needs a display, as the error says"
+)
 
 
 def pixels(path):
@@ -109,6 +113,7 @@ class TestGrid:
 
 
 class TestPicture:
+    @draws_without_display
     @pytest.mark.parametrize(
         "options", [{}, {"scalars": "boundary"}, {"clip": "x"}, {"scalars": None, "clip": ((1, 1, 0), (0, 0, 1))}]
     )
@@ -154,6 +159,7 @@ class TestPicture:
             plot(twisted_block(), screenshot=tmp_path / "a.png", clip=((0, 0, 1), (0, 0, -9)))
         assert not list(tmp_path.iterdir())
 
+    @draws_without_display
     def test_in_a_notebook_the_picture_is_the_answer(self, monkeypatch):
         monkeypatch.delenv("DISPLAY", raising=False)
         kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
@@ -216,6 +222,7 @@ class TestAnExplodedView:
         assert path.stat().st_size > 5_000
 
 
+@draws_without_display
 def test_where_nothing_can_draw_the_package_to_install_is_named(monkeypatch, tmp_path):
     def missing(name):
         raise OSError(f"{name}: cannot open shared object file")

@@ -61,6 +61,7 @@ def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
         planes = [(np.cross(rim.normal, out), rim.center), (out, rim.center), (rim.normal, rim.center)]
         planes.append((rim.normal, rim.center - BELOW * depth * rim.normal))
         yield Cutter(
+            kind="cushion",
             reason=f"a cone under the circle on {rim.face.label()}",
             tools=(_cone(rim, out, depth), *(plane_tool(solid, normal, place) for normal, place in planes)),
             weight=rim.length,

@@ -45,6 +45,8 @@ class Cutter:
         It keeps features apart: its pieces are gone on with, even though more cells are in the way at first.
     everywhere : bool
         It parts all other cells that are in the way with this one.
+    kind : str
+        As :class:`~cadsweep.brep.Cut` has it.
     """
 
     reason: str
@@ -53,6 +55,7 @@ class Cutter:
     price: float = 0.0
     leads: bool = False
     everywhere: bool = False
+    kind: str = "planes"
 
 
 def plane_tool(solid: Solid, normal: FloatArray, place: FloatArray) -> Any:

@@ -114,11 +114,27 @@ def under_rims(solid: Solid, flat: float) -> Iterator[Cutter]:
         for direction, ends in zip(across, widths, strict=True):
             planes = [plane_tool(solid, direction, rim.center + end * direction) for end in ends]
             yield Cutter(
+                kind="cushion",
                 reason=f"a box of cells under the circle on {rim.face.label()}",
                 tools=(*tools, *planes),
                 weight=rim.length,
                 leads=True,
             )
+
+
+def cushion(rim: Rim, across: FloatArray, widths: FloatArray, depth: float) -> list[Any]:
+    """The faces between the eleven cells under a circle, and around them.
+
+    Parameters
+    ----------
+    rim : Rim
+    across : (2, 3) float64
+        Unit directions across its axis, square to each other.
+    widths : (2, 2) float64
+        Where the sides of the box are along each, from the axis, the lower one first.
+    depth : float
+    """
+    return _box(rim, across, widths, depth).tools()
 
 
 def _widths(solid: Solid, rim: Rim, across: FloatArray, most: float) -> FloatArray:
@@ -203,4 +219,4 @@ def _point(place: FloatArray) -> Any:
     return gp_Pnt(*map(float, place))
 
 
-__all__ = ["under_rims"]
+__all__ = ["cushion", "under_rims"]

@@ -33,6 +33,7 @@ from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
 from .blind import under_circles
+from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
@@ -119,6 +120,7 @@ class _Cutters:
         single = sorted(
             [
                 Cutter(
+                    kind=one.kind,
                     reason=one.label,
                     tools=one.tools,
                     weight=sum(one.edges.values()),
@@ -131,8 +133,12 @@ class _Cutters:
         )
         rims, others = list(self.rims()), [*self.batches(columns), *single]
         closed = [*under_rims(self.solid, FLAT), *under_circles(self.solid, FLAT)]
-        boxes = into_boxes(self.solid, FLAT)
-        first = [*through_centers(self.solid), *self.between(), *boxes, *at_crossings(self.solid)]
+        parted, is_well = into_boxes(self.solid, FLAT)
+        boxes = [*self.between(), *parted]
+        if all(face.key for face in self.solid.faces):
+            around = around_features(self.solid, FLAT)
+            boxes = [*boxes, *around] if is_well else [*around, *boxes]
+        first = [*through_centers(self.solid), *boxes, *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
@@ -214,7 +220,9 @@ class _Cutters:
                     continue
                 tools = [tool for e in edges for tool in self.prism(e, face.normal)]
                 weight = sum(e.length for e in edges)
-                yield Cutter(reason=f"the rim on {face.label()} carried on", tools=tuple(tools), weight=0.9 * weight)
+                yield Cutter(
+                    kind="rims", reason=f"the rim on {face.label()} carried on", tools=tuple(tools), weight=0.9 * weight
+                )
 
     def prism(self, edge: Edge, normal: FloatArray) -> list[Any]:
         """An edge carried into the material."""
@@ -235,6 +243,7 @@ class _Cutters:
             if len(tools) > 1:
                 place = ", ".join(f"{c:.3g}" for c in direction + 0.0)
                 yield Cutter(
+                    kind="rims",
                     reason=f"all rims carried on along ({place})",
                     tools=tuple(tools),
                     weight=weight,
@@ -297,7 +306,13 @@ class _Cutters:
                     found.append((start - end, 0.5 * (start + end), normal))
         for gap, offset, normal in sorted(found, key=lambda one: -one[0])[:MOST_BETWEEN]:
             tool = plane_tool(self.solid, normal, offset * normal)
-            yield Cutter(reason="a plane between holes that go different ways", tools=(tool,), weight=gap, leads=True)
+            yield Cutter(
+                kind="plane",
+                reason="a plane between holes that go different ways",
+                tools=(tool,),
+                weight=gap,
+                leads=True,
+            )
 
     def feature(self, base: int, rim: Sequence[int]) -> FloatArray:
         """Points of a hole or a boss, all the way to its floor or to where it comes out again."""

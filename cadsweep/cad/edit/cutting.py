@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Splitter
 from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from ...arrays import FloatArray
 from ...brep import Part, Solid
@@ -167,31 +168,36 @@ def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
     if len(pieces) < 2 or not _sound(solid, holder, pieces):
         return None
     labels = labels_of(solid)
-    faces = _images(splitter, holder.faces, labels.faces, FACE)
-    edges = _images(splitter, holder.edges, labels.edges, EDGE)
+    faces = _Images(splitter, holder.faces, labels.faces, FACE)
+    edges = _Images(splitter, holder.edges, labels.edges, EDGE)
     own = [
         Labels(
-            [_found(faces, face) or FaceLabel() for face in subshapes(piece, FACE)],
-            [_found(edges, edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
+            [faces.label(face) or FaceLabel() for face in subshapes(piece, FACE)],
+            [edges.label(edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
         )
         for piece in pieces
     ]
     return _Pieces(shapes=pieces, labels=own, splitter=splitter)
 
 
-def _images(splitter: Any, old: Sequence[Any], labels: Sequence[Any], kind: Any) -> list[tuple[Any, Any]]:
-    """What every old face (or edge) has become, with its label."""
-    out = []
-    for shape, label in zip(old, labels, strict=True):
-        if splitter.IsDeleted(shape):
-            continue
-        became = listed(splitter.Modified(shape)) or [shape]
-        out += [(index_map(piece, kind), label) for piece in became]
-    return out
+class _Images:
+    """Which face (or edge) of a solid every piece of one comes from."""
 
+    def __init__(self, splitter: Any, old: Sequence[Any], labels: Sequence[Any], kind: Any) -> None:
+        self.pieces = TopTools_IndexedMapOfShape()
+        self.labels: list[Any] = []
+        for shape, label in zip(old, labels, strict=True):
+            if splitter.IsDeleted(shape):
+                continue
+            for became in listed(splitter.Modified(shape)) or [shape]:
+                for piece in subshapes(became, kind):
+                    self.pieces.Add(piece)
+                    self.labels += [label] * (self.pieces.Extent() - len(self.labels))
 
-def _found(images: Sequence[tuple[Any, Any]], shape: Any) -> Any:
-    return next((label for found, label in images if found.Contains(shape)), None)
+    def label(self, shape: Any) -> Any:
+        """The label of what a shape is a piece of; None where it is new."""
+        number = self.pieces.FindIndex(shape)
+        return self.labels[number - 1] if number else None
 
 
 def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:

@@ -4,10 +4,9 @@ Place in the flow: candidates of :mod:`.cutters`. A hole, a slot, a rounding can
 few directions; a cell whose features ask for different ones is parted first, and the rims of what is left are carried
 on in the direction of each box.
 
-Method: a feature is what hangs together of edges in the way and of faces that not every direction suits. Planes square
-to the faces of the cell lie half way between the ends of features, or on a plane face where one ends in another; they
-may go through what is swept square to them. A search over the planes, deeper and deeper within a budget, takes those
-that leave the fewest boxes, and the fewest that are swept towards a cut.
+Method: planes square to the faces of the cell lie half way between the ends of features (:mod:`.axial`), or on a plane
+face where one ends in another; they may go through what is swept square to them. A search over the planes, deeper and
+deeper within a budget, takes those that leave the fewest boxes, and the fewest that are swept towards a cut.
 
 Not handled: planes that are slanted to each other, and features that cross; what is left of these stays in one box.
 """
@@ -17,22 +16,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
-from math import pi
 from typing import Any
 
 import numpy as np
-from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
-from ...brep import Face, Solid
-from ..shapes import shapes_of
+from ...brep import Solid
+from .axial import EVERY, Box, Cluster, direction_of, find_clusters, is_across, main_normals, make_box
 from .central import Cutter
 
-ALONG, SQUARE = 1e-9, 1e-5
-"""One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
 GAP = 0.01
 """Distance of two ends of features, as a share of the cell's size, from which a plane fits between them."""
 MOST_PLANES = 6
@@ -45,29 +39,6 @@ BOX, STUCK, TOWARDS = 1.0, 6.0, 0.6
 """Costs of a box, of one whose features ask for different directions, and of a cut that its sweep ends on."""
 NARROW, WIDE = 0.4, 0.2
 """Cost of a plane in no gap at all, and the gap, as a share of the cell's size, from which on a plane costs none."""
-_EVERY = frozenset(range(3))
-_Box = tuple[tuple[float, float], ...]
-_AXES = {
-    GeomAbs_Cylinder: lambda adaptor: adaptor.Cylinder(),
-    GeomAbs_Cone: lambda adaptor: adaptor.Cone(),
-    GeomAbs_Torus: lambda adaptor: adaptor.Torus(),
-}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Feature:
-    """What a cell has beside plane faces: where it is, and which directions suit it.
-
-    Attributes
-    ----------
-    spans : three pairs of float
-        Its reach along every normal.
-    ways : frozenset of int
-        Normals along which it can be swept.
-    """
-
-    spans: _Box
-    ways: frozenset[int]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,7 +47,8 @@ class _Cut:
 
     axis: int
     offset: float
-    box: _Box
+    box: Box
+    price: float
 
 
 @dataclass(kw_only=True, eq=False)
@@ -85,34 +57,35 @@ class _Guillotine:
 
     Attributes
     ----------
-    features : sequence of _Feature
+    features : sequence of Cluster
     walls : sequence of sequence of float
         For every normal the offsets of the cell's faces across it.
     least : float
         Gap into which a plane fits.
     """
 
-    features: Sequence[_Feature]
+    features: Sequence[Cluster]
     walls: Sequence[Sequence[float]]
     least: float
     n_looked: int = 0
-    known: dict[tuple[_Box, tuple[bool, ...], int], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
+    known: dict[tuple[Box, tuple[bool, ...], int], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
 
     @property
     def tight(self) -> float:
         """Distance up to which ends of features are one."""
         return 1e-3 * self.least
 
-    def solve(self, box: _Box) -> tuple[_Cut, ...]:
-        """The cheapest cuts of a cell, of the fewest planes after one another that leave no box stuck."""
+    def solve(self, box: Box) -> tuple[tuple[_Cut, ...], bool]:
+        """The cheapest cuts of a cell, of the fewest planes after one another that leave no box stuck; all is well."""
         best: tuple[float, tuple[_Cut, ...]] = (np.inf, ())
         for depth in range(1, DEEPEST + 1):
             best = min(best, self.best(box, (False,) * 6, depth), key=lambda found: found[0])
             if self.n_looked >= MOST_BOXES or best[0] < STUCK:
                 break
-        return best[1]
+        cost, cuts = best
+        return cuts, cost < BOX * (len(cuts) + 1) + sum(cut.price for cut in cuts) + 0.5 * TOWARDS
 
-    def best(self, box: _Box, ends: tuple[bool, ...], depth: int) -> tuple[float, tuple[_Cut, ...]]:
+    def best(self, box: Box, ends: tuple[bool, ...], depth: int) -> tuple[float, tuple[_Cut, ...]]:
         """The cheapest cuts of a box (3, 2); `ends` says which of its sides, low ones first, are cuts."""
         key = box, ends, depth
         known = self.known.get(key)
@@ -120,7 +93,7 @@ class _Guillotine:
             return known
         self.n_looked += 1
         inside = [feature for feature in self.features if self.is_in(feature, box)]
-        ways = _EVERY.intersection(*(f.ways for f in inside))
+        ways = EVERY.intersection(*(f.ways for f in inside))
         if ways:
             towards = min(ends[way] + ends[3 + way] for way in ways) if inside else 0
             found: tuple[float, tuple[_Cut, ...]] = (BOX + TOWARDS * towards, ())
@@ -137,11 +110,11 @@ class _Guillotine:
                     continue
                 other, more = self.best(high, (*ends[:axis], True, *ends[axis + 1 :]), depth - 1)
                 if cost + other + price < found[0]:
-                    found = (cost + other + price, (_Cut(axis=axis, offset=offset, box=box), *cuts, *more))
+                    found = (cost + other + price, (_Cut(axis=axis, offset=offset, box=box, price=price), *cuts, *more))
         self.known[key] = found
         return found
 
-    def is_in(self, feature: _Feature, box: _Box) -> bool:
+    def is_in(self, feature: Cluster, box: Box) -> bool:
         """Whether a feature reaches into a box."""
         for (a, b), (low, high) in zip(feature.spans, box, strict=True):
             # What is flat, as an edge is, must not lie on the side of the box.
@@ -150,7 +123,7 @@ class _Guillotine:
                 return False
         return True
 
-    def planes(self, box: _Box, inside: Sequence[_Feature]) -> list[tuple[int, float, float]]:
+    def planes(self, box: Box, inside: Sequence[Cluster]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""
         found: list[tuple[int, float, int, float]] = []
         for axis, (low, high) in enumerate(box):
@@ -181,7 +154,7 @@ class _Guillotine:
         ]
 
 
-def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
+def into_boxes(solid: Solid, flat: float) -> tuple[list[Cutter], bool]:
     """Planes that part features which ask for different directions; none where one direction suits all.
 
     Parameters
@@ -189,24 +162,30 @@ def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
     solid : Solid
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
+
+    Returns
+    -------
+    cutters : list of Cutter
+    is_well : bool
+        Whether no box is swept towards a cut, and all can be swept.
     """
-    axes = [_direction(solid, face) for face in solid.faces]
-    normals = _normals(solid, axes)
+    axes = [direction_of(solid, face) for face in solid.faces]
+    normals = main_normals(solid, axes)
     if len(normals) < 3:
-        return []
-    features = _features(solid, axes, normals, flat)
-    if _EVERY.intersection(*(f.ways for f in features)):
-        return []
+        return [], False
+    features = find_clusters(solid, axes, normals, flat)
+    if EVERY.intersection(*(f.ways for f in features)):
+        return [], False
     walls = [
-        np.unique([face.center @ normal for face in solid.faces if _is_across(face, normal)]).tolist()
+        np.unique([face.center @ normal for face in solid.faces if is_across(face, normal)]).tolist()
         for normal in normals
     ]
     search = _Guillotine(features=features, walls=walls, least=GAP * solid.size)
     reach, margin = solid.vertices @ normals.T, 0.1 * solid.size
-    box = _box(reach.min(axis=0) - margin, reach.max(axis=0) + margin)
-    cuts = search.solve(box)
+    box = make_box(reach.min(axis=0) - margin, reach.max(axis=0) + margin)
+    cuts, is_well = search.solve(box)
     if not cuts:
-        return []
+        return [], False
     many = f"{len(cuts)} planes" if len(cuts) > 1 else "a plane"
     return [
         Cutter(
@@ -215,87 +194,7 @@ def into_boxes(solid: Solid, flat: float) -> list[Cutter]:
             weight=solid.size,
             leads=True,
         )
-    ]
-
-
-def _box(low: FloatArray, high: FloatArray) -> _Box:
-    return tuple(zip(low.tolist(), high.tolist(), strict=True))
-
-
-def _is_across(face: Face, normal: FloatArray) -> bool:
-    return face.kind == "plane" and abs(float(face.normal @ normal)) > 1.0 - ALONG
-
-
-def _direction(solid: Solid, face: Face) -> FloatArray | None:
-    """Normal of a plane, or axis of a round face; None for what has none."""
-    if face.kind == "plane":
-        return face.normal
-    holder = shapes_of(solid)
-    adaptor = BRepAdaptor_Surface(holder.faces[face.id])
-    read = _AXES.get(adaptor.GetType())
-    if read is None:
-        return None
-    axis = read(adaptor).Axis().Direction()
-    return np.array([axis.X(), axis.Y(), axis.Z()])
-
-
-def _normals(solid: Solid, axes: Sequence[FloatArray | None]) -> FloatArray:
-    """Three directions (3, 3) square to each other, those of most area first; less where faces give no two."""
-    areas: list[tuple[float, FloatArray]] = []
-    for face, axis in zip(solid.faces, axes, strict=True):
-        if axis is None:
-            continue
-        for j, (area, known) in enumerate(areas):
-            if abs(axis @ known) > 1.0 - ALONG:
-                areas[j] = (area + face.area, known)
-                break
-        else:
-            areas.append((face.area, axis))
-    found: list[FloatArray] = []
-    for _, normal in sorted(areas, key=lambda one: -one[0]):
-        if all(abs(normal @ other) < SQUARE for other in found):
-            found.append(normal)
-    if len(found) == 2:
-        found.append(np.cross(found[0], found[1]))
-    return np.array(found)
-
-
-def _ways(face: Face, axis: FloatArray | None, normals: FloatArray) -> frozenset[int]:
-    """Directions along which a face is a wall, or across which it is a cap."""
-    if axis is None:
-        return _EVERY  # spheres and free-form faces say nothing of where to part
-    cosines = np.abs(normals @ axis)
-    fits = cosines > 1.0 - ALONG
-    if face.kind == "plane":
-        fits |= cosines < SQUARE
-    return frozenset(np.flatnonzero(fits).tolist())
-
-
-def _features(
-    solid: Solid, axes: Sequence[FloatArray | None], normals: FloatArray, flat: float
-) -> list[_Feature]:  # fmt: skip
-    suits = [_ways(face, axis, normals) for face, axis in zip(solid.faces, axes, strict=True)]
-    picky = {face.id for face in solid.faces if suits[face.id] != _EVERY}
-    groups: list[tuple[set[int], set[int], set[int]]] = []
-
-    def join(edges: set[int], vertices: set[int], faces: set[int]) -> None:
-        for group in [g for g in groups if g[1] & vertices or g[2] & faces]:
-            groups.remove(group)
-            edges, vertices, faces = edges | group[0], vertices | group[1], faces | group[2]
-        groups.append((edges, vertices, faces))
-
-    for f in sorted(picky):
-        join(set(solid.faces[f].edges), set(), {f})
-    for edge in solid.edges:
-        if edge.dihedral > pi - flat:
-            join({edge.id}, {edge.start, edge.end}, picky & set(edge.faces))
-    at = np.linspace(0.0, 1.0, 9)
-    found = []
-    for edges, _, faces in groups:
-        along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) @ normals.T
-        own = _EVERY.intersection(*(suits[f] for f in faces))
-        found.append(_Feature(spans=_box(along.min(axis=0), along.max(axis=0)), ways=own))
-    return found
+    ], is_well
 
 
 def _rectangle(cut: _Cut, normals: FloatArray) -> Any:

@@ -1,0 +1,173 @@
+"""What a cell has beside plane faces along three directions: its features, where they are, and which way they can go.
+
+Place in the flow: read once for :mod:`.regions`, which parts features by planes, and :mod:`.boxes`, which puts a box
+around every one of them.
+
+Method: a feature is what hangs together of edges in the way and of faces that not every direction suits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
+
+from ...arrays import FloatArray
+from ...brep import Face, Solid
+from ..shapes import shapes_of
+
+ALONG, SQUARE = 1e-9, 1e-5
+"""One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
+EVERY = frozenset(range(3))
+Box = tuple[tuple[float, float], ...]
+_AXES = {
+    GeomAbs_Cylinder: lambda adaptor: adaptor.Cylinder(),
+    GeomAbs_Cone: lambda adaptor: adaptor.Cone(),
+    GeomAbs_Torus: lambda adaptor: adaptor.Torus(),
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cluster:
+    """What a cell has beside plane faces: where it is, and which directions suit it.
+
+    Attributes
+    ----------
+    spans : three pairs of float
+        Its reach along every normal.
+    ways : frozenset of int
+        Normals along which it can be swept.
+    edges : frozenset of int
+        Edges of the cell that belong to it.
+    """
+
+    spans: Box
+    ways: frozenset[int]
+    edges: frozenset[int]
+
+
+def make_box(low: FloatArray, high: FloatArray) -> Box:
+    """A box of three pairs."""
+    return tuple(zip(low.tolist(), high.tolist(), strict=True))
+
+
+def is_across(face: Face, normal: FloatArray) -> bool:
+    """Whether a face is a plane square to a direction."""
+    return face.kind == "plane" and abs(float(face.normal @ normal)) > 1.0 - ALONG
+
+
+def direction_of(solid: Solid, face: Face) -> FloatArray | None:
+    """Normal of a plane, or axis of a round face; None for what has none."""
+    if face.kind == "plane":
+        return face.normal
+    holder = shapes_of(solid)
+    adaptor = BRepAdaptor_Surface(holder.faces[face.id])
+    read = _AXES.get(adaptor.GetType())
+    if read is None:
+        return None
+    axis = read(adaptor).Axis().Direction()
+    return np.array([axis.X(), axis.Y(), axis.Z()])
+
+
+def main_normals(solid: Solid, axes: Sequence[FloatArray | None]) -> FloatArray:
+    """Three directions (3, 3) square to each other, those of most area first; less where faces give no two."""
+    areas: list[tuple[float, FloatArray]] = []
+    for face, axis in zip(solid.faces, axes, strict=True):
+        if axis is None:
+            continue
+        for j, (area, known) in enumerate(areas):
+            if abs(axis @ known) > 1.0 - ALONG:
+                areas[j] = (area + face.area, known)
+                break
+        else:
+            areas.append((face.area, axis))
+    found: list[FloatArray] = []
+    for _, normal in sorted(areas, key=lambda one: -one[0]):
+        if all(abs(normal @ other) < SQUARE for other in found):
+            found.append(normal)
+    if len(found) == 2:
+        found.append(np.cross(found[0], found[1]))
+    return np.array(found)
+
+
+def _ways(face: Face, axis: FloatArray | None, normals: FloatArray) -> frozenset[int]:
+    """Directions along which a face is a wall, or across which it is a cap."""
+    if axis is None:
+        return EVERY  # spheres and free-form faces say nothing of where to part
+    cosines = np.abs(normals @ axis)
+    fits = cosines > 1.0 - ALONG
+    if face.kind == "plane":
+        fits |= cosines < SQUARE
+    return frozenset(np.flatnonzero(fits).tolist())
+
+
+def find_clusters(
+    solid: Solid, axes: Sequence[FloatArray | None], normals: FloatArray, flat: float
+) -> list[Cluster]:  # fmt: skip
+    """List the features of a cell.
+
+    Parameters
+    ----------
+    solid : Solid
+    axes : sequence of (3,) float64 or None
+        By face, as :func:`direction_of` gives it.
+    normals : (3, 3) float64
+        Directions square to each other.
+    flat : float
+        Radians from pi up to which two faces at an edge are one surface.
+    """
+    suits = [_ways(face, axis, normals) for face, axis in zip(solid.faces, axes, strict=True)]
+    picky = {face.id for face in solid.faces if suits[face.id] != EVERY}
+    groups: list[tuple[set[int], set[int], set[int]]] = []
+
+    def join(edges: set[int], vertices: set[int], faces: set[int]) -> None:
+        for group in [g for g in groups if g[1] & vertices or g[2] & faces]:
+            groups.remove(group)
+            edges, vertices, faces = edges | group[0], vertices | group[1], faces | group[2]
+        groups.append((edges, vertices, faces))
+
+    for f in sorted(picky):
+        join(set(solid.faces[f].edges), set(), {f})
+    for edge in solid.edges:
+        if edge.dihedral > pi - flat:
+            join({edge.id}, {edge.start, edge.end}, picky & set(edge.faces))
+    for face in solid.faces:
+        # The flat sides of a slot join its round ends.
+        ends = picky.intersection(f for e in face.edges for f in _hollow_beside(solid, face, e, flat))
+        if face.id not in picky and len(ends) > 1:
+            join(set(), set(), ends)
+    at = np.linspace(0.0, 1.0, 9)
+    found = []
+    for edges, _, faces in groups:
+        along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) @ normals.T
+        own = EVERY.intersection(*(suits[f] for f in faces))
+        found.append(Cluster(spans=make_box(along.min(axis=0), along.max(axis=0)), ways=own, edges=frozenset(edges)))
+    return found
+
+
+def _hollow_beside(solid: Solid, face: Face, edge: int, flat: float) -> list[int]:
+    """The faces that a plane face goes on into at an edge, where it bends towards the outside of the material."""
+    own = solid.edges[edge]
+    if face.kind != "plane" or abs(own.dihedral - pi) > flat:
+        return []
+    other = own.faces[own.faces[0] == face.id]
+    middles = np.array([solid.edges[e].midpoint for e in solid.faces[other].edges])
+    return [other] if float(((middles - own.midpoint) @ face.normal).max()) > flat * solid.size else []
+
+
+__all__ = [
+    "ALONG",
+    "EVERY",
+    "SQUARE",
+    "Box",
+    "Cluster",
+    "direction_of",
+    "find_clusters",
+    "is_across",
+    "main_normals",
+    "make_box",
+]
