@@ -83,6 +83,9 @@ class Edge:
         """All of the user's names for the edge."""
         return self.groups if self.name is None else (self.name, *self.groups)
 
+    def __repr__(self) -> str:
+        return f"E{self.label()[1:]}: length {self.length * self.units.scale:.6g}"
+
     def label(self) -> str:
         """How messages name the edge: id, name, kind and place of its middle."""
         return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
@@ -223,6 +226,9 @@ class Face:
     def edges(self) -> tuple[int, ...]:
         """Ids of all edges of the face."""
         return tuple(e for loop in self.loops for e in loop.edges)
+
+    def __repr__(self) -> str:
+        return f"F{self.label()[1:]}: area {self.area * self.units.scale**2:.6g}"
 
     def label(self) -> str:
         """How messages name the face: id, name, kind and place."""
