@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import subprocess
 import sys
@@ -35,23 +36,22 @@ PARTS = [
 
 
 def measure(family: str, n: int, folder: Path) -> dict[str, object]:
-    """Seconds of one part: loaded, meshed, and imported and meshed on its surfaces by gmsh."""
+    """Seconds of one part: loaded, meshed (better of two turns), and imported and meshed on its surfaces by gmsh."""
     part = FAMILIES[family](n)
     path = folder / f"{family}{n}.step"
     cq.exporters.export(part, str(path))
-    start = time.process_time()
-    loaded = cs.load(path)
-    row: dict[str, object] = {
-        "part": f"{family} {n}",
-        "faces": sum(len(solid.faces) for solid in loaded.solids),
-        "load": time.process_time() - start,
-    }
-    start = time.process_time()
-    try:
-        row["hexes"] = cs.sweep_mesh(path).n_hexes
-    except cs.CadSweepError as error:
-        row["refused"] = " ".join(str(error).split())[:120]
-    row["all"] = time.process_time() - start
+    row: dict[str, object] = {"part": f"{family} {n}", "load": math.inf, "all": math.inf}
+    for _ in range(2):  # the first turn may compile, or import, what no part before has asked for
+        start = time.process_time()
+        loaded = cs.load(path)
+        row["faces"] = sum(len(solid.faces) for solid in loaded.solids)
+        row["load"] = min(row["load"], time.process_time() - start)  # type: ignore[type-var]
+        start = time.process_time()
+        try:
+            row["hexes"] = cs.sweep_mesh(path).n_hexes
+        except cs.CadSweepError as error:
+            row["refused"] = " ".join(str(error).split())[:120]
+        row["all"] = min(row["all"], time.process_time() - start)  # type: ignore[type-var]
     with gmsh_session("cad") as gmsh:
         start = time.process_time()
         gmsh.model.occ.importShapes(str(path))
