@@ -46,6 +46,8 @@ LEAST_WIDTH = 1.08
 """Distance of a cushion's side from the axis, in radii of its circle, at least."""
 LEAST_BOXES = 2
 """Boxes from which on this is worth it."""
+LEAST_FILL = 0.5
+"""Share of its bounding box that a block fills: legs and webs of a bracket part better at their own faces."""
 MOST_BRICKS = 900
 """Boxes of the grid beyond which the search by single planes is cheaper."""
 OUTSIDE, BEYOND = 0.1, 1e-3
@@ -68,9 +70,10 @@ def around_features(solid: Solid, flat: float) -> list[Cutter]:
     if float(np.linalg.det(normals)) < 0.0:
         normals = normals * np.array([[1.0], [1.0], [-1.0]])
     clusters = find_clusters(solid, axes, normals, flat)
-    if EVERY.intersection(*(cluster.ways for cluster in clusters)):
-        return []
     block = Block(solid, normals, flat)
+    is_slender = solid.volume < LEAST_FILL * float(np.prod(block.high - block.low))
+    if is_slender or EVERY.intersection(*(cluster.ways for cluster in clusters)):
+        return []
     plain = [cluster for cluster in clusters if cluster.ways == EVERY]
     sites = apart([block.site(cluster) for cluster in clusters if cluster.ways != EVERY], block.tight)
     if any(site.way < 0 for site in sites):
