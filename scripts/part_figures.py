@@ -44,7 +44,7 @@ def figures(path: Path) -> dict[str, Any]:
         return {"faces": cells, "refused": str(error).splitlines()[0]}
     return {
         "faces": cells,
-        "cuts": list(getattr(getattr(mesh.origin, "part", None), "cuts", ())),
+        "cuts": [f"{cut.kind}: {cut.reason}" for cut in getattr(getattr(mesh.origin, "part", None), "cuts", ())],
         "boundaries": {name: len(quads) for name, quads in mesh.boundaries.items()},
         "parts": {name: len(ids) for name, ids in mesh.parts.items()},
         "hexes": mesh.n_hexes,
