@@ -19,7 +19,7 @@ from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .levels import directed_ends
 from .loops import across_wall, alike, opposite_sides, submapped_sides
-from .patterns import ring_sides
+from .patterns import nearly, ring_sides
 from .programme import Programme
 
 
@@ -73,7 +73,8 @@ class Equations:
             pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
             if isinstance(cell.fill, Sweep):
-                pairs += [pair for f in cell.free for pair in across_wall(cell.fill, f, own)]
+                # Rims that want very different counts would be made equal by one edge of theirs, which has none left.
+                pairs += [pair for f in cell.free for pair in across_wall(cell.fill, f, own) if nearly(pair, own)]
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))

@@ -16,7 +16,7 @@ from math import pi
 
 import numpy as np
 
-from ..brep import Loop, Solid, quarter_turns
+from ..brep import Face, Loop, Solid, quarter_turns
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
@@ -152,7 +152,7 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
     if align:
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f].loops, edges)]
+        opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f], edges)]
         opposite += [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
         opposite += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
     for one, other in opposite:
@@ -221,28 +221,31 @@ def submapped_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tup
     return pairs
 
 
-def _fan_corners(loops: Sequence[Loop]) -> list[int]:
-    """Places of the corners of a face that may be filled with grids that meet in its middle; none of other faces."""
+def _fan_corners(face: Face) -> list[int]:
+    """Places of the corners of a flat face that may be filled with grids meeting in its middle; none of other faces."""
+    loops = face.loops
+    if face.kind != "plane":
+        return []
     corners = [k for k, angle in enumerate(loops[0].angles) if angle < STRAIGHT]
     if len(loops) != 1 or len(corners) not in {3, 5, 6} or max(loops[0].angles) > 2.0 * pi - STRAIGHT:
         return []
     return corners
 
 
-def fan_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+def fan_sides(face: Face, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
     """Pairs of edges of one length of a face of three, five or six corners: its middle stays in the middle."""
-    ordered = sorted(loops[0].edges, key=lambda e: wanted[e]) if _fan_corners(loops) else []
+    ordered = sorted(face.loops[0].edges, key=lambda e: wanted[e]) if _fan_corners(face) else []
     return [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
 
 
-def every_second_side(loops: Sequence[Loop]) -> list[list[int]]:
+def every_second_side(face: Face) -> list[list[int]]:
     """Edges of every second side of a face of six corners: an even sum there lets grids meet in its middle."""
-    corners = _fan_corners(loops)
+    corners, edges = _fan_corners(face), face.loops[0].edges
     if len(corners) != 6:
         return []
-    n = len(loops[0].edges)
+    n = len(edges)
     ends = [*corners, corners[0] + n]
-    return [[loops[0].edges[k % n] for i in (0, 2, 4) for k in range(ends[i], ends[i + 1])]]
+    return [[edges[k % n] for i in (0, 2, 4) for k in range(ends[i], ends[i + 1])]]
 
 
 def across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
@@ -307,8 +310,8 @@ def _even_sums(sweep: Sweep, classes: dict[int, int], *, align: bool) -> list[di
     """For every loop of every face of the source cap: how often each class occurs in it."""
     rows = []
     for f in sweep.source:
-        loops = sweep.solid.faces[f].loops
-        for edges in [*(loop.edges for loop in loops), *(every_second_side(loops) if align else [])]:
+        face = sweep.solid.faces[f]
+        for edges in [*(loop.edges for loop in face.loops), *(every_second_side(face) if align else [])]:
             row: dict[int, int] = {}
             for e in edges:
                 row[classes[e]] = row.get(classes[e], 0) + 1

@@ -64,8 +64,13 @@ def ring_sides(solid: Solid, face: Face, wanted: Mapping[int, float]) -> list[tu
     if face.kind != "plane" or len(face.loops) < 3:
         return []
     pairs = [(list(rim), list(bore)) for rim, bore in _rings(_circles(solid, face), wanted, solid)]
-    totals = [[sum(wanted[e] for e in edges) for edges in pair] for pair in pairs]
-    return [pair for pair, both in zip(pairs, totals, strict=True) if max(both) <= _NEARLY * min(both)]
+    return [pair for pair in pairs if nearly(pair, wanted)]
+
+
+def nearly(pair: tuple[Sequence[int], Sequence[int]], wanted: Mapping[int, float]) -> bool:
+    """Whether two loops of edges want nearly equal counts."""
+    both = [sum(wanted[e] for e in edges) for edges in pair]
+    return max(both) <= _NEARLY * min(both)
 
 
 _Circle = tuple[Sequence[int], FloatArray, float]

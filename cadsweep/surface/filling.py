@@ -57,7 +57,7 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
 
 
 def fill_fan(outline: Outline) -> FaceQuads | None:
-    """Grids that meet in the middle of a face of three, five or six corners; None where its counts do not allow it."""
+    """Grids that meet in the middle of a flat face of three, five or six corners; None where its counts forbid it."""
     if len(outline.loops) != 1 or outline.grows():
         return None
     loop = outline.loops[0]
@@ -69,7 +69,9 @@ def fill_fan(outline: Outline) -> FaceQuads | None:
     firsts = np.concatenate([[0], np.cumsum([int(outline.counts[e]) for e, _ in loop])])
     found = fan_of(int(firsts[-1]), [int(firsts[j]) for j in corners])
     chart = None if found is None else next(outline.charts(outline.nodes), None)
-    return None if found is None or chart is None else with_mirrors(outline, chart, *found, even=True)
+    if found is None or chart is None or not chart.isometric:
+        return None  # on a steep face the counts of its sides say nothing of its middle
+    return with_mirrors(outline, chart, *found, even=True)
 
 
 def lay_rows_along_rims(outline: Outline) -> FaceQuads | None:
