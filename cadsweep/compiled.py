@@ -1,7 +1,6 @@
 """Loops over numbers that numba compiles: the one place that knows numba, for whoever has such a loop.
 
-``compiled(cache=True, nogil=True)`` stands above a function where ``numba.njit`` would. Modules of loops are imported
-by the functions that call them, so that what needs none does not wait for numba.
+``compiled(cache=True, nogil=True)`` stands above a function where ``numba.njit`` would.
 """
 
 from __future__ import annotations

@@ -138,11 +138,7 @@ def _lost(part: Part, joined: JoinedMesh | CellBlocks) -> dict[int, tuple[float,
 def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
     """How far a mesh is off what is asked for, and which edges are to blame."""
     joined = made[0]
-    off: dict[tuple[int, int], float] = {}
-    for (cell, face), quads in by_face(joined):
-        own = part.solids[cell].faces[face]
-        if own.kind != "plane":
-            off[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
+    off = _sags(part, joined)
     distance = max(off.values(), default=0.0)
     lost = _lost(part, joined) if options.tolerance is None else {}
     shortfall = 0.0
@@ -165,14 +161,17 @@ def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
 
 def boundary_distance(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces) -> float:
     """Greatest distance of the boundary's and the contacts' quads from their curved faces, working units."""
-    return max(
-        (
-            _sag(part.solids[cell].faces[face].surface, joined.points[quads[:, :4]])
-            for (cell, face), quads in by_face(joined)
-            if names.of((cell, face)) and part.solids[cell].faces[face].kind != "plane"
-        ),
-        default=0.0,
-    )
+    return max((sag for place, sag in _sags(part, joined).items() if names.of(place)), default=0.0)
+
+
+def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], float]:
+    """How far the quads on every curved face, by cell and face, are off it."""
+    found: dict[tuple[int, int], float] = {}
+    for (cell, face), quads in by_face(joined):
+        own = part.solids[cell].faces[face]
+        if own.kind != "plane":
+            found[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
+    return found
 
 
 def _sag(surface: Surface, corners: FloatArray) -> float:

@@ -66,7 +66,9 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
             smooth_below=goal,
             goal=goal,
             kept=kept,
-            slides=partial(_new_slides, part, halved, names, origin.options, kept),
+            slides=None
+            if origin.options.wall_layers  # whose heights were asked for
+            else partial(_new_slides, part, halved, names, origin.options, kept),
         )
         report = fine.info["quality"]
         if not report.valid and not origin.options.allow_inverted:

@@ -28,7 +28,7 @@ from .chart import Chart, signed_area
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
 from .ring_lattice import Ring, pierced, with_mirrors
-from .structured import SMOOTH, core_corners, embedded, pierce, quads_of, rectangle
+from .structured import SMOOTH, core_corners, embedded, every_cell, pierce, quads_of, rectangle
 from .symmetric import is_carried
 from .symmetry import Wedge, find_wedges
 
@@ -132,14 +132,12 @@ def _with_holes_in_core(outline: Outline, chart: Chart, wedges: Sequence[Wedge])
     for first, p in _rectangles(rim, wedges):
         core = rectangle(n, first, p)
         n_core = core.size - n
-        every = quads_of(core, np.argwhere(np.ones((core.shape[0] - 1, core.shape[1] - 1), dtype=np.bool_)))
+        every = quads_of(core, every_cell(core))
         for rings in _RINGS:
             around = _rings_inwards(np.arange(n), n + np.arange(rings * n).reshape(rings, n))
             number = np.concatenate([n + (rings - 1) * n + np.arange(n), n + rings * n + np.arange(n_core)])
             places = embedded(rim, rings * n + n_core, np.concatenate([around, number[every]]))
-            made = pierce(
-                outline, chart, core, np.argwhere(np.ones(np.array(core.shape) - 1, dtype=np.bool_)), places[number]
-            )
+            made = pierce(outline, chart, core, every_cell(core), places[number])
             if made is None:
                 continue
             quads = quads_of(*made)
@@ -159,7 +157,7 @@ def _rings_inwards(rim: IntArray, rings: IntArray) -> IntArray:
 
 def _rectangle(n: int, first: int, p: int) -> tuple[int, IntArray]:
     core = rectangle(n, first, p)
-    return core.size - n, quads_of(core, np.argwhere(np.ones(np.array(core.shape) - 1, dtype=np.bool_)))
+    return core.size - n, quads_of(core, every_cell(core))
 
 
 def _rectangles(rim: FloatArray, wedges: Sequence[Wedge]) -> Iterator[tuple[int, int]]:

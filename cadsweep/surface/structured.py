@@ -239,8 +239,13 @@ def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]
     core = rectangle(n, first, p)
     n_core = core.size - n
     number = np.concatenate([ring[-1], (rings + 1) * n + np.arange(n_core)])
-    inside = quads_of(number[core], np.argwhere(np.ones((p, n // 2 - p), dtype=np.bool_)))
+    inside = quads_of(number[core], every_cell(core))
     return rings * n + n_core, np.concatenate([around, inside])
+
+
+def every_cell(core: IntArray) -> IntArray:
+    """Places (c, 2) of all cells between nodes that are numbered (p + 1, q + 1)."""
+    return np.argwhere(np.ones((core.shape[0] - 1, core.shape[1] - 1), dtype=np.bool_))
 
 
 def rectangle(n: int, first: int, p: int) -> IntArray:

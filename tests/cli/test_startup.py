@@ -31,5 +31,5 @@ def test_step_file_is_read_without_cadquery_or_scipy(tmp_path):
     assert not loaded & (SLOW - {"OCP", "numba"})
 
 
-def test_pipeline_is_there_before_any_of_the_large_libraries():
+def test_pipeline_is_there_before_any_of_the_large_libraries_but_numba():
     assert not modules_after("import cadsweep.pipeline") & (SLOW - {"numba"})

@@ -30,8 +30,6 @@ DEPTHS = (0.6, 0.15)
 """Depth of a cushion in radii of its circle, at most and at least."""
 SHARE = 0.6
 """Share of the gap to the next feature that a cushion takes, at most."""
-LEAST_BOXES = 2
-"""Boxes from which on this is worth it."""
 TIGHT = 1e-6
 """Distance, as a share of the cell's size, below which two coordinates are one."""
 
