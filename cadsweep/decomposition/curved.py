@@ -33,7 +33,7 @@ Fill = Sweep | CornerBlocks
 MOST_PARTS = 100
 """Parts that are looked at before the search is given up: what a cut changes of each is read anew, in some 0.2 s."""
 MOST_FACES = 8000
-"""Faces that are read or cut before it is given up, half of the parts or not: some 5 ms each, however large a part is."""
+"""Faces that are read or cut before the search is given up, whatever the count of parts: some 5 ms each."""
 CREDIT = 40
 """Parts that may be looked at until a cut that keeps features apart has paid."""
 MOST_CELLS = 80
@@ -289,7 +289,12 @@ class CellSearch:
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
         log.debug(
             "%d cells, %d in the way, cost %.2f, %d faces read: %s; %s",
-            len(part.solids), len(blocked), cost, self.n_faces, cuts[-1:], message,
+            len(part.solids),
+            len(blocked),
+            cost,
+            self.n_faces,
+            cuts[-1:],
+            message,
         )
         return Found(
             part=part,

@@ -6,8 +6,8 @@ cells whose corners have three edges; planes half way between the points on one 
 
 Axes may pass each other: two planes go along one axis each, square to the other, the third lies half way through what
 both cylinders have in common. At four points of the curve in which the cylinders meet it turns back, and each of these
-lies on one of the planes, so every piece of it has its corners at its ends. Cylinders of one radius whose axes meet touch at two
-points, where two curves cross; two planes between the axes, in which these lie, part the cells there once more.
+lies on one of the planes, so every piece of it has its corners at its ends. Cylinders of one radius whose axes meet
+touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
 
 Not handled: cylinders that do not go all around, as the ends of slots, and those that only graze each other.
 """
@@ -134,7 +134,10 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         a, b = (axes[i] for i in crossing.axes)
         for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
-        tools = [plane_tool(solid, normal, place) for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size)]
+        tools = [
+            plane_tool(solid, normal, place)
+            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size)
+        ]
         if _is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
         through.append(

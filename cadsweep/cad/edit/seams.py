@@ -1,7 +1,7 @@
 """Pieces of one closed face that a cut left side by side in a cell, joined to one face again.
 
-Place in the flow: :mod:`.cutting` hands over every piece of a cell that it has split. Closed faces were divided when the
-part was loaded, at places that have nothing to do with where cells part it: the wall of a quarter of a bore may be
+Place in the flow: :mod:`.cutting` hands over every piece of a cell that it has split. Closed faces were divided when
+the part was loaded, at places that have nothing to do with where cells part it: the wall of a quarter of a bore may be
 two faces, with corners where no other face has any.
 
 Method: OpenCASCADE's ``ShapeUpgrade_UnifySameDomain``, kept away from every edge but the seams, and from shared ones.
