@@ -70,6 +70,14 @@ def plate(n_holes: int) -> cq.Workplane:
     return cq.Workplane().placeSketch(sketch).extrude(2)
 
 
+def pits(n_pits: int) -> cq.Workplane:
+    """A plate with a square pattern of n blind holes: no sweep of one solid, but columns of material."""
+    side = math.ceil(math.sqrt(n_pits))
+    places = [(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3) for k in range(n_pits)]
+    sheet = cq.Workplane().rect(6 * side, 6 * side).extrude(4)
+    return sheet.cut(cq.Workplane("XY", (0, 0, 2)).pushPoints(places).circle(1.5).extrude(4))
+
+
 def crossed(n_holes: int) -> cq.Workplane:
     """A block with a square pattern of n holes, every fourth row of them met by a bore across."""
     side = math.ceil(math.sqrt(n_holes))
@@ -173,6 +181,7 @@ FAMILIES = {
     "spring": spring,
     "embossed": embossed,
     "plate": plate,
+    "pits": pits,
     "crossed": crossed,
     "rack": rack,
 }
