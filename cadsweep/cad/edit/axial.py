@@ -151,19 +151,19 @@ def find_clusters(
         if face.id not in picky and len(ends) > 1:
             join(set(), set(), ends)
     found: list[Cluster] = []
-    axes = find_axes(solid)
-    crossings = find_crossings(axes)
+    bores = find_axes(solid)
+    crossings = find_crossings(bores)
     for crossing in crossings:
         for i in crossing.axes:
-            join(set(), set(), set(axes[crossing.axes[0]].faces | axes[i].faces))
+            join(set(), set(), set(bores[crossing.axes[0]].faces | bores[i].faces))
     for edges, _, faces in groups:
         ways = _common(suits, faces)
-        own = [] if ways else [c for c in crossings if all(axes[i].faces <= faces for i in c.axes)]
+        own = [] if ways else [c for c in crossings if all(bores[i].faces <= faces for i in c.axes)]
         if not own:
             found.append(_cluster(solid, normals, edges, ways))
             continue
-        found += _crossed(solid, normals, edges, axes, own)
-        round_faces = frozenset[int]().union(*(axes[i].faces for c in own for i in c.axes))
+        found += _crossed(solid, normals, edges, bores, own)
+        round_faces = frozenset[int]().union(*(bores[i].faces for c in own for i in c.axes))
         rest = {e for e in edges if not round_faces.intersection(solid.edges[e].faces)}
         for part in _connected(solid, rest):
             beside = faces.intersection(f for e in part for f in solid.edges[e].faces)
@@ -196,24 +196,24 @@ def _crossed(
             at = float((place - axis.place) @ axis.direction)
             boxes.append(_around(normals, axis, at - reach, at + reach))
             taken.setdefault(i, []).append((at - reach, at + reach))
-        low = np.minimum(boxes[0][0], boxes[1][0])
-        high = np.maximum(boxes[0][1], boxes[1][1])
-        yield Cluster(spans=make_box(low, high), ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.axes))
-    for i, spans in taken.items():
+        (low, high), (other_low, other_high) = boxes
+        spans = make_box(np.minimum(low, other_low), np.maximum(high, other_high))
+        yield Cluster(spans=spans, ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.axes))
+    for i, places in taken.items():
         axis = axes[i]
         way = np.flatnonzero(np.abs(normals @ axis.direction) > 1.0 - ALONG)
         start = axis.low
-        for low, high in (*sorted(spans), (axis.high, axis.high)):
-            if low > start + SQUARE * solid.size:
+        for begin, end in (*sorted(places), (axis.high, axis.high)):
+            if begin > start + SQUARE * solid.size:
                 own = (e for e in edges if axis.faces.intersection(solid.edges[e].faces))
                 inside = frozenset(
-                    e for e in own if start < float((solid.edges[e].midpoint - axis.place) @ axis.direction) < low
+                    e for e in own if start < float((solid.edges[e].midpoint - axis.place) @ axis.direction) < begin
                 )
                 yield Cluster(
-                    spans=make_box(*_around(normals, axis, start, low)), ways=frozenset(way.tolist()), edges=inside,
+                    spans=make_box(*_around(normals, axis, start, begin)), ways=frozenset(way.tolist()), edges=inside,
                     axes=frozenset([i]),
                 )  # fmt: skip
-            start = max(start, high)
+            start = max(start, end)
 
 
 def _around(normals: FloatArray, axis: Axis, low: float, high: float) -> tuple[FloatArray, FloatArray]:
