@@ -220,20 +220,12 @@ class FaceSurface:
     def distance(self, points: FloatArray, *, close: float = np.inf) -> FloatArray:
         """Distances (m,) of `points` (m, 3) from the surface.
 
-        Where Newton's method hardly comes nearer than the place of the grid that it begins at, that may be on another
-        coil than the nearest point is; there, and where it ends farther away than `close`, it begins anew from other
-        places of the grid. What is still farther than `close` is left to OpenCASCADE. The least distance counts.
+        What is farther than `close` from the foot that is found is left to OpenCASCADE. The least distance counts.
         """
         points = _rows(points, 3)
+        found = self._nearest(points, close=close)[1]
         if self._exact is not None:
-            return self._nearest(points)[1]
-        grid, places = self._grid
-        start = self._starts(points)
-        found = self._descended(points, grid[start])[1]
-        away = np.linalg.norm(places[start] - points, axis=1)
-        again = np.flatnonzero((found > np.minimum(close, _DOUBTFUL * away)) & (away > 0.0) & np.isfinite(away))
-        if len(again):
-            found[again] = np.minimum(found[again], self._from_many_places(points[again]))
+            return found
         far = np.flatnonzero(found > close)
         if len(far) and self.second_opinion is not None:
             found[far] = np.minimum(found[far], self.second_opinion(points[far]))
@@ -244,8 +236,13 @@ class FaceSurface:
         """Nearest parameters in closed form, where the geometry knows them."""
         return getattr(self.geometry, "project", None)
 
-    def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Nearest parameters (m, 2), and the distances there (m,)."""
+    def _nearest(self, points: FloatArray, *, close: float = np.inf) -> tuple[FloatArray, FloatArray]:
+        """Nearest parameters (m, 2), and the distances there (m,).
+
+        Where Newton's method hardly comes nearer than the place of the grid that it begins at, that may be on another
+        coil than the nearest point is, or on the other wall of a thin tip; there, and where it ends farther away than
+        `close`, it begins anew from other places of the grid.
+        """
         if self._exact is not None:
             if isinstance(self.geometry, Cone | Torus):
                 points = _packed(points, 3)
@@ -254,7 +251,16 @@ class FaceSurface:
             else:
                 uv = self.in_branch(self._exact(points))
             return uv, np.linalg.norm(self.evaluate(uv) - points, axis=1)
-        return self._descended(points, self._grid[0][self._starts(points)])
+        grid, places = self._grid
+        start = self._starts(points)
+        uv, found = self._descended(points, grid[start])
+        away = np.linalg.norm(places[start] - points, axis=1)
+        again = np.flatnonzero((found > np.minimum(close, _DOUBTFUL * away)) & (away > 0.0) & np.isfinite(away))
+        if len(again):
+            other, distances = self._from_many_places(points[again])
+            nearer = distances < found[again]
+            uv[again[nearer]], found[again[nearer]] = other[nearer], distances[nearer]
+        return uv, found
 
     def _starts(self, points: FloatArray) -> IntArray:
         """Rows (m,) of the grid: the place nearest to each point."""
@@ -265,24 +271,40 @@ class FaceSurface:
             return nearest
         return np.asarray(self._tree.query(np.where(np.isfinite(points), points, 0.0))[1], dtype=np.int64)
 
-    def _from_many_places(self, points: FloatArray) -> FloatArray:
-        """Least distance (m,) of descents from the places of the grid that are nearer than those around them.
+    def _from_many_places(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Parameters (m, 2) and distances (m,) of the best of descents from several places of the grid.
 
-        The nearest places alone would not do: they may all be on one coil, where the grid is fine.
+        They are the nearest of those that are nearer than both their neighbours along one parameter. The nearest of all
+        would not do, since they may all be on one coil, where the grid is fine; nor would those that are nearer than all
+        around them: of both walls of a thin tip that is twisted only one has such a place.
         """
+        grid = self._grid[0]
+        uv, found = np.empty((len(points), 2)), np.full(len(points), np.inf)
+        step = max(1, _AT_ONCE // len(grid))
+        for first in range(0, len(points), step):
+            rows = slice(first, first + step)
+            row, place = self._low_places(points[rows])
+            feet, distances = self._descended(points[rows][row], grid[place])
+            order = np.lexsort((distances, row))
+            best = order[np.searchsorted(row[order], np.arange(len(points[rows])))]
+            uv[rows], found[rows] = feet[best], distances[best]
+        return uv, found
+
+    def _low_places(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        """Rows of points and of the grid: the `_PLACES` nearest by each parameter, each nearer than its neighbours."""
         grid, places = self._grid
         shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
-        found = np.full(len(points), np.inf)
-        step = max(1, _AT_ONCE // len(grid))
-        for rows in (slice(first, first + step) for first in range(0, len(points), step)):
-            away = scipy.spatial.distance.cdist(points[rows], places, "sqeuclidean")
-            by_axes = away.reshape(len(away), *shape)
-            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=(1, 3, 3), mode="nearest")
-            away[~least.reshape(away.shape)] = np.inf
-            some = np.argpartition(away, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
-            row, k = np.nonzero(np.isfinite(np.take_along_axis(away, some, axis=1)))
-            np.minimum.at(found[rows], row, self._descended(points[rows][row], grid[some[row, k]])[1])
-        return found
+        away = scipy.spatial.distance.cdist(points, places, "sqeuclidean")
+        by_axes = away.reshape(len(away), *shape)
+        rows, found = [], []
+        for size in ((1, 3, 1), (1, 1, 3)):
+            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=size, mode="nearest")
+            low = np.where(least.reshape(away.shape), away, np.inf)
+            some = np.argpartition(low, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
+            row, k = np.nonzero(np.isfinite(np.take_along_axis(low, some, axis=1)))
+            rows.append(row)
+            found.append(some[row, k])
+        return np.concatenate(rows), np.concatenate(found)
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""
