@@ -38,6 +38,10 @@ _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
 _DOUBTFUL = 0.1
 """Distance of a foot over that of the place of the grid it was looked for from, beyond which it is looked for anew."""
+_TURNED = 0.5
+"""Cosine between normals beyond which they are of another wall, or of the tip between two."""
+_MOST_STEPS = 40
+"""Places of the grid along a line among which another wall is looked for: more are far away."""
 _AT_ONCE = 2**20
 """Pairs of a point and a place of the grid that are looked at together: some megabytes."""
 _FEW = 200_000
@@ -255,12 +259,38 @@ class FaceSurface:
         start = self._starts(points)
         uv, found = self._descended(points, grid[start])
         away = np.linalg.norm(places[start] - points, axis=1)
-        again = np.flatnonzero((found > np.minimum(close, _DOUBTFUL * away)) & (away > 0.0) & np.isfinite(away))
+        doubtful = (found > np.minimum(close, _DOUBTFUL * away)) | (2.0 * found > self._walls_at(uv))
+        again = np.flatnonzero(doubtful & (away > 0.0) & np.isfinite(away))
         if len(again):
             other, distances = self._from_many_places(points[again])
             nearer = distances < found[again]
             uv[again[nearer]], found[again[nearer]] = other[nearer], distances[nearer]
         return uv, found
+
+    def _walls_at(self, uv: FloatArray) -> FloatArray:
+        """About how far (m,) the next wall is from places of this one: a point half as far away may be nearer to it."""
+        u, v, far = self._walls
+        i, j = (np.clip(np.searchsorted(line, at), 1, len(line) - 1) for line, at in zip((u, v), uv.T, strict=True))
+        return np.asarray(np.minimum.reduce([far[i, j], far[i - 1, j], far[i, j - 1], far[i - 1, j - 1]]))
+
+    @cached_property
+    def _walls(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The grid's parameters (a,), (b,), and of each of its places (a, b) how far that is which faces elsewhere.
+
+        Only what lies on one line of the grid is compared: across a thin tip it turns round.
+        """
+        grid, places = self._grid
+        n = int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
+        corners, normals = places.reshape(-1, n, 3), self.normals(grid).reshape(-1, n, 3)
+        far = np.full(corners.shape[:2], np.inf)
+        for axis in (0, 1):
+            own, facing, found = (np.moveaxis(values, axis, 0) for values in (corners, normals, far))
+            for step in range(1, min(_MOST_STEPS, len(own) - 1) + 1):
+                other = np.einsum("kid,kid->ki", facing[:-step], facing[step:]) < _TURNED
+                away = np.where(other, np.linalg.norm(own[:-step] - own[step:], axis=2), np.inf)
+                found[:-step] = np.minimum(found[:-step], away)
+                found[step:] = np.minimum(found[step:], away)
+        return grid[::n, 0], grid[:n, 1], far
 
     def _starts(self, points: FloatArray) -> IntArray:
         """Rows (m,) of the grid: the place nearest to each point."""
@@ -272,39 +302,59 @@ class FaceSurface:
         return np.asarray(self._tree.query(np.where(np.isfinite(points), points, 0.0))[1], dtype=np.int64)
 
     def _from_many_places(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Parameters (m, 2) and distances (m,) of the best of descents from several places of the grid.
+        """Parameters (m, 2) and distances (m,) of the best of descents from several places on the lines of the grid.
 
-        They are the nearest of those that are nearer than both their neighbours along one parameter. The nearest of all
-        would not do, since they may all be on one coil, where the grid is fine; nor would those that are nearer than all
-        around them: of both walls of a thin tip that is twisted only one has such a place.
+        Its places alone would not do: of both walls of a thin tip that is twisted, those of one wall may be nearer all
+        around. Nor would the nearest: they may all be on one coil, where the grid is fine.
         """
-        grid = self._grid[0]
         uv, found = np.empty((len(points), 2)), np.full(len(points), np.inf)
-        step = max(1, _AT_ONCE // len(grid))
+        step = max(1, _AT_ONCE // len(self._grid[0]))
         for first in range(0, len(points), step):
             rows = slice(first, first + step)
-            row, place = self._low_places(points[rows])
-            feet, distances = self._descended(points[rows][row], grid[place])
+            near = [self._near_lines(points[rows], axis) for axis in (0, 1)]
+            row, start = (np.concatenate(parts) for parts in zip(*near, strict=True))
+            feet, distances = self._descended(points[rows][row], start)
             order = np.lexsort((distances, row))
             best = order[np.searchsorted(row[order], np.arange(len(points[rows])))]
             uv[rows], found[rows] = feet[best], distances[best]
         return uv, found
 
-    def _low_places(self, points: FloatArray) -> tuple[IntArray, IntArray]:
-        """Rows of points and of the grid: the `_PLACES` nearest by each parameter, each nearer than its neighbours."""
+    def _near_lines(self, points: FloatArray, axis: int) -> tuple[IntArray, FloatArray]:
+        """Rows of points, and parameters on the lines of the grid along one axis that are nearer than those beside.
+
+        Parameters
+        ----------
+        points : (m, 3) float64
+        axis : {0, 1}
+
+        Returns
+        -------
+        rows : (k,) int64
+            `_PLACES` of each point at most, and one at least.
+        uv : (k, 2) float64
+        """
         grid, places = self._grid
         shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
-        away = scipy.spatial.distance.cdist(points, places, "sqeuclidean")
-        by_axes = away.reshape(len(away), *shape)
-        rows, found = [], []
-        for size in ((1, 3, 1), (1, 1, 3)):
-            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=size, mode="nearest")
-            low = np.where(least.reshape(away.shape), away, np.inf)
-            some = np.argpartition(low, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
-            row, k = np.nonzero(np.isfinite(np.take_along_axis(low, some, axis=1)))
-            rows.append(row)
-            found.append(some[row, k])
-        return np.concatenate(rows), np.concatenate(found)
+        corners, parameters = places.reshape(*shape, 3), grid.reshape(*shape, 2)
+        ahead = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+        behind = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
+        begin, steps = corners[behind], corners[ahead] - corners[behind]
+        size = steps.shape[:2]
+        begin, steps = begin.reshape(-1, 3), steps.reshape(-1, 3)
+        squares = np.einsum("gd,gd->g", steps, steps)
+        ahead_of = points @ steps.T - np.einsum("gd,gd->g", begin, steps)
+        share = np.clip(ahead_of / np.where(squares > 0, squares, 1.0), 0.0, 1.0)
+        away = scipy.spatial.distance.cdist(points, begin, "sqeuclidean") + share * (share * squares - 2.0 * ahead_of)
+        away = np.where(np.isfinite(away), away, np.inf)
+        beside = (1, 1, 3) if axis == 0 else (1, 3, 1)
+        by_axes = away.reshape(len(points), *size)
+        least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=beside, mode="nearest")
+        low = np.where(least.reshape(away.shape), away, np.inf)
+        some = np.argpartition(low, min(_PLACES, low.shape[1] - 1), axis=1)[:, :_PLACES]
+        row, k = np.nonzero(np.isfinite(np.take_along_axis(low, some, axis=1)))
+        found = some[row, k]
+        one, other = parameters[behind].reshape(-1, 2)[found], parameters[ahead].reshape(-1, 2)[found]
+        return row, one + share[row, found, None] * (other - one)
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""
