@@ -245,7 +245,7 @@ def _excess(deviation: Deviation, limit: _Limit) -> float:
     return float(np.sqrt(MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
 
 
-def _finer(  # noqa: PLR0917
+def _finer(
     sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int], curved: bool
 ) -> Hints | None:
     """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided.
@@ -271,9 +271,7 @@ def _finer(  # noqa: PLR0917
     sizes = dict(hints.sizes)
     for e, factor in factors.items():
         sizes[e] = min(sizes.get(e, np.inf), uneven[0].get(e, lengths[e] / factor))
-    return replace(
-        hints, sizes=sizes, inside=_least(hints.inside, inside), divisions={**hints.divisions, **uneven[1]}
-    )
+    return replace(hints, sizes=sizes, inside=_least(hints.inside, inside), divisions={**hints.divisions, **uneven[1]})
 
 
 def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: float) -> dict[int, float]:

@@ -93,7 +93,10 @@ def worst_corner(points: FloatArray, normals: FloatArray, uv: FloatArray) -> flo
         return worst
     along, across = np.diff(points, axis=1), np.diff(points, axis=0)
     u_along, u_across = np.diff(uv, axis=1), np.diff(uv, axis=0)
-    even = np.einsum("kid,kid->ki", normals[:, :-1], normals[:, 1:]), np.einsum("kid,kid->ki", normals[:-1], normals[1:])
+    even = (
+        np.einsum("kid,kid->ki", normals[:, :-1], normals[:, 1:]),
+        np.einsum("kid,kid->ki", normals[:-1], normals[1:]),
+    )
     seen, by_uv, turned = [], [], []
     for k, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
         rows, columns = slice(k, k + len(across)), slice(i, i + along.shape[1])

@@ -174,7 +174,9 @@ def test_quads_that_cut_a_sharp_tip_off_are_not_folded_there():
     normals = np.column_stack([0.01 * np.cos(at), np.sin(at), 0 * at])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     height = np.linspace(0, 1, 5)
-    points = np.concatenate([np.broadcast_to(section, (5, 13, 2)), np.broadcast_to(height[:, None, None], (5, 13, 1))], 2)
+    points = np.concatenate(
+        [np.broadcast_to(section, (5, 13, 2)), np.broadcast_to(height[:, None, None], (5, 13, 1))], 2
+    )
     uv = np.stack(np.meshgrid(at, height), axis=-1)
     seen = np.broadcast_to(normals, points.shape)
     assert worst_corner(points, seen, uv) > 0.9
