@@ -1,20 +1,28 @@
 """From a CAD file to the checked mesh: parts of hundreds of faces beside gmsh, and the start of the command.
 
-``python benchmarks/cad.py`` prints a row for each part and one for the start-up; ``--json`` one object for
-``benchmarks/compare.py``. Seconds are of the processor, all threads, so that a busy machine shows less; each ratio is
-of one run.
+``python benchmarks/cad.py`` prints a row for each part of the cheap half and one for the start-up, ``--all`` takes the
+other half, too (gears of 120 teeth, 500 holes: many minutes), ``--growth`` plates from 50 to 2,000 faces with the power
+of n by which each stage grows, ``--refusal`` a block of 554 faces that no sweep fits. ``--profile`` adds the functions
+of this package that took longest, ``--json`` prints one object for ``benchmarks/compare.py``.
+
+Seconds are of the processor, all threads, so that a busy machine shows less. Every part is measured in a process of
+its own, in which a small part of its family has been meshed before (kernels are loaded, or compiled, by then), and
+gmsh imports and meshes the same file in the same process: each ratio is of one run.
 """
 
 from __future__ import annotations
 
 import argparse
+import cProfile
 import json
 import math
 import os
+import pstats
 import subprocess
 import sys
 import tempfile
 import time
+from itertools import pairwise
 from pathlib import Path
 
 import cadquery as cq
@@ -23,42 +31,75 @@ from generators import FAMILIES
 import cadsweep as cs
 from cadsweep.gmsh_session import gmsh_session
 
-PARTS = [
-    ("gear", 15),
-    ("gear", 60),
-    ("herringbone", 30),
-    ("spring", 5),
-    ("rack", 25),
-    ("plate", 25),
-    ("plate", 100),
-    ("embossed", 25),
-]
+CHEAP = ["gear:15", "gear:60", "spring:5", "rack:25", "plate:25", "plate:100", "embossed:25", "pits:25"]
+DEAR = ["gear:120", "herringbone:30", "spring:20", "rack:100", "plate:500", "embossed:100", "pits:512"]
+GROWTH = ["plate:22", "plate:100", "plate:225", "plate:484", "plate:1000"]
+"""Plates with 50, 206, 456, 974 and 2,006 faces."""
+REFUSAL = ["crossed:240"]
+SMALL = {"gear": 6, "herringbone": 6, "spring": 1, "embossed": 4, "plate": 4, "crossed": 4, "rack": 3, "pits": 4}
+"""A part of every family that is meshed before the clock runs."""
+STAGES = ("load", "all", "gmsh")
 
 
-def measure(family: str, n: int, folder: Path) -> dict[str, object]:
-    """Seconds of one part: loaded, meshed (better of two turns), and imported and meshed on its surfaces by gmsh."""
-    part = FAMILIES[family](n)
-    path = folder / f"{family}{n}.step"
-    cq.exporters.export(part, str(path))
-    row: dict[str, object] = {"part": f"{family} {n}", "load": math.inf, "all": math.inf}
-    for _ in range(2):  # the first turn may compile, or import, what no part before has asked for
-        start = time.process_time()
-        loaded = cs.load(path)
-        row["faces"] = sum(len(solid.faces) for solid in loaded.solids)
-        row["load"] = min(row["load"], time.process_time() - start)  # type: ignore[type-var]
-        start = time.process_time()
-        try:
-            row["hexes"] = cs.sweep_mesh(path).n_hexes
-        except cs.CadSweepError as error:
-            row["refused"] = " ".join(str(error).split())[:120]
-        row["all"] = min(row["all"], time.process_time() - start)  # type: ignore[type-var]
+def attempt(path: Path) -> dict[str, object]:
+    """Processor seconds from the file to the mesh, or to the refusal, and which of the two it was."""
+    start = time.process_time()
+    try:
+        outcome: dict[str, object] = {"hexes": cs.sweep_mesh(path).n_hexes}
+    except cs.CadSweepError as error:
+        outcome = {"refused": " ".join(str(error).split())[:120]}
+    return outcome | {"all": time.process_time() - start}
+
+
+def longest(profile: cProfile.Profile, n: int) -> list[str]:
+    """The n functions of the package with the most time of their own and of what they call."""
+    entries = pstats.Stats(profile).stats.items()  # type: ignore[attr-defined]
+    ours = [
+        (total, own, calls, f"{Path(file).stem}.{name}")
+        for (file, _, name), (_, calls, own, total, _) in entries
+        if f"{os.sep}cadsweep{os.sep}" in file
+    ]
+    return [f"{total:8.2f} {own:8.2f} {calls:8d}  {name}" for total, own, calls, name in sorted(ours, reverse=True)[:n]]
+
+
+def measure(part: str, folder: Path, *, n_profiled: int) -> dict[str, object]:
+    """Seconds of one part: loaded, meshed, and imported and meshed on its surfaces by gmsh."""
+    family, _, n = part.partition(":")
+    paths = []
+    for count in (SMALL[family], int(n)):
+        paths.append(folder / f"{family}{count}.step")
+        cq.exporters.export(FAMILIES[family](count), str(paths[-1]))
+    small, path = paths
+    attempt(small)
+    start = time.process_time()
+    loaded = cs.load(path)
+    row: dict[str, object] = {"part": f"{family} {n}", "load": time.process_time() - start}
+    row["faces"] = sum(len(solid.faces) for solid in loaded.solids)
+    del loaded
+    row |= attempt(path)
     with gmsh_session("cad") as gmsh:
         start = time.process_time()
         gmsh.model.occ.importShapes(str(path))
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(2)
         row["gmsh"] = time.process_time() - start
+    if n_profiled:
+        profile = cProfile.Profile(time.process_time)
+        profile.runcall(attempt, path)
+        row["profile"] = longest(profile, n_profiled)
     return row
+
+
+def in_its_own_process(part: str, *, timeout: float, n_profiled: int) -> dict[str, object]:
+    """The row of a part, measured by another process, or why there is none."""
+    command = [sys.executable, __file__, "--one", part, "--profile", str(n_profiled)]
+    try:
+        answer = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, timeout=timeout)
+    except subprocess.TimeoutExpired:
+        return {"part": part.replace(":", " "), "failed": f"no answer in {timeout:.0f} s by the clock"}
+    except subprocess.CalledProcessError as error:
+        return {"part": part.replace(":", " "), "failed": f"the process ended with {error.returncode}"}
+    return dict(json.loads(answer.stdout.splitlines()[-1]))
 
 
 def children_seconds(command: list[str]) -> float:
@@ -81,28 +122,60 @@ def start_up(folder: Path, repeats: int) -> dict[str, float]:
     return {name: min(values) for name, values in found.items()}
 
 
+def show(row: dict[str, object]) -> None:
+    """Print the row of a part."""
+    if "failed" in row:
+        print(f"{row['part']:16s} {row['failed']}", flush=True)
+        return
+    outcome = row.get("refused") or f"{row['hexes']:,} hexes"
+    print(
+        f"{row['part']:16s} {row['faces']:5d} faces: load {row['load']:.2f} s, all {row['all']:.2f} s, "
+        f"{row['all'] / row['gmsh']:.1f} x gmsh's surfaces ({row['gmsh']:.2f} s); {outcome}",  # type: ignore[operator]
+        flush=True,
+    )
+    for line in row.get("profile", []):  # type: ignore[attr-defined]
+        print("    " + line)
+
+
+def show_growth(rows: list[dict[str, object]]) -> None:
+    """Print, from row to row, the power of the number of faces by which each figure grows."""
+    for before, after in pairwise(rows):
+        if "failed" in before or "failed" in after:
+            continue
+        grown = math.log(after["faces"] / before["faces"])  # type: ignore[operator]
+        powers = [f"{name} {math.log(after[name] / before[name]) / grown:.2f}" for name in STAGES]  # type: ignore[operator]
+        print(f"{before['faces']:5d} -> {after['faces']:5d} faces: power of n of {', '.join(powers)}")
+
+
 def main() -> None:
     """Measure, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--parts", nargs="*", default=[f"{family}:{n}" for family, n in PARTS], metavar="FAMILY:N")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--parts", nargs="*", default=CHEAP, metavar="FAMILY:N", help=f"default: {' '.join(CHEAP)}")
+    which.add_argument("--all", action="store_const", dest="parts", const=CHEAP + DEAR)
+    which.add_argument("--growth", action="store_const", dest="parts", const=GROWTH)
+    which.add_argument("--refusal", action="store_const", dest="parts", const=REFUSAL)
+    which.add_argument("--one", metavar="FAMILY:N", help=argparse.SUPPRESS)
     parser.add_argument("--repeats", type=int, default=3, help="turns of the start-up")
+    parser.add_argument("--timeout", type=float, default=900.0, help="seconds by the clock for one part")
+    parser.add_argument("--profile", type=int, nargs="?", const=40, default=0, metavar="N", help="longest N functions")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    cs.sweep_mesh(cq.Workplane().box(1, 1, 1))  # kernels are loaded, or compiled
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        rows = [measure(family, int(n), folder) for family, _, n in (part.partition(":") for part in options.parts)]
-        start = start_up(folder, options.repeats) if options.repeats else None
+        if options.one:
+            print(json.dumps(measure(options.one, Path(name), n_profiled=options.profile)))
+            return
+        rows = []
+        for part in options.parts:
+            rows.append(in_its_own_process(part, timeout=options.timeout, n_profiled=options.profile))
+            if not options.json:
+                show(rows[-1])
+        if options.parts is GROWTH and not options.json:
+            show_growth(rows)
+        start = start_up(Path(name), options.repeats) if options.repeats else None
     if options.json:
         print(json.dumps({"parts": rows, "start": start}))
-        return
-    for row in rows:
-        outcome = row.get("refused") or f"{row['hexes']:,} hexes"
-        print(
-            f"{row['part']:14s} {row['faces']:5d} faces: load {row['load']:.2f} s, all {row['all']:.2f} s, "
-            f"{row['all'] / row['gmsh']:.1f} x gmsh's surfaces ({row['gmsh']:.2f} s); {outcome}"  # type: ignore[operator]
-        )
-    if start:
+    elif start:
         ratio = start["command"] / start["import OCP"]
         print(
             f"cadsweep mesh box.step: {start['command']:.2f} s, {ratio:.2f} x import OCP ({start['import OCP']:.2f} s)"

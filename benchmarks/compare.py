@@ -43,7 +43,7 @@ def figures(tree: Path, arguments: list[str]) -> dict[str, float]:
         text=True,
     )
     data = json.loads(answer.stdout)
-    found = {f"{row['part']}, {what}": row[what] for row in data["parts"] for what in ("load", "all")}
+    found = {f"{row['part']}, {what}": row[what] for row in data["parts"] if "all" in row for what in ("load", "all")}
     return found | {f"start-up, {name}": seconds for name, seconds in (data["start"] or {}).items()}
 
 

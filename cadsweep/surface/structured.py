@@ -43,7 +43,9 @@ _EVENING = 3
 _AROUND = 4.0
 """Nodes of the lattice around a hole, in its longest segments, that tell where in the lattice its own nodes lie."""
 _FEWEST = 100
-"""Such nodes below which all are asked."""
+"""Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
+_MOST = 2000
+"""Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -120,13 +122,13 @@ def pierce(
     n_outer = len(outline.nodes[0])
     places = np.argwhere(number >= 0)
     order = number[places[:, 0], places[:, 1]]
-    at = whole[order]
+    lattice = scipy.spatial.cKDTree(whole[order])
     is_cell = np.zeros(number.shape, dtype=np.bool_)
     is_cell[cells[:, 0], cells[:, 1]] = True
     taken = np.where((number >= 0) & (number < n_outer), number, -1)
     first = n_outer
     for j in range(1, len(outline.loops)):
-        own = _places_in_lattice(chart.boundary[j], at, places)
+        own = _places_in_lattice(chart.boundary[j], lattice, places)
         corners = _hole_corners(outline, j, own)
         if not np.isfinite(own).all() or corners is None:
             return None
@@ -148,15 +150,26 @@ def pierce(
     return _numbered(taken, cells, first), cells
 
 
-def _places_in_lattice(hole: FloatArray, nodes: FloatArray, places: IntArray) -> FloatArray:
+def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places: IntArray) -> FloatArray:
     """Lattice places (m, 2) of the nodes of a hole, between those (n, 2) of the nodes around it; NaN outside of all."""
+    middle = hole.mean(axis=0)
     segment = float(np.linalg.norm(np.roll(hole, -1, axis=0) - hole, axis=1).max())
+    reach = float(np.linalg.norm(hole - middle, axis=1).max()) + _AROUND * segment
     # Triangles of all nodes take longer than all the rest where a face has ten thousands.
-    away, _ = scipy.spatial.cKDTree(hole).query(nodes, distance_upper_bound=_AROUND * segment)
-    near = np.isfinite(away)
-    if near.sum() < _FEWEST:
-        near[:] = True
-    return np.asarray(scipy.interpolate.LinearNDInterpolator(nodes[near], places[near].astype(np.float64))(hole))
+    near = np.array(lattice.query_ball_point(middle, reach, return_sorted=True), dtype=np.int64)
+    if len(near) > _MOST:
+        # Of a hole as large as that, those along its outline: what the others inside of it are is not asked.
+        beside = lattice.query_ball_point(hole, _AROUND * segment)
+        near = distinct(np.concatenate([np.asarray(own, dtype=np.int64) for own in beside]))
+    if len(near) < _FEWEST:
+        near = np.sort(lattice.query(middle, min(_FEWEST, lattice.n))[1])
+    found = _interpolated(hole, lattice.data[near], places[near])
+    return found if np.isfinite(found).all() else _interpolated(hole, lattice.data, places)
+
+
+def _interpolated(at: FloatArray, nodes: FloatArray, places: IntArray) -> FloatArray:
+    """Lattice places (m, 2) at points (m, 2), linear in the triangles of nodes (n, 2); NaN outside of these."""
+    return np.asarray(scipy.interpolate.LinearNDInterpolator(nodes, places.astype(np.float64))(at))
 
 
 def places_around(p: int, q: int) -> IntArray:

@@ -18,9 +18,10 @@ Not handled: faces with a turn and no mirror, curved faces, outlines that a mirr
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -30,11 +31,11 @@ from ..errors import SurfaceMeshError
 from .background import GROWTH
 from .chart import Chart, signed_area
 from .fan import fan_of_polygon
-from .gmsh_quads import mesh_polygon, settings_for
+from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
 from .symmetry import Wedge, find_wedges
-from .transfinite import grid_of_polygon
+from .transfinite import GOOD_ENOUGH, grid_of_polygon
 
 _ON_RAY = 1e-7
 """Angle from a ray up to which a node lies on it."""
@@ -82,12 +83,14 @@ def fill_symmetric(outline: Outline) -> FaceQuads | None:
 def _best_of(outline: Outline, chart: Chart, wedge: Wedge, domain: _Domain) -> FaceQuads | None:
     boundary = np.concatenate(outline.nodes)
     best: FaceQuads | None = None
-    for inner, quads in _fillings(chart, domain):
-        made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, inner, quads))
-        if made is not None and (best is None or made.better_than(best)):
-            best = made
-        if best is not None and best.expected >= _GOOD:
+    for size_factor, fill in _fillings(chart, domain):
+        # Much smaller quads are many, and seldom better: they are for where nothing else is good enough.
+        if best is not None and best.expected >= (GOOD_ENOUGH if size_factor < 1 else _GOOD):
             break
+        with suppress(SurfaceMeshError):  # the next setting, or another way
+            made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, *fill()))
+            if made is not None and (best is None or made.better_than(best)):
+                best = made
     return best
 
 
@@ -229,22 +232,26 @@ def _places(points: FloatArray, domain: _Domain) -> FloatArray:
     return np.concatenate([points, np.array(domain.new).reshape(-1, 2)])
 
 
-def _fillings(chart: Chart, domain: _Domain) -> Iterator[tuple[FloatArray, IntArray]]:
-    """Quads of the wedge: inner places, and quads in ids of the domain's nodes, then the inner ones."""
+def _fillings(chart: Chart, domain: _Domain) -> Iterator[tuple[float, Callable[[], tuple[FloatArray, IntArray]]]]:
+    """Ways to fill the wedge, coarse ones first: their size, in sizes of the outline, and what makes the quads.
+
+    That gives inner places, and quads in ids of the domain's nodes, then the inner ones, or raises SurfaceMeshError.
+    """
     places = _places(np.concatenate(chart.boundary), domain)
     loops = [places[ids] for ids in domain.loops]
-    regular = [grid_of_polygon(loops[0]), fan_of_polygon(loops[0])] if len(loops) == 1 else []
     number = np.concatenate([np.array(ids, dtype=np.int64) for ids in domain.loops])
 
     def numbered(inner: FloatArray, quads: IntArray) -> tuple[FloatArray, IntArray]:
         return inner, np.concatenate([number, len(places) + np.arange(len(inner), dtype=np.int64)])[quads]
 
-    for found in regular:
+    def meshed(setting: Setting) -> tuple[FloatArray, IntArray]:
+        return numbered(*mesh_polygon(loops, setting))
+
+    for found in [grid_of_polygon(loops[0]), fan_of_polygon(loops[0])] if len(loops) == 1 else []:
         if found is not None:
-            yield numbered(*found)
+            yield 1.0, partial(numbered, *found)
     for setting in settings_for(loops):
-        with suppress(SurfaceMeshError):  # the next setting, or another way
-            yield numbered(*mesh_polygon(loops, setting))
+        yield setting.size_factor, partial(meshed, setting)
 
 
 def _copied(

@@ -131,6 +131,22 @@ def test_no_point_of_a_face_is_lost(name):
         assert off.max() < 1.01e-4 * solid.size
 
 
+def test_the_right_wall_of_a_thin_twisted_tip_is_found():
+    """Places of the grid that are nearest may all be on the other wall: the section turns between two rows of them."""
+    at = 2 * np.pi * np.arange(24) / 24 + np.pi / 2
+    section = [tuple(p) for p in np.column_stack([10 * np.cos(at), 0.5 * np.sin(at)]).tolist()]
+    blade = cq.Workplane().spline(section, periodic=True).wire().twistExtrude(40, 60)
+    face = next(f for f in cadsweep.load(blade).solids[0].faces if f.kind == "bspline").surface
+    low, high = face.box
+    u = low[0] + (high[0] - low[0]) * (np.arange(400) + 0.5) / 400
+    v = low[1] + (high[1] - low[1]) * np.linspace(0.15, 0.85, 7)
+    rows = face.evaluate(np.stack(np.meshgrid(v, u), axis=-1)[..., ::-1].reshape(-1, 2)).reshape(400, 7, 3)
+    chords = (0.5 * (rows[:-6] + rows[6:])).reshape(-1, 3)[::7]
+    np.testing.assert_allclose(face.distance(chords), face.second_opinion(chords), atol=1e-7)
+    feet = face.evaluate(face.project(chords))
+    np.testing.assert_allclose(np.linalg.norm(feet - chords, axis=1), face.distance(chords), atol=1e-12)
+
+
 def test_opencascade_is_asked_about_what_stays_far():
     face = next(f for f in cadsweep.load(PARTS["skewed loft"]()).solids[0].faces if f.kind == "bspline")
     points = face.surface.evaluate(face.surface.box.mean(axis=0)[None]) + [[0.0, 0.0, 0.0], [0.1, 0.1, 0.1]]
