@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy
 
 import cadsweep
 from cadsweep.cad.geometry.feet_kernels import descended_feet
+from cadsweep.cad.geometry.nearest_kernels import lowest_rows
 from cadsweep.cad.geometry.nurbs import BSplineSurface
 from cadsweep.cad.geometry.records import surface_record
 from cadsweep.cad.geometry.surfaces import Spline
@@ -157,3 +159,17 @@ def test_opencascade_says_infinite_where_it_finds_no_foot():
     found = distances(np.array([[0.5, 0.5, 2.0], [np.nan, 0.0, 0.0]]))
     assert found[0] == pytest.approx(2)
     assert np.isinf(found[1])
+
+
+@pytest.mark.parametrize("shape", [(9, 7), (3, 3), (1, 9)])
+def test_the_lowest_rows_of_a_grid_are_nearer_than_all_around_them(shape):
+    random = np.random.default_rng(0)
+    rows, points = random.normal(size=(shape[0] * shape[1], 3)), random.normal(size=(20, 3))
+    found = np.empty((len(points), 4), dtype=np.int64)
+    lowest_rows(rows, shape[1], points, found)
+    away = scipy.spatial.distance.cdist(points, rows)
+    around = scipy.ndimage.minimum_filter(away.reshape(-1, *shape), size=(1, 3, 3), mode="nearest").reshape(away.shape)
+    for own, least, one in zip(away, around, found, strict=True):
+        candidates = np.flatnonzero(own == least)
+        expected = candidates[np.argsort(own[candidates])][: len(one)]
+        assert one[one >= 0].tolist() == expected.tolist()

@@ -22,7 +22,7 @@ import scipy
 from ...arrays import FloatArray, IntArray
 from .curves import EdgeCurve, Parametric
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
-from .nearest_kernels import nearest_rows
+from .nearest_kernels import lowest_rows, nearest_rows
 from .record_kernels import curve_points, surface_normals, surface_points
 from .records import curve_record, surface_record
 from .surfaces import Cone, Geometry, Offset, Periods, Plane, Torus, grid_points, knots_of
@@ -38,8 +38,6 @@ _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
 _DOUBTFUL = 0.1
 """Distance of a foot over that of the place of the grid it was looked for from, beyond which it is looked for anew."""
-_AT_ONCE = 2**20
-"""Pairs of a point and a place of the grid that are looked at together: some megabytes."""
 _FEW = 200_000
 """Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
@@ -271,17 +269,12 @@ class FaceSurface:
         The nearest places alone would not do: they may all be on one coil, where the grid is fine.
         """
         grid, places = self._grid
-        shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
+        across = int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
+        rows = np.empty((len(points), _PLACES), dtype=np.int64)
+        lowest_rows(places, across, _packed(points, 3), rows)
+        which, k = np.nonzero(rows >= 0)
         found = np.full(len(points), np.inf)
-        step = max(1, _AT_ONCE // len(grid))
-        for rows in (slice(first, first + step) for first in range(0, len(points), step)):
-            away = scipy.spatial.distance.cdist(points[rows], places, "sqeuclidean")
-            by_axes = away.reshape(len(away), *shape)
-            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=(1, 3, 3), mode="nearest")
-            away[~least.reshape(away.shape)] = np.inf
-            some = np.argpartition(away, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
-            row, k = np.nonzero(np.isfinite(np.take_along_axis(away, some, axis=1)))
-            np.minimum.at(found[rows], row, self._descended(points[rows][row], grid[some[row, k]])[1])
+        np.minimum.at(found, which, self._descended(points[which], grid[rows[which, k]])[1])
         return found
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
