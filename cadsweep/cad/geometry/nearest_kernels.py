@@ -25,7 +25,7 @@ def nearest_rows(rows, points, out):  # type: ignore[no-untyped-def]  # pragma: 
 
 
 @kernel
-def lowest_rows(rows, n_across, points, out):  # type: ignore[no-untyped-def]  # noqa: PLR0912  # pragma: no cover
+def lowest_rows(rows, n_across, points, out):  # type: ignore[no-untyped-def]  # pragma: no cover
     """For each of points (m, 3) rows ``out`` (m, k) of a grid that are nearer to it than all eight around them.
 
     `rows` (g, 3) are places of the grid, `n_across` of them in each line of it. The nearest of these rows come first;
