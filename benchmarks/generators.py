@@ -6,6 +6,8 @@ import math
 
 import cadquery as cq
 import numpy as np
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.gp import gp_Vec
 
 
 def gear(n_teeth: int, *, twist: float = 20.0, width: float = 8.0) -> cq.Workplane:
@@ -131,6 +133,46 @@ def block(seed: int, n_features: int = 30, *, snap: float | None = None) -> cq.W
             solid = solid.mirror("XY")
         part = part.cut(solid) if is_pocket else part.union(solid)
     return part
+
+
+def bossed(n_columns: int) -> cq.Workplane:
+    """A perforated plate of n columns: bosses, bored bosses, blind holes and holes, put together without a fuse."""
+    side = math.ceil(math.sqrt(1.25 * n_columns))
+    sites = [(4.0 * (k % side), 4.0 * (k // side)) for k in range(side * side)]
+    kinds = [("boss", "bored", "blind", "boss", "hole")[k % 5] for k in range(side * side)]
+    plate = cq.Wire.makePolygon(
+        [cq.Vector(x, y, 2) for x, y in ((-4, -4), (4 * side, -4), (4 * side, 4 * side), (-4, 4 * side))], close=True
+    )
+    faces, holes_above, holes_below = [], [], []
+    n_made = 1
+    for (x, y), kind in zip(sites, kinds, strict=True):
+        if kind != "hole" and n_made == n_columns:
+            continue
+        n_made += kind != "hole"
+        outline = cq.Wire.makeCircle(1.2, cq.Vector(x, y, 2), cq.Vector(0, 0, 1))
+        holes_above.append(outline)
+        to = {"boss": 1.0, "bored": 1.5, "blind": -1.0, "hole": -2.0}[kind]
+        wall, end = _drawn(outline, to)
+        faces.append(wall)
+        if kind == "hole":
+            holes_below.append(end)
+        elif kind == "bored":
+            rim = cq.Wire.makeCircle(0.6, cq.Vector(x, y, 3.5), cq.Vector(0, 0, 1))
+            bore, foot = _drawn(rim, -3.5)
+            faces += [bore, cq.Face.makeFromWires(end, [rim])]
+            holes_below.append(foot)
+        else:
+            faces.append(cq.Face.makeFromWires(end))
+    sides, below = _drawn(plate, -2.0)
+    faces += [sides, cq.Face.makeFromWires(plate, holes_above), cq.Face.makeFromWires(below, holes_below)]
+    shell = cq.Shell.makeShell([part for face in faces for part in face.Faces()])
+    return cq.Workplane(cq.Solid.makeSolid(shell).fix())
+
+
+def _drawn(wire: cq.Wire, height: float) -> tuple[cq.Shape, cq.Wire]:
+    """The wall that a wire draws when it is moved by a height, and the wire in its new place."""
+    maker = BRepPrimAPI_MakePrism(wire.wrapped, gp_Vec(0, 0, height))
+    return cq.Shape.cast(maker.Shape()), cq.Wire(maker.LastShape())
 
 
 FAMILIES = {

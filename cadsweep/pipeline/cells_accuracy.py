@@ -129,8 +129,9 @@ def _lost(part: Part, joined: JoinedMesh | CellBlocks) -> dict[int, tuple[float,
             exposed.setdefault(owner, []).append(corners)
             areas[owner] = areas.get(owner, 0.0) + part.solids[cell].faces[face].area
     for owner, own in pieces.items():
-        volume, _ = volume_and_area(np.concatenate(own))
-        _, area = volume_and_area(np.concatenate(exposed[owner]))
+        volume, area = volume_and_area(np.concatenate(own))
+        if len(exposed[owner]) < len(own):  # the rest lies on cuts
+            _, area = volume_and_area(np.concatenate(exposed[owner]))
         found[owner] = volume / part.models[owner].volume - 1.0, area / areas[owner] - 1.0
     return found
 

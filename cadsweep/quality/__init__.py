@@ -15,7 +15,7 @@ from .metrics import (
 from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
 from .several import PartSurface, fit_surfaces, name_quads, part_surfaces, shared_problems
-from .skin import Skin, SurfaceFindings, check_skin, check_surface
+from .skin import Skin, SurfaceFindings, check_skin, check_surface, of_whole
 from .structure import structure_problems
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "make_report",
     "measure_hexes",
     "name_quads",
+    "of_whole",
     "part_surfaces",
     "positive_inside",
     "quad_areas",

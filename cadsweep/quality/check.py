@@ -33,7 +33,7 @@ from .limits import BoundaryLimit, boundary_limit
 from .overlap import BoundaryCrossing
 from .report import CadReference, QualityReport
 from .several import interface_problems, part_surfaces
-from .skin import Skin, check_skin
+from .skin import Skin, check_skin, of_whole
 from .structure import follows_structure, structure_boundary, structure_problems
 
 POOR = 0.5
@@ -110,7 +110,9 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
         surfaces=lambda: part_surfaces(mesh),
         between=lambda: interface_problems(mesh),
     )
-    surface = check_skin(skin, cad if isinstance(cad, Mapping) else cad or _cad_of(mesh), volume=seen.volume)
+    every = all(np.array_equal(ids, np.arange(mesh.n_hexes)) for ids in mesh.parts.values())
+    known = _cad_of(mesh) if cad is None else of_whole(cad, mesh.parts, every=every)
+    surface = check_skin(skin, known, volume=seen.volume)
     problems += boundary_problems(mesh, expected)
     return make_report(
         seen,

@@ -164,6 +164,23 @@ class Skin:
     numbers: IntArray | None = None
 
 
+def of_whole(
+    cad: CadReference | Mapping[str, CadReference] | None, parts: Collection[str], *, every: bool
+) -> CadReference | Mapping[str, CadReference] | None:
+    """What the CAD model says of a mesh of one part as what it says of the whole, whose surface is looked at once.
+
+    Parameters
+    ----------
+    cad : CadReference, mapping of part name to CadReference, or None
+    parts : collection of str
+    every : bool
+        Whether all hexahedra belong to the only part, each once.
+    """
+    if isinstance(cad, Mapping) and every and len(parts) == 1 and set(cad) == set(parts):
+        return cad[next(iter(parts))]
+    return cad
+
+
 def check_skin(skin: Skin, cad: CadReference | Mapping[str, CadReference] | None, *, volume: float) -> SurfaceFindings:
     """Check the surface of a mesh; of several parts each by itself, since these may touch along an edge.
 

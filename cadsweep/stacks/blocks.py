@@ -42,12 +42,17 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
     cells = find_owners(stack, mesh)
     layers = [mesh.quads[material[cells, k]] for k in range(levels.n_layers)]
     numbers, points, level_of, place_of = _number(stack, places, heights, layers)
-    hexes = [np.concatenate([numbers.above[k][q], numbers.below[k + 1][q]], axis=1) for k, q in enumerate(layers)]
+    hexes = np.empty((sum(map(len, layers)), 8), dtype=np.int64)
+    first = 0
+    for k, q in enumerate(layers):
+        own = hexes[first : first + len(q)]
+        own[:, :4], own[:, 4:] = numbers.above[k][q], numbers.below[k + 1][q]
+        first += len(q)
     caps = _cap_quads(stack, levels, mesh, numbers)
     walls = _wall_quads(stack, levels, mesh, material, numbers)
     return StackMesh(
         points=points,
-        hexes=np.concatenate(hexes).astype(np.int64),
+        hexes=hexes,
         quads=np.concatenate([q for q, _ in caps + walls]),
         faces=np.concatenate([f for _, f in caps + walls]),
         edge_nodes=nodes_on_edges(stack, levels, mesh, numbers.row, points),

@@ -82,7 +82,7 @@ def find_sheets(stack: Stack) -> Sheets:
     found = Sheets(caps=caps, stations=stations, heights=np.zeros(len(roots)))
     for place in [*table.vertices, *table.middles]:
         groups = table.groups(place, tolerance)
-        levels = [(number[union[group[0][1]]], float(np.mean([h for h, _ in group])), group) for group in groups]
+        levels = [(number[union[group[0][1]]], sum(h for h, _ in group) / len(group), group) for group in groups]
         for (low, bottom, one), (high, top, other) in pairwise(levels):
             if low == high:
                 if table.has_material(place, (bottom + top) / 2.0):
@@ -92,7 +92,9 @@ def find_sheets(stack: Stack) -> Sheets:
                         f"the wall between {below} and {above} at ({where}) runs out to a point, where they meet"
                     )
                 continue
-            found.over.setdefault((low, high), stack.solid.units.place(table.points[place] + bottom * stack.direction))
+            if (low, high) not in found.over:
+                where = stack.solid.units.place(table.points[place] + bottom * stack.direction)
+                found.over[low, high] = where
             if place in table.weights and table.has_material(place, (bottom + top) / 2.0):
                 found.spans.setdefault((low, high), []).append((top - bottom, table.weights[place]))
         for sheet, height, _ in levels:

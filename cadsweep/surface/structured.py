@@ -44,6 +44,8 @@ _AROUND = 4.0
 """Nodes of the lattice around a hole, in its longest segments, that tell where in the lattice its own nodes lie."""
 _FEWEST = 100
 """Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
+_MOST = 2000
+"""Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -155,6 +157,10 @@ def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places:
     reach = float(np.linalg.norm(hole - middle, axis=1).max()) + _AROUND * segment
     # Triangles of all nodes take longer than all the rest where a face has ten thousands.
     near = np.array(lattice.query_ball_point(middle, reach, return_sorted=True), dtype=np.int64)
+    if len(near) > _MOST:
+        # Of a hole as large as that, those along its outline: what the others inside of it are is not asked.
+        beside = lattice.query_ball_point(hole, _AROUND * segment)
+        near = distinct(np.concatenate([np.asarray(own, dtype=np.int64) for own in beside]))
     if len(near) < _FEWEST:
         near = np.sort(lattice.query(middle, min(_FEWEST, lattice.n))[1])
     found = _interpolated(hole, lattice.data[near], places[near])

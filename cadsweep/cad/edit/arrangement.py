@@ -34,7 +34,7 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement
-from ..shapes import EDGE, SolidShape, index_map, typed
+from ..shapes import EDGE, SolidShape, index_map, listed, typed
 from .plane_cells import Line, cells_between
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
@@ -151,7 +151,7 @@ def _fused(projected: Sequence[Line], fuzzy: float) -> list[Line]:
     number = index_map(builder.Shape(), EDGE)
     at: dict[int, int] = {}
     for line in projected:
-        images = list(builder.Modified(line.shape)) or ([] if builder.IsDeleted(line.shape) else [line.shape])
+        images = listed(builder.Modified(line.shape)) or ([] if builder.IsDeleted(line.shape) else [line.shape])
         for image in images:
             key = number.FindIndex(image)
             if key not in at:

@@ -32,7 +32,7 @@ from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement
 from ..extract.solids import extract_solid
-from ..shapes import EDGE, FACE, compound, explore, index_map, typed
+from ..shapes import EDGE, FACE, compound, explore, index_map, listed, typed
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 
@@ -75,7 +75,7 @@ def _cells(edges: Sequence[Any], plane: Any) -> list[Any]:
     if builder.HasErrors() or not builder.Areas().Size():
         raise CadError("OpenCASCADE could not make cells of the outlines of the caps")
     # What lies outside of all outlines comes as a face of negative area.
-    return [typed(face, FACE) for face in builder.Areas() if _area(face) > 0.0]
+    return [typed(face, FACE) for face in listed(builder.Areas()) if _area(face) > 0.0]
 
 
 def _area(face: Any) -> float:

@@ -2,8 +2,8 @@
 
 Place in the flow: ``solids`` reads lengths, tangents, angles and gaps from here.
 
-Method: straight edges and plane faces are most of what a machined part has, and numpy takes as long for one point as
-for a hundred; so all of them are evaluated together, the others one by one.
+Method: straight edges, arcs, planes and cylinders are most of what a machined part has, and numpy takes as long for one
+point as for a hundred; so all of them are evaluated together, the others one by one.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ..geometry.angles import MIDDLE
-from ..geometry.curves import EdgeCurve, Line
+from ..geometry.curves import EdgeCurve, Ellipse, Line
 from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Plane
 
 AT = np.array([0.0, 0.5, 1.0])
 """Arc-length fractions of the samples."""
+_ARC = ("center", "x_axis", "y_axis")
 
 
 class EdgeSamples(NamedTuple):
@@ -67,12 +68,37 @@ def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
         out.tangents[straight] = tangents[:, None]
         out.end_tangents[straight] = tangents[:, None]
         out.lengths[straight] = speed * (last - first)
+    _sample_arcs([(j, curve) for j, curve in enumerate(curves) if is_arc(curve)], out)
     for j, curve in enumerate(curves):
-        if not isinstance(curve.geometry, Line):
+        if not isinstance(curve.geometry, Line) and not is_arc(curve):
             out.parameters[j], out.points[j], out.tangents[j] = curve.frames(AT)
             out.end_tangents[j] = curve.end_tangents
             out.lengths[j] = curve.length
     return out
+
+
+def is_arc(curve: EdgeCurve) -> bool:
+    """Whether a curve is an arc of a circle."""
+    return isinstance(curve.geometry, Ellipse) and curve.constant_speed
+
+
+def _sample_arcs(arcs: Sequence[tuple[int, EdgeCurve]], out: EdgeSamples) -> None:
+    """The formulas of `Ellipse` and `EdgeCurve` for all arcs of circles at once."""
+    if not arcs:
+        return
+    own = [j for j, _ in arcs]
+    center, x_axis, y_axis = (np.array([getattr(curve.geometry, name) for _, curve in arcs])[:, None] for name in _ARC)
+    first, last = np.array([(curve.first, curve.last) for _, curve in arcs]).T
+    at = first[:, None] * (1.0 - AT) + last[:, None] * AT
+    cos, sin = np.cos(at)[..., None], np.sin(at)[..., None]
+    out.parameters[own] = at
+    out.points[own] = center + (cos * x_axis + sin * y_axis)
+    tangents = cos * y_axis - sin * x_axis
+    speed = np.linalg.norm(tangents, axis=2)
+    tangents /= speed[..., None]
+    out.tangents[own] = tangents
+    out.end_tangents[own] = tangents[:, ::2]
+    out.lengths[own] = speed[:, 0] * (last - first)
 
 
 class FaceSamples(NamedTuple):
@@ -88,12 +114,15 @@ class FaceSamples(NamedTuple):
         The edge that it was found on.
     place : (3,) float64
         Where.
+    gaps : (n,) float64, or None
+        Distances of the edges from the surface, where it is one that they bound themselves; in the order of `normals`.
     """
 
     normals: Mapping[int, FloatArray]
     gap: float
     edge: int
     place: FloatArray
+    gaps: FloatArray | None = None
 
 
 def sample_face(surface: FaceSurface, edges: EdgeSamples) -> FaceSamples:

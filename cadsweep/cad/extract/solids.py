@@ -32,11 +32,12 @@ from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
 from ..geometry.surfaces import Plane
 from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, shapes_of
+from .cylinders import Cylinders, find_cylinders
 from .face_surfaces import read_face_surface
 from .flat import is_exact, measure_flat
 from .gaps import border_gaps
 from .labels import EdgeLabel, FaceLabel, Labels
-from .sampling import EdgeSamples, sample_face
+from .sampling import EdgeSamples, FaceSamples, sample_face
 from .shared import PartGeometry
 
 _LARGEST_GAP = 1e-3
@@ -107,9 +108,16 @@ def extract_solid(
         )
         for face, own in zip(holder.faces, wires, strict=True)
     ]
-    frames = [_face_frames(surface, j, samples, largest_gap) for j, surface in enumerate(surfaces)]
-    for surface in surfaces:
-        numbers, found = border_gaps(surface, samples, size)
+    cylinders = find_cylinders(surfaces)
+    at_once = cylinders.samples(surfaces, samples)
+    frames = []
+    for j, surface in enumerate(surfaces):
+        along = at_once[j] if j in at_once else sample_face(surface, samples)
+        _refuse_torn(along, j, largest_gap)
+        frames.append(along.normals)
+        numbers, found = (
+            border_gaps(surface, samples, size) if along.gaps is None else (list(surface.curves), along.gaps)
+        )
         gaps[numbers] = np.maximum(gaps[numbers], found)
     loops = _loops(wires, ends, curves, frames, samples)
     uses: list[list[tuple[int, bool]]] = [[] for _ in holder.edges]
@@ -146,7 +154,7 @@ def extract_solid(
     measures = [
         measure or _measured_by_opencascade(face, surface)
         for measure, face, surface in zip(
-            _measured(surfaces, loops, frames, samples, curves), holder.faces, surfaces, strict=True
+            _measured(surfaces, loops, frames, samples, curves, cylinders), holder.faces, surfaces, strict=True
         )
     ]
     faces = tuple(
@@ -218,9 +226,12 @@ class _Use(NamedTuple):
 
 def _wires(face: Any, edge_map: Any) -> list[list[_Use]]:
     """The wires of a face, outer wire first; without degenerate edges."""
-    outer = BRepTools.OuterWire_s(face)
+    found = list(explore(face, WIRE))
+    if len(found) > 1:
+        outer = BRepTools.OuterWire_s(face)
+        found.sort(key=lambda wire: not wire.IsSame(outer))
     wires = []
-    for wire in sorted(explore(face, WIRE), key=lambda wire: not wire.IsSame(outer)):
+    for wire in found:
         uses = []
         for edge in explore(wire, EDGE):
             number = edge_map.FindIndex(edge) - 1
@@ -242,18 +253,14 @@ def _end_gaps(samples: EdgeSamples, vertices: FloatArray, largest_gap: float, un
     return gaps
 
 
-def _face_frames(
-    surface: FaceSurface, number: int, samples: EdgeSamples, largest_gap: float
-) -> Mapping[int, FloatArray]:
-    """For each edge of the face, the outward normals (3, 3) at its start, middle and end; and in the face's middle."""
-    found = sample_face(surface, samples)
-    if not found.gap <= largest_gap:
-        x, y, z = found.place
+def _refuse_torn(along: FaceSamples, number: int, largest_gap: float) -> None:
+    """Refuse a face that lies far off one of its edges."""
+    if not along.gap <= largest_gap:
+        x, y, z = along.place
         raise CadError(
-            f"edge {found.edge} lies {found.gap:.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
+            f"edge {along.edge} lies {along.gap:.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
             "damaged. Export it again from its CAD program."
         )
-    return found.normals
 
 
 def _loops(
@@ -301,12 +308,13 @@ def _two_faces(number: int, uses: Sequence[tuple[int, bool]], samples: EdgeSampl
     return first, second
 
 
-def _measured(
+def _measured(  # noqa: PLR0917
     surfaces: Sequence[FaceSurface],
     loops: Sequence[tuple[Loop, ...]],
     frames: Sequence[Mapping[int, FloatArray]],
     samples: EdgeSamples,
     curves: Sequence[EdgeCurve],
+    cylinders: Cylinders,
 ) -> list[Measure | None]:
     """Area, centroid and volume share of every face; None where our integrals give none."""
     exact = [is_exact(curve) for curve in curves]
@@ -317,6 +325,7 @@ def _measured(
     ]
     normals = np.array([frames[f][MIDDLE][0] for f in flat]).reshape(-1, 3)
     known = dict(zip(flat, measure_flat([loops[f] for f in flat], normals, curves, samples), strict=True))
+    known |= cylinders.measures(loops, curves)
     return [known.get(f) or measure_face(surface, loops[f]) for f, surface in enumerate(surfaces)]
 
 
@@ -362,12 +371,13 @@ def _face(
     label: FaceLabel,
     units: Units,
 ) -> Face:
+    flat = isinstance(surface.geometry, Plane)
     return Face(
         id=number,
         kind=_kind(shape),
         area=measure.area,
         center=measure.center,
-        normal=surface.normals(surface.project(measure.center[None]))[0],
+        normal=surface.normals(surface.box[:1] if flat else surface.project(measure.center[None]))[0],
         loops=loops,
         surface=surface,
         name=label.names[0] if label.names else None,
