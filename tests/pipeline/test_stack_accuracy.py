@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-cq = pytest.importorskip("cadquery")
+pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
+
+import cadquery as cq
 
 import cadsweep as cs
 
