@@ -22,7 +22,9 @@ from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection.caps import PlacedCap, place_target
 from ..quality.deviation import Deviation, measure_deviation
+from ..surface import Division
 from ..sweep import Intervals, Sweep
+from .curvature import divide_by_curvature
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
 from .local_sizes import GROWTH
@@ -93,7 +95,15 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
         assert limit is not None
         if _shortfall(best.deviation, limit) <= 1.0:
             break
-        wishes = _finer(sweep, last, hints, limit.beyond(in_vain), fixed=() if _layers_follow(options) else sweep.rails)
+        wishes = _finer(
+            sweep,
+            last,
+            hints,
+            limit.beyond(in_vain),
+            fixed=() if _layers_follow(options) else sweep.rails,
+            # The places of rows along walls, and of nodes that answer others, are settled elsewhere.
+            curved=not (options.wall_layers or options.periodic),
+        )
         if wishes is None:
             break
         try:
@@ -235,8 +245,13 @@ def _excess(deviation: Deviation, limit: _Limit) -> float:
     return float(np.sqrt(MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
 
 
-def _finer(sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int]) -> Hints | None:
-    """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided."""
+def _finer(
+    sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int], curved: bool
+) -> Hints | None:
+    """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided.
+
+    `curved`: edges may be divided by their curvature.
+    """
     deviation, solid = made.deviation, sweep.solid
     excess = _excess(deviation, limit)
     inside = _inside_sizes(deviation, limit, excess, hints.inside)
@@ -247,11 +262,16 @@ def _finer(sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: 
     factors = {e: f for e, f in factors.items() if e not in demanded and e not in fixed}
     if not factors and inside is None:
         return None
+    lengths = {e: solid.edges[e].length / max(1, int(made.counts.counts[e])) for e in factors}
+    uneven: tuple[dict[int, float], dict[int, Division]] = ({}, {})
+    if curved:
+        uneven = divide_by_curvature(
+            sweep, lengths, limit.distance / MARGIN, fixed={*fixed, *demanded, *hints.divisions}
+        )
     sizes = dict(hints.sizes)
     for e, factor in factors.items():
-        present = solid.edges[e].length / max(1, int(made.counts.counts[e]))
-        sizes[e] = min(sizes.get(e, np.inf), present / factor)
-    return replace(hints, sizes=sizes, inside=_least(hints.inside, inside))
+        sizes[e] = min(sizes.get(e, np.inf), uneven[0].get(e, lengths[e] / factor))
+    return replace(hints, sizes=sizes, inside=_least(hints.inside, inside), divisions={**hints.divisions, **uneven[1]})
 
 
 def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: float) -> dict[int, float]:

@@ -177,16 +177,16 @@ class RingBuilder:
             slid = slide_rows(grid, wanted)
             if slid is None:
                 continue
-            self._accept_slide(placed, grid, _interpolate_rows(uv, *slid))
+            self._accept_slide(placed, grid, uv, _interpolate_rows(uv, *slid))
 
-    def _accept_slide(self, placed: PlacedSide, grid: FloatArray, uv: FloatArray) -> None:
+    def _accept_slide(self, placed: PlacedSide, grid: FloatArray, before: FloatArray, uv: FloatArray) -> None:
         surface = self.solid.faces[placed.side.face].surface
         new = grid.copy()
         inside = uv[1:-1, 1:-1]
         new[1:-1, 1:-1] = surface.evaluate(inside.reshape(-1, 2)).reshape(*inside.shape[:2], 3)
         normals = surface.normals(uv.reshape(-1, 2)).reshape(grid.shape)
         # A slide that hurts the side itself is not worth what it brings inside.
-        if worst_corner(new, normals) >= min(0.3, 0.9 * worst_corner(grid, normals)):
+        if worst_corner(new, normals, uv) >= min(0.3, 0.9 * worst_corner(grid, normals, before)):
             self.rings[self.layout.block(placed)] = new
 
     def labels(self) -> tuple[IntArray, IntArray, IntArray]:

@@ -30,6 +30,10 @@ _CORNER = np.radians(140)
 """Angle below which a node of a polygon is a corner of its grid."""
 GOOD_ENOUGH = 0.3
 """Worst corner sine of a filling above which no other one is tried."""
+_TURNED = 0.5
+"""Cosine between the normals of a corner and its neighbours below which the normal cannot tell how a quad turns."""
+_MOST_UNKNOWNS = 200_000
+"""Inner nodes up to which Winslow's equations are solved: beyond, their factors fill memory."""
 
 
 def blend_variables(
@@ -72,15 +76,46 @@ def chain_fractions(points: FloatArray) -> FloatArray:
     return fractions
 
 
-def worst_corner(points: FloatArray, normals: FloatArray) -> float:
+def worst_corner(points: FloatArray, normals: FloatArray, uv: FloatArray) -> float:
     """Least sine of the corner angles of a grid of quads, seen along the surface's normals.
+
+    Where the surface turns by more than a quad can follow, as at the tip of a thin blade, its normal at a corner says
+    nothing of the quad: there it is the parameters that say whether it is folded.
 
     Parameters
     ----------
     points, normals : (h + 1, w + 1, 3) float64
         ``d points / d i  x  d points / d k`` should point along the normals.
+    uv : (h + 1, w + 1, 2) float64
     """
-    return float(worst_grid_corner(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
+    worst = float(worst_grid_corner(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
+    if not -np.inf < worst < GOOD_ENOUGH:
+        return worst
+    along, across = np.diff(points, axis=1), np.diff(points, axis=0)
+    u_along, u_across = np.diff(uv, axis=1), np.diff(uv, axis=0)
+    even = (
+        np.einsum("kid,kid->ki", normals[:, :-1], normals[:, 1:]),
+        np.einsum("kid,kid->ki", normals[:-1], normals[1:]),
+    )
+    seen, by_uv, turned = [], [], []
+    for k, i in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        rows, columns = slice(k, k + len(across)), slice(i, i + along.shape[1])
+        cross = np.cross(along[rows], across[:, columns])
+        lengths = np.linalg.norm(along[rows], axis=2) * np.linalg.norm(across[:, columns], axis=2)
+        lengths = np.where(lengths > 0, lengths, 1.0)
+        seen.append(np.einsum("kid,kid->ki", cross, normals[rows, columns]) / lengths)
+        own, other = u_along[rows], u_across[:, columns]
+        by_uv.append(
+            np.sign(own[..., 0] * other[..., 1] - own[..., 1] * other[..., 0]) * np.linalg.norm(cross, axis=2) / lengths
+        )
+        turned.append(np.minimum(even[0][rows], even[1][:, columns]) < _TURNED)
+    seen_, by_uv_, turned_ = np.stack(seen), np.stack(by_uv), np.stack(turned)
+    if not turned_.any():
+        return worst
+    # Which way round the parameters run: as they do where the normals tell.
+    plain = by_uv_[~turned_ & (np.abs(seen_) > GOOD_ENOUGH)]
+    way = np.sign((plain * seen_[~turned_ & (np.abs(seen_) > GOOD_ENOUGH)]).sum())
+    return float(np.where(turned_, np.maximum(seen_, way * by_uv_), seen_).min())
 
 
 def fill(
@@ -162,7 +197,7 @@ def _on_surface(
         points[1:-1, 1:-1] = surface.evaluate(inside.reshape(-1, 2)).reshape(*inside.shape[:2], 3)
     points[0], points[:, -1], points[-1], points[:, 0] = chains
     normals = side * surface.normals(uv.reshape(-1, 2)).reshape(*shape, 3)
-    return points, worst_corner(points, normals)
+    return points, worst_corner(points, normals, uv)
 
 
 def _from_space(
@@ -204,6 +239,8 @@ def _from_winslow(
     surface: Surface, uv: FloatArray, chains: tuple[FloatArray, ...], xi: FloatArray, eta: FloatArray
 ) -> FloatArray | None:
     """Winslow's equations in the parameter plane, scaled so that both parameters measure lengths."""
+    if (uv.shape[0] - 2) * (uv.shape[1] - 2) > _MOST_UNKNOWNS:
+        return None
     by_u, by_v = surface.derivatives(uv[1:-1, 1:-1].reshape(-1, 2))
     scale = np.array([np.linalg.norm(by_u, axis=1).mean(), np.linalg.norm(by_v, axis=1).mean()])
     if not (np.isfinite(scale).all() and (scale > 0).all()):

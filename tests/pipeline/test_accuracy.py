@@ -119,3 +119,24 @@ def test_rings_on_a_round_dome_are_even_on_its_surface():
     # A core of rings has four nodes inside that do not have four quads.
     inner = np.setdiff1d(np.arange(n), np.concatenate(mesh.structure.loops))
     assert (np.bincount(quads.ravel(), minlength=n)[inner] != 4).sum() == 4
+
+
+def test_short_segments_go_where_a_thin_section_turns():
+    """A tip is not cut off, and its segments are no measure for the long walls beside it."""
+    at = 2 * np.pi * np.arange(24) / 24 + np.pi / 2
+    section = [tuple(p) for p in np.column_stack([10 * np.cos(at), 0.5 * np.sin(at)]).tolist()]
+    part = cs.load(cq.Workplane().spline(section, periodic=True).wire().extrude(2))
+    mesh = cs.sweep_mesh(part, tolerance=0.01)
+    source = mesh.points[: mesh.structure.n_nodes]
+    loop = mesh.structure.loops[0]
+    begin, steps = source[loop], np.roll(source[loop], -1, axis=0) - source[loop]
+    outlines = [e.curve.evaluate(np.linspace(0, 1, 2001)) for e in part.solids[0].edges]
+    places = np.concatenate([outline for outline in outlines if np.abs(outline[:, 2] - begin[0, 2]).max() < 1e-9])
+    assert np.ptp(places[:, 0]) > 19
+    off = places[:, None] - begin
+    along = np.clip(np.einsum("psd,sd->ps", off, steps) / np.einsum("sd,sd->s", steps, steps), 0, 1)
+    away = np.linalg.norm(off - along[..., None] * steps, axis=2).min(axis=1)
+    assert away.max() <= 0.01
+    lengths = np.linalg.norm(steps, axis=1)
+    assert lengths.max() > 3 * lengths.min()
+    assert max(np.maximum(lengths / np.roll(lengths, 1), np.roll(lengths, 1) / lengths)) < 1.6

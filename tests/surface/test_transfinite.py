@@ -87,11 +87,11 @@ def test_a_folded_filling_is_unfolded(depth, side):
     chains[2][[0, -1], 1] = 1.0  # the dent's tail, so that the chains meet
     fractions = [chain_fractions(chain) for chain in chains]
     plain = lifted(interpolate(chains, *blend_variables(*fractions)))
-    assert worst_corner(plain, np.broadcast_to(UP, plain.shape)) < -0.4
+    assert worst_corner(plain, np.broadcast_to(UP, plain.shape), plain[..., :2]) < -0.4
     surface = plane() if side > 0 else Downwards()
     points, uv, worst = fill(surface, chains, tuple(lifted(chain) for chain in chains), side=side)
     assert worst > 0.05
-    assert worst_corner(points, np.broadcast_to(UP, points.shape)) == pytest.approx(worst)
+    assert worst_corner(points, np.broadcast_to(UP, points.shape), uv) == pytest.approx(worst)
     assert np.abs(surface.evaluate(uv.reshape(-1, 2)) - points.reshape(-1, 3)).max() < 1e-12
 
 
@@ -118,8 +118,8 @@ def test_winslow_leaves_a_rectangle_alone_and_unfolds_a_moved_inside():
 def test_worst_corner_knows_the_side_it_is_seen_from():
     x, y = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 3))
     grid = lifted(np.stack([x, y], axis=-1))
-    assert worst_corner(grid, np.broadcast_to(UP, grid.shape)) == pytest.approx(1)
-    assert worst_corner(grid, np.broadcast_to(-UP, grid.shape)) == pytest.approx(-1)
+    assert worst_corner(grid, np.broadcast_to(UP, grid.shape), grid[..., :2]) == pytest.approx(1)
+    assert worst_corner(grid, np.broadcast_to(-UP, grid.shape), grid[..., :2]) == pytest.approx(-1)
 
 
 def test_dividing_like_an_affine_image_is_exact_on_that_image():
@@ -165,3 +165,22 @@ def test_places_rise_from_nought_to_one(n, bias):
     assert places[0] == 0
     assert places[-1] == 1
     assert (np.diff(places) > 0).all()
+
+
+def test_quads_that_cut_a_sharp_tip_off_are_not_folded_there():
+    """A wall around a thin section, no node at its tips: the normals turn by half a circle along one chord."""
+    at = 2 * np.pi * (np.arange(13) + 0.5) / 12
+    section = np.column_stack([np.cos(at), 0.01 * np.sin(at)])
+    normals = np.column_stack([0.01 * np.cos(at), np.sin(at), 0 * at])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    height = np.linspace(0, 1, 5)
+    points = np.concatenate(
+        [np.broadcast_to(section, (5, 13, 2)), np.broadcast_to(height[:, None, None], (5, 13, 1))], 2
+    )
+    uv = np.stack(np.meshgrid(at, height), axis=-1)
+    seen = np.broadcast_to(normals, points.shape)
+    assert worst_corner(points, seen, uv) > 0.9
+    assert worst_corner(points[:, ::-1], seen[:, ::-1], uv[:, ::-1]) < -0.9
+    folded, folded_uv = points.copy(), uv.copy()
+    folded[2], folded_uv[2] = points[2, [*range(6), 4, *range(7, 13)]], uv[2, [*range(6), 4, *range(7, 13)]]
+    assert worst_corner(folded, seen, folded_uv) < 0

@@ -22,7 +22,7 @@ import scipy
 from ...arrays import FloatArray, IntArray
 from .curves import EdgeCurve, Parametric
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
-from .nearest_kernels import nearest_rows
+from .nearest_kernels import near_on_lines, nearest_rows, other_walls
 from .record_kernels import curve_points, surface_normals, surface_points
 from .records import curve_record, surface_record
 from .surfaces import Cone, Geometry, Offset, Periods, Plane, Torus, grid_points, knots_of
@@ -38,8 +38,10 @@ _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
 _DOUBTFUL = 0.1
 """Distance of a foot over that of the place of the grid it was looked for from, beyond which it is looked for anew."""
-_AT_ONCE = 2**20
-"""Pairs of a point and a place of the grid that are looked at together: some megabytes."""
+_TURNED = 0.5
+"""Cosine between normals beyond which they are of another wall, or of the tip between two."""
+_MOST_STEPS = 40
+"""Places of the grid along a line among which another wall is looked for: more are far away."""
 _FEW = 200_000
 """Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
@@ -220,20 +222,12 @@ class FaceSurface:
     def distance(self, points: FloatArray, *, close: float = np.inf) -> FloatArray:
         """Distances (m,) of `points` (m, 3) from the surface.
 
-        Where Newton's method hardly comes nearer than the place of the grid that it begins at, that may be on another
-        coil than the nearest point is; there, and where it ends farther away than `close`, it begins anew from other
-        places of the grid. What is still farther than `close` is left to OpenCASCADE. The least distance counts.
+        What is farther than `close` from the foot that is found is left to OpenCASCADE. The least distance counts.
         """
         points = _rows(points, 3)
+        found = self._nearest(points, close=close)[1]
         if self._exact is not None:
-            return self._nearest(points)[1]
-        grid, places = self._grid
-        start = self._starts(points)
-        found = self._descended(points, grid[start])[1]
-        away = np.linalg.norm(places[start] - points, axis=1)
-        again = np.flatnonzero((found > np.minimum(close, _DOUBTFUL * away)) & (away > 0.0) & np.isfinite(away))
-        if len(again):
-            found[again] = np.minimum(found[again], self._from_many_places(points[again]))
+            return found
         far = np.flatnonzero(found > close)
         if len(far) and self.second_opinion is not None:
             found[far] = np.minimum(found[far], self.second_opinion(points[far]))
@@ -244,8 +238,13 @@ class FaceSurface:
         """Nearest parameters in closed form, where the geometry knows them."""
         return getattr(self.geometry, "project", None)
 
-    def _nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Nearest parameters (m, 2), and the distances there (m,)."""
+    def _nearest(self, points: FloatArray, *, close: float = np.inf) -> tuple[FloatArray, FloatArray]:
+        """Nearest parameters (m, 2), and the distances there (m,).
+
+        Where Newton's method hardly comes nearer than the place of the grid that it begins at, that may be on another
+        coil than the nearest point is, or on the other wall of a thin tip; there, and where it ends farther away than
+        `close`, it begins anew from other places of the grid.
+        """
         if self._exact is not None:
             if isinstance(self.geometry, Cone | Torus):
                 points = _packed(points, 3)
@@ -254,7 +253,42 @@ class FaceSurface:
             else:
                 uv = self.in_branch(self._exact(points))
             return uv, np.linalg.norm(self.evaluate(uv) - points, axis=1)
-        return self._descended(points, self._grid[0][self._starts(points)])
+        grid, places = self._grid
+        start = self._starts(points)
+        uv, found = self._descended(points, grid[start])
+        away = np.linalg.norm(places[start] - points, axis=1)
+        doubtful = (found > np.minimum(close, _DOUBTFUL * away)) | (2.0 * found > self._walls_at(uv))
+        again = np.flatnonzero(doubtful & (away > 0.0) & np.isfinite(away))
+        if len(again):
+            other, distances = self._from_many_places(points[again])
+            nearer = distances < found[again]
+            uv[again[nearer]], found[again[nearer]] = other[nearer], distances[nearer]
+        return uv, found
+
+    def _walls_at(self, uv: FloatArray) -> FloatArray:
+        """About how far (m,) the next wall is from places of this one: a point half as far away may be nearer to it."""
+        u, v, far = self._walls
+        i, j = (np.clip(np.searchsorted(line, at), 1, len(line) - 1) for line, at in zip((u, v), uv.T, strict=True))
+        return np.asarray(np.minimum.reduce([far[i, j], far[i - 1, j], far[i, j - 1], far[i - 1, j - 1]]))
+
+    @cached_property
+    def _walls(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The grid's parameters (a,), (b,), and of each of its places (a, b) how far that is which faces elsewhere.
+
+        Only what lies on one line of the grid is compared: across a thin tip it turns round.
+        """
+        grid, places = self._grid
+        n = self._n_across
+        corners, normals = places.reshape(-1, n, 3), self.normals(grid).reshape(-1, n, 3)
+        far = np.full(corners.shape[:2], np.inf)
+        other_walls(corners, normals, _MOST_STEPS, _TURNED, far)
+        return grid[::n, 0], grid[:n, 1], far
+
+    @property
+    def _n_across(self) -> int:
+        """Places of the grid with one u."""
+        grid = self._grid[0]
+        return int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
 
     def _starts(self, points: FloatArray) -> IntArray:
         """Rows (m,) of the grid: the place nearest to each point."""
@@ -265,24 +299,29 @@ class FaceSurface:
             return nearest
         return np.asarray(self._tree.query(np.where(np.isfinite(points), points, 0.0))[1], dtype=np.int64)
 
-    def _from_many_places(self, points: FloatArray) -> FloatArray:
-        """Least distance (m,) of descents from the places of the grid that are nearer than those around them.
+    def _from_many_places(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Parameters (m, 2) and distances (m,) of the best of descents from several places on the lines of the grid.
 
-        The nearest places alone would not do: they may all be on one coil, where the grid is fine.
+        Its places alone would not do: of both walls of a thin tip that is twisted, those of one wall may be nearer all
+        around. Nor would the nearest: they may all be on one coil, where the grid is fine.
         """
         grid, places = self._grid
-        shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
-        found = np.full(len(points), np.inf)
-        step = max(1, _AT_ONCE // len(grid))
-        for rows in (slice(first, first + step) for first in range(0, len(points), step)):
-            away = scipy.spatial.distance.cdist(points[rows], places, "sqeuclidean")
-            by_axes = away.reshape(len(away), *shape)
-            least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=(1, 3, 3), mode="nearest")
-            away[~least.reshape(away.shape)] = np.inf
-            some = np.argpartition(away, min(_PLACES, len(grid) - 1), axis=1)[:, :_PLACES]
-            row, k = np.nonzero(np.isfinite(np.take_along_axis(away, some, axis=1)))
-            np.minimum.at(found[rows], row, self._descended(points[rows][row], grid[some[row, k]])[1])
-        return found
+        n = self._n_across
+        rows = np.empty((len(points), 2, _PLACES), dtype=np.int64)
+        shares = np.empty(rows.shape)
+        points = _packed(points, 3)
+        for axis in (0, 1):
+            near_on_lines(places, n, axis, points, rows[:, axis], shares[:, axis])
+        which = np.nonzero(rows >= 0)
+        begin = rows[which]
+        start = grid[begin]
+        start += shares[which][:, None] * (grid[begin + np.where(which[1] == 0, n, 1)] - start)
+        feet, distances = self._descended(points[which[0]], start)
+        every, place = np.full(rows.shape, np.inf), np.zeros(rows.shape, dtype=np.int64)
+        every[which], place[which] = distances, np.arange(len(begin))
+        best = every.reshape(len(points), -1).argmin(axis=1)[:, None]
+        best = np.take_along_axis(place.reshape(len(points), -1), best, axis=1)[:, 0]
+        return feet[best], distances[best]
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""
