@@ -5,7 +5,8 @@ other, with recognition, plan, cutters and cuts as callables; the search on plan
 
 Method: best first. A move cuts one cell that stands in the way, and the faces of its neighbours with it, so a cut that
 harms a neighbour shows at once. When all cells sweep, the plan decides, and the faces on which it fails say which cells
-are cut next. The budget counts parts that are looked at: the same part always gets the same cuts.
+are cut next. The budget counts parts that are looked at, and their faces: the same part always gets the same cuts.
+A cut that keeps features apart leaves more cells in the way at first; it is lent what that costs, for a while.
 """
 
 from __future__ import annotations
@@ -31,6 +32,10 @@ Fill = Sweep | CornerBlocks
 
 MOST_PARTS = 100
 """Parts that are looked at before the search is given up: what a cut changes of each is read anew, in some 0.2 s."""
+MOST_FACES = 8000
+"""Faces that are read or cut before the search is given up, whatever the count of parts: some 5 ms each."""
+CREDIT = 40
+"""Parts that may be looked at until a cut that keeps features apart has paid."""
 MOST_CELLS = 80
 """Cells beyond the first ones of a part at which it is not cut further."""
 LEAD = 1.0
@@ -113,8 +118,13 @@ class Found:
     message : str
         Why it has no plan.
     cost : float
+        Never below 0.
     prices : float
         Of the cutters, a part of the cost.
+    lent : float
+        By how much it goes before others of its cost, for cuts that keep features apart.
+    until : int
+        Count of parts up to which it does.
     """
 
     part: Part
@@ -125,6 +135,12 @@ class Found:
     message: str
     cost: float
     prices: float = 0.0
+    lent: float = 0.0
+    until: int = 0
+
+    def rank(self, n_parts: int) -> float:
+        """What it costs, less what is lent, when so many parts have been looked at."""
+        return self.cost - self.lent if n_parts < self.until else self.cost
 
 
 def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tuple[Found, int]:
@@ -156,6 +172,8 @@ class CellSearch:
     best : Found
     n_parts : int
         Parts that were looked at.
+    n_faces : int
+        Faces of cells that were cut, or read, for them.
     refused : Counter
         How often a cutter of each kind parted no cell, or not well.
     ended_early : bool
@@ -166,7 +184,7 @@ class CellSearch:
         self.tools = tools
         self.most_parts = most_parts
         self.most_cells = MOST_CELLS + len(part.solids)
-        self.n_parts = 0
+        self.n_parts = self.n_faces = 0
         self.known: set[Hashable] = set()
         self.sweeps: dict[object, list[Fill]] = {}
         self.refused: Counter[str] = Counter()
@@ -181,23 +199,27 @@ class CellSearch:
         queue: list[tuple[float, int, Found, Iterator[Found]]] = [(first.cost, 0, first, self.children(first))]
         n = 0
         while queue and not self.is_over():
-            cost, _, here, children = heapq.heappop(queue)
+            rank, number, here, children = heapq.heappop(queue)
+            if rank < here.cost and self.n_parts >= here.until:
+                heapq.heappush(queue, (here.cost, number, replace(here, lent=0.0), children))
+                continue  # what was lent has not paid
             for child in children:
                 self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
                 if child.plan is not None:
                     yield child
                     continue
-                heapq.heappush(queue, (child.cost, n + 1, child, self.children(child)))
+                own = child.rank(self.n_parts)
+                heapq.heappush(queue, (own, n + 1, child, self.children(child)))
                 n += 2
-                if child.cost < here.cost - BLOCKED + CELL or child.prices < here.prices:
+                if own < rank - BLOCKED + CELL or child.lent > here.lent:
                     # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
-                    heapq.heappush(queue, (cost + CELL, n, here, children))
+                    heapq.heappush(queue, (rank + CELL, n, here, children))
                     break
 
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""
         self.ended_early = self.ended_early or self.tools.is_late()
-        return self.n_parts >= self.most_parts or self.ended_early
+        return self.n_parts >= self.most_parts or self.n_faces >= MOST_FACES or self.ended_early
 
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""
@@ -207,6 +229,7 @@ class CellSearch:
             for cutter in self.tools.find_cutters(found.part, cell, faces):
                 if self.is_over():
                     return
+                self.n_faces += len(found.part.solids[cell].faces)
                 pieces = self.tools.split(found.part, cell, cutter, found.blocked)
                 if pieces is None:
                     self.refused[cutter.reason] += 1
@@ -222,10 +245,11 @@ class CellSearch:
                 x, y, z = found.part.to_model(_middle(found.part.solids[cell])).tolist()
                 cut = Cut(kind=cutter.kind, reason=cutter.reason, place=(x, y, z))
                 child = self.judge(then, (*found.cuts, cut), found.prices + cutter.price)
-                if cutter.leads and child.cost > found.cost - LEAD:
-                    paid = child.cost - found.cost + LEAD
-                    child = replace(child, cost=child.cost - paid, prices=child.prices - paid)
-                yield child
+                lent, until = found.lent, found.until
+                if cutter.leads and child.cost - lent > found.cost - found.lent - LEAD:
+                    lent = child.cost - found.cost + found.lent + LEAD
+                    until = max(until, self.n_parts + CREDIT)
+                yield replace(child, lent=lent, until=until)
 
     def targets(self, found: Found) -> list[tuple[int, list[int]]]:
         """The cells that may be cut, and the faces that are in the way there."""
@@ -245,6 +269,7 @@ class CellSearch:
     def judge(self, part: Part, cuts: tuple[Cut, ...], prices: float = 0.0) -> Found:
         """What stands in the way of a part, and what that costs."""
         self.n_parts += 1
+        self.n_faces += sum(len(solid.faces) for solid in part.solids if solid.kernel not in self.sweeps)
         candidates = [self.recognise(solid) for solid in part.solids]
         costs = [
             cell_cost(solid, bool(own), size=solid.size, flat=FLAT)
@@ -263,7 +288,13 @@ class CellSearch:
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
         log.debug(
-            "%d cells, %d in the way, cost %.2f: %s; %s", len(part.solids), len(blocked), cost, cuts[-1:], message
+            "%d cells, %d in the way, cost %.2f, %d faces read: %s; %s",
+            len(part.solids),
+            len(blocked),
+            cost,
+            self.n_faces,
+            cuts[-1:],
+            message,
         )
         return Found(
             part=part,

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import logging
 import re
-import unicodedata
 from collections.abc import Collection, Iterable
+
+from anyascii import anyascii
 
 logger = logging.getLogger(__name__)
 
@@ -57,8 +58,7 @@ def _is_portable(name: str, max_length: int) -> bool:
 
 
 def _portable(name: str) -> str:
-    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
-    plain = re.sub(r"[^A-Za-z0-9_]+", "_", plain.strip())
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", anyascii(name).strip())
     if not plain.strip("_") and name != plain:
         plain = "name"
     return plain if plain[:1].isalpha() or plain[:1] == "_" else f"n{plain}"

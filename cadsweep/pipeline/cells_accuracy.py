@@ -28,20 +28,33 @@ from .accuracy import COARSE, LEAST_GAIN, MARGIN, MOST_HEXES, MOST_LOST, MOST_OF
 from .cells import mesh_cells
 from .run import Run
 
-_LEAST_MORE = 2
+LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
-_SHARE = 0.1
+SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
 Meshed = tuple[CellBlocks, list[Intervals], list[str]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Found:
-    """How far a mesh is off: in limits, above 1 too far; by how much edges should be finer, by key; the distance."""
+class Found:
+    """How far a mesh is off what is asked for.
+
+    Attributes
+    ----------
+    shortfall : float
+        In limits: above 1 it is too far.
+    needed : dict of (int, int) to float
+        How many times finer the quads should be on faces that are too far off, by cell and face.
+    sags : dict of (int, int) to float
+        How far those are off, working units.
+    distance : float
+        How far any is, working units.
+    """
 
     shortfall: float
-    factors: dict[int, float]
+    needed: dict[tuple[int, int], float]
+    sags: dict[tuple[int, int], float]
     distance: float
 
 
@@ -58,13 +71,13 @@ def accurate_cells(  # noqa: PLR0917
     best = mesh_cells(part, plan, options, run, wishes, model)
     if options.tolerance is None and options.size is not None:
         return best
-    found = _measure(part, best, options)
+    found = measure(part, best[0], options)
     notes: list[str] = []
     for _ in range(MOST_ROUNDS):
-        finer = _finer(part, best[1], found.factors, wishes)
+        finer = _finer(part, best[1], _blamed(part, best[0], found), wishes)
         if found.shortfall <= 1.0 or not finer:
             break
-        if options.tolerance is None and best[0].n_hexes * max(found.factors.values()) > MOST_HEXES:
+        if options.tolerance is None and best[0].n_hexes * max(found.needed.values()) > MOST_HEXES:
             break
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **finer})
         try:
@@ -72,19 +85,24 @@ def accurate_cells(  # noqa: PLR0917
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break
-        now = _measure(part, made, options)
+        now = measure(part, made[0], options)
         gain = now.shortfall / found.shortfall
         if gain >= 1.0:
             break
         best, found = made, now
         if gain > LEAST_GAIN:
             break  # what is asked for stands in the way
-    if options.tolerance is not None and found.distance * part.scale > options.tolerance:
-        notes.append(
-            f"the boundary is off its faces by {found.distance * part.scale:.3g}, and {options.tolerance:g} was asked "
-            "for: counts, layers or sizes that were asked for, too, stand in the way"
-        )
-    return best[0], best[1], [*best[2], *notes]
+    return best[0], best[1], [*best[2], *notes, *missed(part, found, options)]
+
+
+def missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
+    """The note on a tolerance that is not kept."""
+    if options.tolerance is None or found.distance * part.scale <= options.tolerance:
+        return []
+    return [
+        f"the boundary is off its faces by {found.distance * part.scale:.3g}, and {options.tolerance:g} was asked "
+        "for: counts, layers or sizes that were asked for, too, stand in the way"
+    ]
 
 
 def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces, options: SweepOptions) -> None:
@@ -136,28 +154,38 @@ def _lost(part: Part, joined: JoinedMesh | CellBlocks) -> dict[int, tuple[float,
     return found
 
 
-def _measure(part: Part, made: Meshed, options: SweepOptions) -> _Found:
-    """How far a mesh is off what is asked for, and which edges are to blame."""
-    joined = made[0]
+def measure(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) -> Found:
+    """How far a mesh is off what is asked for, and which faces are to blame."""
     off = _sags(part, joined)
-    distance = max(off.values(), default=0.0)
     lost = _lost(part, joined) if options.tolerance is None else {}
     shortfall = 0.0
-    factors: dict[int, float] = {}
+    needed: dict[tuple[int, int], float] = {}
     for (cell, face), sag in off.items():
-        solid = part.solids[cell]
-        limit = MOST_OFF * solid.size if options.tolerance is None else options.tolerance / part.scale
+        limit = MOST_OFF * part.solids[cell].size if options.tolerance is None else options.tolerance / part.scale
         whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / MOST_LOST
-        shortfall = max(shortfall, sag / limit, whole)
-        needed = float(np.sqrt(MARGIN * max(sag / limit, whole)))
-        if needed <= 1.0 or max(sag / limit, whole) <= 1.0:
-            continue
-        sags = {e: _edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}
-        blamed = [e for e, own in sags.items() if own > _SHARE * sag] or list(sags)
+        much = max(sag / limit, whole)
+        shortfall = max(shortfall, much)
+        if much > 1.0:
+            needed[cell, face] = float(np.sqrt(MARGIN * much))
+    return Found(
+        shortfall=shortfall,
+        needed=needed,
+        sags={place: off[place] for place in needed},
+        distance=max(off.values(), default=0.0),
+    )
+
+
+def _blamed(part: Part, joined: CellBlocks, found: Found) -> dict[int, float]:
+    """By how much edges should be finer, by key: those that bend of the faces that are too far off."""
+    factors: dict[int, float] = {}
+    for (cell, face), needed in found.needed.items():
+        solid = part.solids[cell]
+        sags = {e: edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}
+        blamed = [e for e, own in sags.items() if own > SHARE * found.sags[cell, face]] or list(sags)
         for e in blamed:
             key = int(solid.edge_keys[e])
             factors[key] = max(factors.get(key, 1.0), needed)
-    return _Found(shortfall=shortfall, factors=factors, distance=distance)
+    return factors
 
 
 def boundary_distance(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces) -> float:
@@ -181,7 +209,7 @@ def _sag(surface: Surface, corners: FloatArray) -> float:
     return float(np.max(surface.distance(middles)))
 
 
-def _edge_sag(part: Part, joined: CellBlocks, cell: int, edge: int) -> float:
+def edge_sag(part: Part, joined: JoinedMesh | CellBlocks, cell: int, edge: int) -> float:
     """Greatest distance of the middles of an edge's segments from it."""
     solid = part.solids[cell]
     if solid.edges[edge].kind == "line":
@@ -199,5 +227,5 @@ def _finer(part: Part, counts: Sequence[Intervals], factors: dict[int, float], a
             key = int(solid.edge_keys[edge.id])
             if key in factors and key not in spoken:
                 count = max(1, int(own.counts[edge.id]))
-                sizes[key] = edge.length / (count + max(_LEAST_MORE, ceil(count * (factors[key] - 1.0))))
+                sizes[key] = edge.length / (count + max(LEAST_MORE, ceil(count * (factors[key] - 1.0))))
     return sizes

@@ -16,7 +16,8 @@ import numpy as np
 
 from .. import cad, decomposition
 from ..brep import Cut, Part, Solid
-from ..decomposition.curved import CellSearch
+from ..decomposition.curved import MOST_PARTS, CellSearch
+from ..decomposition.search import MOST_STATES
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
@@ -43,7 +44,6 @@ _ONE_SWEEP = (
     "bias",
     "fractions",
     "rail_layers",
-    "tolerance",
 )
 
 
@@ -74,8 +74,10 @@ def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Callable[[So
     return recognise if refused is not None else recognise_piece
 
 
-def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
-    """Cut a solid into cells and mesh them.
+def mesh_decomposed(
+    part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, *, share: float = 1.0
+) -> AnyMesh:
+    """Cut a solid into cells and mesh them, with a share of the budget of a search.
 
     Raises
     ------
@@ -94,6 +96,7 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
         model=solid,
         recognise=own,
         make_plan=make_plan,
+        most_states=round(share * MOST_STATES),
         is_late=run.is_late,
         on_progress=lambda n: run.on_progress(say_open(n), None),
     )
@@ -105,8 +108,10 @@ def mesh_decomposed(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     raise decomposition.explain(search, refused)
 
 
-def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
-    """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them.
+def mesh_cut(
+    part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, *, share: float = 1.0
+) -> AnyMesh:
+    """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them, with a share of the budget of a search.
 
     Raises
     ------
@@ -121,7 +126,7 @@ def mesh_cut(part: Part, options: SweepOptions, run: Run, refused: CadSweepError
     if not may_decompose(part, options):
         raise refused
     with run.stage("decomposition"):
-        search = CellSearch(part, tools)
+        search = CellSearch(part, tools, most_parts=round(share * MOST_PARTS))
     best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
         return _ended_early(best, run) if search.ended_early else best

@@ -21,7 +21,15 @@ from typing import Any
 from .. import cad
 from ..blocks.block_mesh import BlockMesh
 from ..brep import Part
-from ..errors import CadError, CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..errors import (
+    CadError,
+    CadSweepError,
+    CoarseMeshError,
+    InputError,
+    InvertedHexError,
+    NotSweepableError,
+    SurfaceMeshError,
+)
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
@@ -38,8 +46,13 @@ from .stacking import mesh_stacks_instead
 
 log = logging.getLogger(__name__)
 
+GOOD_STACK = 0.3
+"""Worst scaled Jacobian of columns at which no cells are tried: outlines seen along one direction may cross sharply."""
+SECOND_LOOK = 0.25
+"""Share of the budget of a search for cells that might be better than columns."""
 _MOST_LOOKED_AT = 60
-"""Faces of a refused solid up to which it is asked whether they cross: OpenCASCADE takes tenths of a second to tell."""
+"""Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross, and whether
+cells are better than columns; both take seconds for more."""
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -85,38 +98,49 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
 
 
 def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
-    """Mesh a part of one solid by the first way that does."""
+    """Mesh a part of one solid by the first way that does well, or by the best of all."""
     refused: CadSweepError | None = None
-    # The search for planes looks at ten times as many cuts as the one for surfaces of any kind does.
-    cells = mesh_decomposed if is_planar(part) else mesh_cut
     best: AnyMesh | None = None
-    for way in (_mesh_swept, mesh_stacks_instead, *([cells] if options.decompose else [])):
-        if best is not None and way is mesh_stacks_instead:
+    wanted, share = GOOD_ENOUGH, 1.0
+    for way in (_mesh_swept, _mesh_columns, *([_mesh_cells] if options.decompose else [])):
+        if best is not None and way is _mesh_columns:
             continue  # columns along a poor sweep are as poor
         try:
-            mesh = way(part, options, run, refused)
-        except (InputError, CadError) as error:
-            if best is not None:
-                log.info("no cells instead of a poor mesh: %s", error)
-                break
-            if refused is None or isinstance(refused, NotSweepableError):
-                raise  # the input is at fault, and another way does not mend it
-            raise refused from error
+            mesh = way(part, options, run, refused, share)
         except CadSweepError as error:
             if best is not None:
                 log.info("no cells instead of a poor mesh: %s", error)
                 break
-            if refused is None or isinstance(refused, NotSweepableError):
-                refused = error  # what is wrong with the mesh of a sweep says more than why it is no stack
+            refused = _foremost(refused, error)
             continue
         if best is None or _worst(mesh) > _worst(best):
             best = mesh
-        if _worst(mesh) >= GOOD_ENOUGH or not may_be_better(part, options):
+        if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
+            wanted, share = GOOD_STACK, SECOND_LOOK
+        if _worst(mesh) >= wanted or not may_be_better(part, options):
             break
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
     raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
+
+
+def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepError:
+    """Of what the ways so far and this one say, what says most: of a mesh that was made more than of no recognition.
+
+    Raises
+    ------
+    CadSweepError
+        The input is at fault, and another way does not mend it.
+    """
+    at_fault = isinstance(error, InputError | CadError) and not isinstance(error, CoarseMeshError)
+    if refused is None or isinstance(refused, NotSweepableError):
+        if at_fault:
+            raise error
+        return error
+    if at_fault:
+        raise refused from error
+    return refused
 
 
 def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
@@ -138,7 +162,17 @@ def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 
-def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
+def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
+    """By cells of cuts; the search for planes looks at ten times as many as the one for surfaces of any kind does."""
+    return (mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share)
+
+
+def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
+    """By the best of its stacks."""
+    return mesh_stacks_instead(part, options, run, refused)
+
+
+def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
     """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):

@@ -21,7 +21,7 @@ from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..stack import Stack
+from ..stack import Stack, StackMesh
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
 from .cell_periodic import with_cell_pairs
@@ -29,7 +29,8 @@ from .parts import only_solid
 from .periodic import side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
-from .stack_hints import grade_levels, resolve_stack_hints, weigh_layers
+from .stack_accuracy import MadeStack, accurate_stack
+from .stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
 from .stack_merging import merged_stack
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
@@ -193,7 +194,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
-    for name in ("fractions", "bias", "tolerance"):
+    for name in ("fractions", "bias"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
     size = None if options.size is None else options.size / part.scale
@@ -234,30 +235,25 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
-    quads, finer = mesh_plane(stack, levels, hints, attempt, run)
-    with run.stage("assembly"):
-        built = stacks.build_mesh(stack, levels, quads)
+
+    def make(hints: StackHints) -> MadeStack:
+        quads, finer = mesh_plane(stack, levels, hints, attempt, run)
+        with run.stage("assembly"):
+            built = stacks.build_mesh(stack, levels, quads)
+        return MadeStack(quads=quads, built=built, joined=_joined(stack, built), notes=finer)
+
+    made = accurate_stack(part, stack, options, run, hints, make)
     faces = stack.solid.faces
-    joined = JoinedMesh(
-        points=built.points,
-        hexes=built.hexes,
-        hex_cells=np.zeros(len(built.hexes), dtype=np.int64),
-        quads=built.quads,
-        quad_cells=np.zeros(len(built.quads), dtype=np.int64),
-        quad_faces=built.faces,
-        edge_nodes={int(stack.solid.edge_keys[e]): nodes for e, nodes in built.edge_nodes.items()},
-        roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
-    )
     mesh = finish(
         part,
-        joined,
+        made.joined,
         options,
         run,
-        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *finer],
+        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *made.notes],
         # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
         slides=None
         if options.periodic or options.wall_layers
-        else partial(stacks.find_slides, stack, levels, quads, built),
+        else partial(stacks.find_slides, stack, levels, made.quads, made.built),
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],
@@ -274,3 +270,16 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
         return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
     return mesh
+
+
+def _joined(stack: Stack, built: StackMesh) -> JoinedMesh:
+    return JoinedMesh(
+        points=built.points,
+        hexes=built.hexes,
+        hex_cells=np.zeros(len(built.hexes), dtype=np.int64),
+        quads=built.quads,
+        quad_cells=np.zeros(len(built.quads), dtype=np.int64),
+        quad_faces=built.faces,
+        edge_nodes={int(stack.solid.edge_keys[e]): nodes for e, nodes in built.edge_nodes.items()},
+        roles={(0, f): role for role, own in (("source", stack.source), ("target", stack.target)) for f in own},
+    )

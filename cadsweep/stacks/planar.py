@@ -108,9 +108,12 @@ def sizes_across(stack: Stack, size: float) -> dict[int, float]:
     for own, over in stack.arrangement.over.items():
         for e in over:
             edge = solid.edges[e]
-            if rounded.intersection(edge.faces) and np.abs(edge.tangents @ stack.direction).max() > 1.0 - _ENDS_ALONG:
+            if not rounded.intersection(edge.faces):
+                continue
+            quarters = int(np.sum(np.abs(edge.tangents @ stack.direction) > 1.0 - _ENDS_ALONG))
+            if quarters:
                 length = stack.arrangement.prism.edges[own].length
-                sizes[own] = length / min(max(round(length / size), LEAST_ACROSS), MOST_ACROSS)
+                sizes[own] = length / min(max(round(length / size), LEAST_ACROSS * quarters), MOST_ACROSS * quarters)
     return sizes
 
 

@@ -31,7 +31,7 @@ from ..errors import SurfaceMeshError
 from .background import GROWTH
 from .chart import Chart, signed_area
 from .fan import fan_of_polygon
-from .gmsh_quads import Setting, mesh_polygon, settings_for
+from .gmsh_quads import MANY, Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
 from .symmetry import Wedge, find_wedges
@@ -49,6 +49,8 @@ _ENOUGH = 0.6
 """Worst corner sine from which on no smaller symmetry is tried."""
 _GOOD = 0.7
 """Worst corner sine from which on no other setting of the mesher is tried: what it makes of a whole is as good."""
+_GOOD_OF_MANY = 0.65
+"""The same for wedges of many nodes, whose every mesh takes long: a lattice is taken from there on, too."""
 _SHORTEST = 0.25
 """Edge of a quad, as a share of the rim's shortest segment, below which symmetry has squeezed it: its neighbours are
 four times as long, and a curved rim beside it may fold it at order 2."""
@@ -82,10 +84,12 @@ def fill_symmetric(outline: Outline) -> FaceQuads | None:
 
 def _best_of(outline: Outline, chart: Chart, wedge: Wedge, domain: _Domain) -> FaceQuads | None:
     boundary = np.concatenate(outline.nodes)
+    many = sum(map(len, domain.loops)) > MANY
+    good = _GOOD_OF_MANY if many else _GOOD
     best: FaceQuads | None = None
     for size_factor, fill in _fillings(chart, domain):
         # Much smaller quads are many, and seldom better: they are for where nothing else is good enough.
-        if best is not None and best.expected >= (GOOD_ENOUGH if size_factor < 1 else _GOOD):
+        if best is not None and best.expected >= (GOOD_ENOUGH if size_factor < 1 else good):
             break
         with suppress(SurfaceMeshError):  # the next setting, or another way
             made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, *fill()))

@@ -18,6 +18,10 @@ def test_plain_names_are_plain(name):
     assert plain(plain(name)) == plain(name)
 
 
+def test_names_in_other_scripts_can_still_be_read():
+    assert [plain(name) for name in ("Größe", "Крышка 2", "ακτή", "底座1")] == ["Grosse", "Kryshka_2", "akti", "DiZuo1"]
+
+
 def test_a_name_that_needs_no_change_keeps_it():
     plain_names, notes = make_plain_names(["wall a", "1", "wall_a"])
     assert plain_names == {"wall a": "wall_a_2", "1": "n1", "wall_a": "wall_a"}
@@ -225,9 +229,9 @@ def test_names_beyond_ascii_survive_a_step_file_of_cadquery(cq, tmp_path):
         faces = {face.name for face in part.solids[0].faces} - {None}
         assert {part.names[name].split("_")[-1] for name in faces} == {"Größe 入口", "Große"}
         assert all(PLAIN.fullmatch(name) for name in faces)
-        assert part.solids[0].name == "Gehause"
+        assert part.solids[0].name == "Gehause_RuKou"
         assert part.solids[0].material == "Stahl_weiss"
-        assert any("'Gehäuse 入口' is written as 'Gehause'" in note for note in part.notes)
+        assert any("'Gehäuse 入口' is written as 'Gehause_RuKou'" in note for note in part.notes)
 
 
 @pytest.mark.cad

@@ -9,6 +9,7 @@ import pytest
 
 import cadsweep
 from cadsweep.cad.geometry.feet_kernels import descended_feet
+from cadsweep.cad.geometry.nearest_kernels import near_on_lines
 from cadsweep.cad.geometry.nurbs import BSplineSurface
 from cadsweep.cad.geometry.records import surface_record
 from cadsweep.cad.geometry.surfaces import Spline
@@ -173,3 +174,21 @@ def test_opencascade_says_infinite_where_it_finds_no_foot():
     found = distances(np.array([[0.5, 0.5, 2.0], [np.nan, 0.0, 0.0]]))
     assert found[0] == pytest.approx(2)
     assert np.isinf(found[1])
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_nearest_place_on_the_lines_of_a_grid_comes_first(axis):
+    random = np.random.default_rng(axis)
+    grid, points = random.normal(size=(5, 4, 3)), random.normal(size=(20, 3))
+    rows, shares = np.empty((20, 3), dtype=np.int64), np.empty((20, 3))
+    near_on_lines(grid.reshape(-1, 3), 4, axis, points, rows, shares)
+    places = grid.reshape(-1, 3)
+    ahead = places[rows[:, 0] + (4 if axis == 0 else 1)]
+    found = np.linalg.norm(places[rows[:, 0]] + shares[:, :1] * (ahead - places[rows[:, 0]]) - points, axis=1)
+    lines = np.moveaxis(grid, axis, 0)
+    shares_of_all = np.linspace(0.0, 1.0, 101)[:, None, None, None]
+    dense = (lines[:-1] + shares_of_all * (lines[1:] - lines[:-1])).reshape(-1, 3)
+    least = np.linalg.norm(dense - points[:, None], axis=2).min(axis=1)
+    step = np.linalg.norm(np.diff(lines, axis=0), axis=2).max() / 200  # half of the samples' greatest distance
+    assert (found <= least + 1e-12).all()
+    assert (found >= least - step).all()

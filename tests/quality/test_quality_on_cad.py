@@ -20,7 +20,7 @@ SPLINE = [(2, 0), (2.5, 1), (1, 2)]
 
 
 def spring():
-    helix = cq.Wire.makeHelix(2, 6, 3)
+    helix = cq.Wire.makeHelix(2, 3, 3)
     return cq.Solid.sweep(cq.Wire.makeCircle(0.5, cq.Vector(3, 0, 0), cq.Vector(0, 1, 0)), [], helix, True, True)
 
 
@@ -60,7 +60,7 @@ PARTS = {
 @pytest.fixture(scope="module", params=PARTS)
 def meshed(request):
     part = cadsweep.load(PARTS[request.param]())
-    mesh = cadsweep.sweep_mesh(part, max_hexes=40_000, smoothing=False, layers=60 if request.param == "spring" else 6)
+    mesh = cadsweep.sweep_mesh(part, max_hexes=40_000, smoothing=False, layers=30 if request.param == "spring" else 6)
     sweep = next(s for s in cadsweep.find_sweeps(part) if set(pieces_by_name(s)) == set(mesh.boundaries))
     return mesh, make_reference(part, sweep)
 

@@ -3,12 +3,13 @@
 Place in the flow: read once for :mod:`.regions`, which parts features by planes, and :mod:`.boxes`, which puts a box
 around every one of them.
 
-Method: a feature is what hangs together of edges in the way and of faces that not every direction suits.
+Method: a feature is what hangs together of edges in the way and of faces that not every direction suits. Bores that
+cross are several: the places where they do (:mod:`.crossings`), and what each of them is beyond these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 
@@ -19,6 +20,7 @@ from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
+from .crossings import Axis, Crossing, find_axes, find_crossings
 
 ALONG, SQUARE = 1e-9, 1e-5
 """One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
@@ -43,11 +45,19 @@ class Cluster:
         Normals along which it can be swept.
     edges : frozenset of int
         Edges of the cell that belong to it.
+    axes : frozenset of int
+        The lines of both bores of a place where two cross, that of one beyond all such places; else none.
     """
 
     spans: Box
     ways: frozenset[int]
     edges: frozenset[int]
+    axes: frozenset[int] = frozenset()
+
+    @property
+    def is_crossing(self) -> bool:
+        """Whether two bores cross there: nothing is swept through all of it."""
+        return len(self.axes) == 2
 
 
 def make_box(low: FloatArray, high: FloatArray) -> Box:
@@ -140,13 +150,100 @@ def find_clusters(
         ends = picky.intersection(f for e in face.edges for f in _hollow_beside(solid, face, e, flat))
         if face.id not in picky and len(ends) > 1:
             join(set(), set(), ends)
-    at = np.linspace(0.0, 1.0, 9)
-    found = []
+    found: list[Cluster] = []
+    bores = find_axes(solid)
+    crossings = find_crossings(bores)
+    for crossing in crossings:
+        for i in crossing.axes:
+            join(set(), set(), set(bores[crossing.axes[0]].faces | bores[i].faces))
     for edges, _, faces in groups:
-        along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) @ normals.T
-        own = EVERY.intersection(*(suits[f] for f in faces))
-        found.append(Cluster(spans=make_box(along.min(axis=0), along.max(axis=0)), ways=own, edges=frozenset(edges)))
+        ways = _common(suits, faces)
+        own = [] if ways else [c for c in crossings if all(bores[i].faces <= faces for i in c.axes)]
+        if not own:
+            found.append(_cluster(solid, normals, edges, ways))
+            continue
+        found += _crossed(solid, normals, edges, bores, own)
+        lines = {line for c in own for line in c.lines}
+        round_faces = frozenset[int]().union(*(bore.faces for bore in bores if bore.line in lines))
+        rest = {e for e in edges if not round_faces.intersection(solid.edges[e].faces)}
+        for part in _connected(solid, rest):
+            beside = faces.intersection(f for e in part for f in solid.edges[e].faces)
+            found.append(_cluster(solid, normals, part, _common(suits, beside)))
     return found
+
+
+def _common(suits: Sequence[frozenset[int]], faces: Iterable[int]) -> frozenset[int]:
+    """Directions that suit all of some faces."""
+    return EVERY.intersection(*(suits[f] for f in faces))
+
+
+def _cluster(solid: Solid, normals: FloatArray, edges: Iterable[int], ways: frozenset[int]) -> Cluster:
+    own = sorted(edges)
+    at = np.linspace(0.0, 1.0, 9)
+    along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in own]) @ normals.T
+    return Cluster(spans=make_box(along.min(axis=0), along.max(axis=0)), ways=ways, edges=frozenset(own))
+
+
+def _crossed(
+    solid: Solid, normals: FloatArray, edges: Iterable[int], axes: Sequence[Axis], crossings: Sequence[Crossing]
+) -> Iterator[Cluster]:
+    """The places where bores cross, and what every bore is beyond them."""
+    taken: dict[int, list[tuple[Axis, float, float]]] = {}
+    for crossing in crossings:
+        # The box about each axis, as far as the other one is wide: both have it in common.
+        boxes = []
+        for i, other, place in zip(crossing.axes, reversed(crossing.axes), crossing.on_axes, strict=True):
+            axis, reach = axes[i], axes[other].radius
+            at = float((place - axis.place) @ axis.direction)
+            boxes.append(_around(normals, axis, at - reach, at + reach))
+            taken.setdefault(axis.line, []).append((axis, at - reach, at + reach))
+        (low, high), (other_low, other_high) = boxes
+        spans = make_box(np.minimum(low, other_low), np.maximum(high, other_high))
+        yield Cluster(spans=spans, ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.lines))
+    for axis in axes:
+        places = [_along(axis, *place) for place in taken.get(axis.line, ())]
+        if not places:
+            continue
+        way = np.flatnonzero(np.abs(normals @ axis.direction) > 1.0 - ALONG)
+        start = axis.low
+        for begin, end in (*sorted(places), (axis.high, axis.high)):
+            if begin > start + SQUARE * solid.size:
+                own = (e for e in edges if axis.faces.intersection(solid.edges[e].faces))
+                inside = frozenset(
+                    e for e in own if start < float((solid.edges[e].midpoint - axis.place) @ axis.direction) < begin
+                )
+                yield Cluster(
+                    spans=make_box(*_around(normals, axis, start, begin)), ways=frozenset(way.tolist()), edges=inside,
+                    axes=frozenset([axis.line]),
+                )  # fmt: skip
+            start = max(start, end)
+
+
+def _along(axis: Axis, other: Axis, low: float, high: float) -> tuple[float, float]:
+    """A stretch along one of two axes of one line, along the other."""
+    sign = float(np.sign(axis.direction @ other.direction))
+    shift = float((other.place - axis.place) @ axis.direction)
+    first, last = sorted((shift + sign * low, shift + sign * high))
+    return first, last
+
+
+def _around(normals: FloatArray, axis: Axis, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+    """The box (3,), (3,) of a piece of a cylinder."""
+    ends = np.array([axis.place + t * axis.direction for t in (low, high)]) @ normals.T
+    aside = axis.radius * np.sqrt(np.maximum(0.0, 1.0 - (normals @ axis.direction) ** 2))
+    return ends.min(axis=0) - aside, ends.max(axis=0) + aside
+
+
+def _connected(solid: Solid, edges: Iterable[int]) -> list[set[int]]:
+    """Edges that hang together by their vertices."""
+    groups: list[tuple[set[int], set[int]]] = []
+    for e in sorted(edges):
+        own, vertices = {e}, {solid.edges[e].start, solid.edges[e].end}
+        for group in [g for g in groups if g[1] & vertices]:
+            groups.remove(group)
+            own, vertices = own | group[0], vertices | group[1]
+        groups.append((own, vertices))
+    return [own for own, _ in groups]
 
 
 def _hollow_beside(solid: Solid, face: Face, edge: int, flat: float) -> list[int]:

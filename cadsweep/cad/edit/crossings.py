@@ -4,12 +4,18 @@ Place in the flow: candidates of :mod:`.cutters`. Where two bores meet, a hole g
 leaves another, no face goes on that would part them. Three planes through the point where their axes meet leave eight
 cells whose corners have three edges; planes half way between the points on one axis keep them apart.
 
-Not handled: axes that pass each other, and cylinders that do not go all around, as the ends of slots.
+Axes may pass each other: two planes go along one axis each, square to the other, the third lies half way through what
+both cylinders have in common. At four points of the curve in which the cylinders meet it turns back, and each of these
+lies on one of the planes, so every piece of it has its corners at its ends. Cylinders of one radius whose axes meet
+touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
+
+Not handled: cylinders that do not go all around, as the ends of slots, and those that only graze each other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 from math import pi
@@ -27,6 +33,15 @@ from .central import Cutter, plane_tool
 
 MEET = 1e-4
 """Distance of two axes, as a share of the cell's size, up to which they meet: what CAD programs round to."""
+GRAZE = 0.15
+"""What two cylinders have in common between their axes, in radii of the smaller one, from which on they cross."""
+INSIDE = 0.25
+"""Share of what two cylinders have in common that lies on either side of a plane through it, at least."""
+FAR = 0.5
+"""Distance of the plane through what two cylinders have in common from the axis of one, in radii of it, from which on a
+plane goes through the axis, too: on one side of both less than a quarter more than half of the wall would be left."""
+ALIKE = 1e-4
+"""Difference of two radii, as a share of them, up to which they are one."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
 
@@ -38,8 +53,24 @@ WHOLE = 2.0 * pi - 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Axis:
-    """All cylinders about one line."""
+class Axis:
+    """All cylinders of one radius about one line.
+
+    Attributes
+    ----------
+    place, direction : (3,) float64
+    radius : float
+    label : str
+        Of a face of it.
+    low, high : float
+        Its reach along the direction, from `place`.
+    turn : float
+        Radians that its faces go around, together.
+    faces : frozenset of int
+    cylinder : gp_Cylinder
+    line : int
+        The same for all radii about one line.
+    """
 
     place: FloatArray
     direction: FloatArray
@@ -50,23 +81,89 @@ class _Axis:
     turn: float
     faces: frozenset[int]
     cylinder: Any
+    line: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Crossing:
+    """Cylinders about two lines that meet.
+
+    Attributes
+    ----------
+    axes : (int, int)
+        The widest about each line.
+    lines : (int, int)
+    on_axes : (2, 3) float64
+        The points of the axes next to each other.
+    square : (3,) float64
+        Unit vector across both axes.
+    common : (float, float)
+        What all of the cylinders that meet have in common along `square`, from the first axis.
+    """
+
+    axes: tuple[int, int]
+    lines: tuple[int, int]
+    on_axes: FloatArray
+    square: FloatArray
+    common: tuple[float, float]
+
+    @property
+    def gap(self) -> float:
+        """Distance of the second axis from the first, along `square`."""
+        return float((self.on_axes[1] - self.on_axes[0]) @ self.square)
+
+    def through(self, order: Sequence[int]) -> float:
+        """A place well inside what the cylinders have in common, along `square`, from the first axis.
+
+        On one of the axes where that may be, those first whose line comes first in an order; else half way.
+        """
+        low, high = self.common
+        places = dict(zip(self.lines, (0.0, self.gap), strict=True))
+        for line in sorted(self.lines, key=order.index):
+            if low + INSIDE * (high - low) <= places[line] <= high - INSIDE * (high - low):
+                return places[line]
+        return 0.5 * (low + high)
+
+
+def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
+    """List where cylinders meet, once for two lines, the smallest last."""
+    found: dict[tuple[int, int], Crossing] = {}
+    for pair in sorted(combinations(range(len(axes)), 2), key=lambda pair: -sum(axes[k].radius for k in pair)):
+        i, j = sorted(pair, key=lambda k: axes[k].line)
+        lines = axes[i].line, axes[j].line
+        met = _meeting(axes[i], axes[j])
+        if met is None:
+            continue
+        on_axes, square, (low, high) = met
+        known = found.get(lines)
+        if known is None:
+            found[lines] = Crossing(axes=(i, j), lines=lines, on_axes=on_axes, square=square, common=(low, high))
+            continue
+        if square @ known.square < 0.0:
+            low, high = -high, -low
+        if min(high, known.common[1]) > max(low, known.common[0]):
+            found[lines] = replace(known, common=(max(low, known.common[0]), min(high, known.common[1])))
+    return sorted(found.values(), key=lambda one: -min(axes[k].radius for k in one.axes))
 
 
 def at_crossings(solid: Solid) -> list[Cutter]:
     """Planes between the points where axes meet, then planes through every one of them."""
-    axes = _axes(solid)
+    axes = find_axes(solid)
     points: dict[int, list[float]] = {}
     through: list[Cutter] = []
-    for (i, a), (j, b) in combinations(enumerate(axes), 2):
-        place = _meeting(a, b, solid.size)
-        if place is None:
-            continue
-        points.setdefault(i, []).append(float((place - a.place) @ a.direction))
-        points.setdefault(j, []).append(float((place - b.place) @ b.direction))
-        square = np.cross(a.direction, b.direction)
-        square /= np.linalg.norm(square)
-        normals = [square, np.cross(square, a.direction), np.cross(square, b.direction)]
-        tools = [plane_tool(solid, normal, place) for normal in normals]
+    crossings = find_crossings(axes)
+    # What crosses one bore is parted by the same planes along it.
+    met = Counter(line for crossing in crossings for line in crossing.lines)
+    widest = {line: max(axis.radius for axis in axes if axis.line == line) for line in met}
+    order = sorted(met, key=lambda line: (-met[line], -widest[line], line))
+    for crossing in crossings:
+        a, b = (axes[i] for i in crossing.axes)
+        for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
+            points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
+        tools = [
+            plane_tool(solid, normal, place)
+            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size)
+        ]
         if _is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
         through.append(
@@ -74,13 +171,36 @@ def at_crossings(solid: Solid) -> list[Cutter]:
                 reason=f"planes where {a.label} and {b.label} cross",
                 tools=tuple(tools),
                 weight=min(a.radius, b.radius),
-                leads=True,
+                # Through what goes another way these planes do harm: that is parted first, where it can be.
+                leads=len(crossings) == 1 and all(axis.line in crossing.lines for axis in axes),
             )
         )
-    return [*_between(solid, axes, points), *sorted(through, key=lambda cutter: -cutter.weight)]
+    return [*_between(solid, axes, points), *through]
 
 
-def _is_joint(solid: Solid, a: _Axis, b: _Axis) -> bool:
+def _sides(
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float
+) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
+    """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes."""
+    on_a, on_b = crossing.on_axes
+    square = crossing.square
+    found = [
+        (square, on_a + middle * square),
+        (np.cross(square, a.direction), on_a),
+        (np.cross(square, b.direction), on_b),
+    ]
+    gap = crossing.gap
+    found += [
+        (square, place)
+        for axis, place, off in ((a, on_a, middle), (b, on_b, middle - gap))
+        if abs(off) > FAR * axis.radius
+    ]
+    if abs(a.radius - b.radius) < ALIKE * a.radius and abs(gap) < MEET * size:
+        found += [(a.direction + sign * b.direction, on_a) for sign in (-1.0, 1.0)]
+    return [(normal / np.linalg.norm(normal), place) for normal, place in found]
+
+
+def _is_joint(solid: Solid, a: Axis, b: Axis) -> bool:
     """Whether bars meet in an inner corner: there is material on the inner side of both cylinders."""
     return any(
         edge.dihedral > pi + FLAT and any(edge.faces[k] in a.faces and edge.faces[1 - k] in b.faces for k in (0, 1))
@@ -88,14 +208,14 @@ def _is_joint(solid: Solid, a: _Axis, b: _Axis) -> bool:
     )
 
 
-def _extended(solid: Solid, axis: _Axis) -> list[Any]:
+def _extended(solid: Solid, axis: Axis) -> list[Any]:
     """A cylinder through all of the solid, its seams where it has them."""
     middle, reach = float((solid.vertices.mean(axis=0) - axis.place) @ axis.direction), 1.5 * solid.size
     ends = (middle - reach, middle + reach)
     return [BRepBuilderAPI_MakeFace(axis.cylinder, u, u + pi, *ends).Face() for u in (0.0, pi)]
 
 
-def _between(solid: Solid, axes: list[_Axis], points: dict[int, list[float]]) -> Iterator[Cutter]:
+def _between(solid: Solid, axes: list[Axis], points: dict[int, list[float]]) -> Iterator[Cutter]:
     """Planes square to an axis, half way between the points where others meet it."""
     for i, along in points.items():
         axis = axes[i]
@@ -109,10 +229,10 @@ def _between(solid: Solid, axes: list[_Axis], points: dict[int, list[float]]) ->
             )
 
 
-def _axes(solid: Solid) -> list[_Axis]:
-    """The lines about which a solid has whole cylinders, with what of each they reach."""
+def find_axes(solid: Solid) -> list[Axis]:
+    """List the whole cylinders of a solid, those of one radius about one line as one."""
     holder = shapes_of(solid)
-    found: list[_Axis] = []
+    found: list[Axis] = []
     at = np.linspace(0.0, 1.0, 5)
     for face in solid.faces:
         adaptor = BRepAdaptor_Surface(holder.faces[face.id])
@@ -126,12 +246,12 @@ def _axes(solid: Solid) -> list[_Axis]:
         low, high = float((along @ direction).min()), float((along @ direction).max())
         turn = adaptor.LastUParameter() - adaptor.FirstUParameter()
         for j, own in enumerate(found):
-            if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size:
+            is_same = abs(own.radius - cylinder.Radius()) < ALIKE * own.radius
+            if is_same and abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size:
                 shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
                 low, high = sorted((shift + sign * low, shift + sign * high))
                 found[j] = replace(
                     own,
-                    radius=max(own.radius, cylinder.Radius()),
                     low=min(own.low, low),
                     high=max(own.high, high),
                     turn=own.turn + turn,
@@ -139,8 +259,13 @@ def _axes(solid: Solid) -> list[_Axis]:
                 )
                 break
         else:
+            lines = (
+                own.line
+                for own in found
+                if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size
+            )
             found.append(
-                _Axis(
+                Axis(
                     place=place,
                     direction=direction,
                     radius=cylinder.Radius(),
@@ -150,18 +275,19 @@ def _axes(solid: Solid) -> list[_Axis]:
                     turn=turn,
                     faces=frozenset([face.id]),
                     cylinder=cylinder,
+                    line=next(lines, len(found)),
                 )
             )
     return [axis for axis in found if axis.turn > WHOLE]
 
 
-def _off(axis: _Axis, place: FloatArray) -> float:
+def _off(axis: Axis, place: FloatArray) -> float:
     """Distance of a point from an axis."""
     return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
 
 
-def _meeting(a: _Axis, b: _Axis, size: float) -> FloatArray | None:
-    """The point where two axes meet within the reach of what is round about them; None where they do not."""
+def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, float]] | None:
+    """`on_axes`, `square` and `common` of a :class:`Crossing`; None where two cylinders do not meet, or only graze."""
     cosine = float(a.direction @ b.direction)
     if abs(cosine) > 1.0 - 1e-6:
         return None
@@ -169,9 +295,16 @@ def _meeting(a: _Axis, b: _Axis, size: float) -> FloatArray | None:
     along_a, along_b = float(gap @ a.direction), float(gap @ b.direction)
     t = (along_a - cosine * along_b) / (1.0 - cosine**2)
     s = (cosine * along_a - along_b) / (1.0 - cosine**2)
-    place = a.place + t * a.direction
-    if np.linalg.norm(place - b.place - s * b.direction) > MEET * size:
+    on_axes = np.array([a.place + t * a.direction, b.place + s * b.direction])
+    square = np.cross(a.direction, b.direction)
+    square /= np.linalg.norm(square)
+    apart = float((on_axes[1] - on_axes[0]) @ square)
+    low, high = max(-a.radius, apart - b.radius), min(a.radius, apart + b.radius)
+    if high - low < GRAZE * min(a.radius, b.radius):
         return None
     # A blind bore may end in the one it meets, before its axis.
     reached = a.low - b.radius <= t <= a.high + b.radius and b.low - a.radius <= s <= b.high + a.radius
-    return place if reached else None
+    return (on_axes, square, (low, high)) if reached else None
+
+
+__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings"]

@@ -26,6 +26,7 @@ from ..heal.validate import check_closed, faults
 from ..imprinting.joining import imprint, reach_of, widest_closed
 from ..shapes import EDGE, FACE, SOLID, SolidShape, explore, index_map, listed, shapes_of, subshapes, volume_and_center
 from .grafting import graft
+from .seams import without_seams
 
 logger = logging.getLogger(__name__)
 
@@ -177,7 +178,8 @@ def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
         )
         for piece in pieces
     ]
-    return _Pieces(shapes=pieces, labels=own, splitter=splitter)
+    joined = [without_seams(piece, label) for piece, label in zip(pieces, own, strict=True)]
+    return _Pieces(shapes=[piece for piece, _ in joined], labels=[label for _, label in joined], splitter=splitter)
 
 
 class _Images:

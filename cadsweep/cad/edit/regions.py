@@ -8,7 +8,10 @@ Method: planes square to the faces of the cell lie half way between the ends of 
 face where one ends in another; they may go through what is swept square to them. A search over the planes, deeper and
 deeper within a budget, takes those that leave the fewest boxes, and the fewest that are swept towards a cut.
 
-Not handled: planes that are slanted to each other, and features that cross; what is left of these stays in one box.
+Two bores that cross get a box of their own, which :mod:`.crossings` parts.
+
+Not handled: planes that are slanted to each other, and other features that cross; what is left of these stays in one
+box.
 """
 
 from __future__ import annotations
@@ -94,9 +97,11 @@ class _Guillotine:
         self.n_looked += 1
         inside = [feature for feature in self.features if self.is_in(feature, box)]
         ways = EVERY.intersection(*(f.ways for f in inside))
-        if ways:
+        if _is_one_crossing(inside):
+            found: tuple[float, tuple[_Cut, ...]] = (BOX, ())
+        elif ways:
             towards = min(ends[way] + ends[3 + way] for way in ways) if inside else 0
-            found: tuple[float, tuple[_Cut, ...]] = (BOX + TOWARDS * towards, ())
+            found = (BOX + TOWARDS * towards, ())
         else:
             found = (BOX + STUCK + len(inside), ())
             for axis, offset, price in self.planes(box, inside) if depth else ():
@@ -152,6 +157,12 @@ class _Guillotine:
         return [
             (axis, place, NARROW * max(0.0, 1.0 + gap / wide)) for _, gap, axis, place in sorted(found)[:MOST_PLANES]
         ]
+
+
+def _is_one_crossing(inside: Sequence[Cluster]) -> bool:
+    """Whether the features of a box are two bores that cross once, and nothing else."""
+    own = [feature.axes for feature in inside if feature.is_crossing]
+    return len(own) == 1 and all(feature.axes and feature.axes <= own[0] for feature in inside)
 
 
 def into_boxes(solid: Solid, flat: float) -> tuple[list[Cutter], bool]:

@@ -22,7 +22,7 @@ import scipy
 from ...arrays import FloatArray, IntArray
 from .curves import EdgeCurve, Parametric
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
-from .nearest_kernels import nearest_rows
+from .nearest_kernels import near_on_lines, nearest_rows, other_walls
 from .record_kernels import curve_points, surface_normals, surface_points
 from .records import curve_record, surface_record
 from .surfaces import Cone, Geometry, Offset, Periods, Plane, Torus, grid_points, knots_of
@@ -42,8 +42,6 @@ _TURNED = 0.5
 """Cosine between normals beyond which they are of another wall, or of the tip between two."""
 _MOST_STEPS = 40
 """Places of the grid along a line among which another wall is looked for: more are far away."""
-_AT_ONCE = 2**20
-"""Pairs of a point and a place of the grid that are looked at together: some megabytes."""
 _FEW = 200_000
 """Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
@@ -280,17 +278,17 @@ class FaceSurface:
         Only what lies on one line of the grid is compared: across a thin tip it turns round.
         """
         grid, places = self._grid
-        n = int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
+        n = self._n_across
         corners, normals = places.reshape(-1, n, 3), self.normals(grid).reshape(-1, n, 3)
         far = np.full(corners.shape[:2], np.inf)
-        for axis in (0, 1):
-            own, facing, found = (np.moveaxis(values, axis, 0) for values in (corners, normals, far))
-            for step in range(1, min(_MOST_STEPS, len(own) - 1) + 1):
-                other = np.einsum("kid,kid->ki", facing[:-step], facing[step:]) < _TURNED
-                away = np.where(other, np.linalg.norm(own[:-step] - own[step:], axis=2), np.inf)
-                found[:-step] = np.minimum(found[:-step], away)
-                found[step:] = np.minimum(found[step:], away)
+        other_walls(corners, normals, _MOST_STEPS, _TURNED, far)
         return grid[::n, 0], grid[:n, 1], far
+
+    @property
+    def _n_across(self) -> int:
+        """Places of the grid with one u."""
+        grid = self._grid[0]
+        return int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
 
     def _starts(self, points: FloatArray) -> IntArray:
         """Rows (m,) of the grid: the place nearest to each point."""
@@ -307,54 +305,23 @@ class FaceSurface:
         Its places alone would not do: of both walls of a thin tip that is twisted, those of one wall may be nearer all
         around. Nor would the nearest: they may all be on one coil, where the grid is fine.
         """
-        uv, found = np.empty((len(points), 2)), np.full(len(points), np.inf)
-        step = max(1, _AT_ONCE // len(self._grid[0]))
-        for first in range(0, len(points), step):
-            rows = slice(first, first + step)
-            near = [self._near_lines(points[rows], axis) for axis in (0, 1)]
-            row, start = (np.concatenate(parts) for parts in zip(*near, strict=True))
-            feet, distances = self._descended(points[rows][row], start)
-            order = np.lexsort((distances, row))
-            best = order[np.searchsorted(row[order], np.arange(len(points[rows])))]
-            uv[rows], found[rows] = feet[best], distances[best]
-        return uv, found
-
-    def _near_lines(self, points: FloatArray, axis: int) -> tuple[IntArray, FloatArray]:
-        """Rows of points, and parameters on the lines of the grid along one axis that are nearer than those beside.
-
-        Parameters
-        ----------
-        points : (m, 3) float64
-        axis : {0, 1}
-
-        Returns
-        -------
-        rows : (k,) int64
-            `_PLACES` of each point at most, and one at least.
-        uv : (k, 2) float64
-        """
         grid, places = self._grid
-        shape = (-1, int(np.count_nonzero(grid[:, 0] == grid[0, 0])))
-        corners, parameters = places.reshape(*shape, 3), grid.reshape(*shape, 2)
-        ahead = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-        behind = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-        begin, steps = corners[behind], corners[ahead] - corners[behind]
-        size = steps.shape[:2]
-        begin, steps = begin.reshape(-1, 3), steps.reshape(-1, 3)
-        squares = np.einsum("gd,gd->g", steps, steps)
-        ahead_of = points @ steps.T - np.einsum("gd,gd->g", begin, steps)
-        share = np.clip(ahead_of / np.where(squares > 0, squares, 1.0), 0.0, 1.0)
-        away = scipy.spatial.distance.cdist(points, begin, "sqeuclidean") + share * (share * squares - 2.0 * ahead_of)
-        away = np.where(np.isfinite(away), away, np.inf)
-        beside = (1, 1, 3) if axis == 0 else (1, 3, 1)
-        by_axes = away.reshape(len(points), *size)
-        least = by_axes == scipy.ndimage.minimum_filter(by_axes, size=beside, mode="nearest")
-        low = np.where(least.reshape(away.shape), away, np.inf)
-        some = np.argpartition(low, min(_PLACES, low.shape[1] - 1), axis=1)[:, :_PLACES]
-        row, k = np.nonzero(np.isfinite(np.take_along_axis(low, some, axis=1)))
-        found = some[row, k]
-        one, other = parameters[behind].reshape(-1, 2)[found], parameters[ahead].reshape(-1, 2)[found]
-        return row, one + share[row, found, None] * (other - one)
+        n = self._n_across
+        rows = np.empty((len(points), 2, _PLACES), dtype=np.int64)
+        shares = np.empty(rows.shape)
+        points = _packed(points, 3)
+        for axis in (0, 1):
+            near_on_lines(places, n, axis, points, rows[:, axis], shares[:, axis])
+        which = np.nonzero(rows >= 0)
+        begin = rows[which]
+        start = grid[begin]
+        start += shares[which][:, None] * (grid[begin + np.where(which[1] == 0, n, 1)] - start)
+        feet, distances = self._descended(points[which[0]], start)
+        every, place = np.full(rows.shape, np.inf), np.zeros(rows.shape, dtype=np.int64)
+        every[which], place[which] = distances, np.arange(len(begin))
+        best = every.reshape(len(points), -1).argmin(axis=1)[:, None]
+        best = np.take_along_axis(place.reshape(len(points), -1), best, axis=1)[:, 0]
+        return feet[best], distances[best]
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""

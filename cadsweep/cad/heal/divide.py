@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
+from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepTools import BRepTools, BRepTools_ReShape
 from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
@@ -23,6 +24,7 @@ from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Curve, GeomAdaptor_Surface
 from OCP.gp import gp_Vec
 from OCP.GProp import GProp_GProps
+from OCP.ShapeFix import ShapeFix_Face
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges
 from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_Orientation
@@ -54,6 +56,7 @@ def divide_closed(traced: Traced) -> list[str]:
             context = tool.GetContext()
             traced.replace(context.Apply(traced.shape), context.Apply)
     _make_exact(traced.shape, old_edges)
+    _mend(traced, old_faces)
     _check_divided(traced.shape, old_faces)
     n_new = len(subshapes(traced.shape, FACE)) - n_faces
     return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
@@ -99,6 +102,32 @@ def is_divided(shape: Any) -> bool:
     """Whether no face and no edge of a shape is closed upon itself."""
     uses = (use for face in subshapes(shape, FACE) for use in _uses(face))
     return not any(n_uses > 1 or len(subshapes(edge, VERTEX)) < 2 for edge, n_uses in uses)
+
+
+def _mend(traced: Traced, old_faces: Any) -> None:
+    """Mend the wires of new faces that OpenCASCADE made unlike what it takes for valid itself.
+
+    Every later cut through such a face would be refused for a fault that was there before.
+    """
+    reshape = BRepTools_ReShape()
+    found = False
+    for face in subshapes(traced.shape, FACE):
+        if old_faces.Contains(face) or BRepCheck_Analyzer(face).IsValid():
+            continue
+        fix = ShapeFix_Face(face)
+        fix.Perform()  # in place, or by another face of the same edges
+        mended = fix.Face()
+        if not mended.IsSame(face) and BRepCheck_Analyzer(mended).IsValid():
+            reshape.Replace(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD), _as_forward(mended, face))
+            found = True
+    if found:
+        traced.replace(reshape.Apply(traced.shape), reshape.Apply)
+
+
+def _as_forward(mended: Any, face: Any) -> Any:
+    """A replacement of a face, turned as that is when it stands forward."""
+    is_turned = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return mended.Reversed() if is_turned else mended
 
 
 def _check_divided(shape: Any, old_faces: Any) -> None:

@@ -11,9 +11,10 @@ equal, because solvers such as CalculiX do not tell them apart.
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+from anyascii import anyascii
 
 MATERIAL_PREFIX = "mat:"
 _MEANINGLESS = re.compile(
@@ -54,13 +55,11 @@ def join_part(part: str | None, name: str) -> str:
 
 
 def plain(name: str, fallback: str = "name") -> str:
-    """Write a name with ``[A-Za-z0-9_]`` alone: accents are dropped, all else becomes ``_``.
+    """Write a name with ``[A-Za-z0-9_]`` alone: other scripts are transliterated, all else becomes ``_``.
 
     A digit at the beginning, which some solvers do not allow, gets an ``n`` before it.
     """
-    folded = unicodedata.normalize("NFKD", name).replace("ß", "ss")
-    ascii_only = "".join(c for c in folded if not unicodedata.combining(c))
-    out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", ascii_only))
+    out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", anyascii(name)))
     if not re.search(r"[A-Za-z0-9]", out):
         return fallback
     # Underscores that the user wrote at the ends stay; those that stand for other signs there go.

@@ -1,0 +1,94 @@
+"""Pieces of one closed face that a cut left side by side in a cell, joined to one face again.
+
+Place in the flow: :mod:`.cutting` hands over every piece of a cell that it has split. Closed faces were divided when
+the part was loaded, at places that have nothing to do with where cells part it: the wall of a quarter of a bore may be
+two faces, with corners where no other face has any.
+
+Method: OpenCASCADE's ``ShapeUpgrade_UnifySameDomain``, kept away from every edge but the seams, and from shared ones.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepTools import BRepTools
+from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder
+from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+
+from ...errors import CadError
+from ..extract.labels import EdgeLabel, FaceLabel, Labels
+from ..heal.validate import check_closed, faults
+from ..shapes import EDGE, FACE, SOLID, explore, index_map, mapped, subshapes, volume_and_center
+
+MOST_TURN = 1.1 * pi
+"""Radians around its axis up to which a joined face goes: beyond that it would have to be divided again."""
+SAME_VOLUME = 1e-6
+"""Share of a piece's volume that joining its faces may change: OpenCASCADE integrates no better."""
+
+
+def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
+    """A piece with the seams of its round faces gone; the piece itself where it has none.
+
+    Parameters
+    ----------
+    piece : TopoDS_Solid
+    labels : Labels
+        Of its faces and edges. Faces of one key are pieces of one face.
+    """
+    faces, edges = index_map(piece, FACE), index_map(piece, EDGE)
+    beside: dict[int, list[int]] = {}
+    for number, face in enumerate(mapped(faces, FACE)):
+        for edge in explore(face, EDGE):
+            beside.setdefault(edges.FindIndex(edge) - 1, []).append(number)
+    shapes = mapped(faces, FACE)
+    seams = {e for e, (a, *b) in beside.items() if len(b) == 1 and _is_seam(shapes[a], shapes[b[0]], a, b[0], labels)}
+    if not seams:
+        return piece, labels
+    tool = ShapeUpgrade_UnifySameDomain(piece, False, True, False)
+    for e, edge in enumerate(mapped(edges, EDGE)):
+        if e not in seams:
+            tool.KeepShape(edge)
+    tool.Build()
+    (found,) = subshapes(tool.Shape(), SOLID)
+    try:
+        check_closed(found)
+    except CadError:
+        return piece, labels
+    before, after = volume_and_center(piece)[0], volume_and_center(found)[0]
+    if faults(found) or abs(after - before) > SAME_VOLUME * before:
+        return piece, labels
+    history = tool.History()
+    own = _followed(shapes, labels.faces, index_map(found, FACE), history, FaceLabel())
+    lines = _followed(mapped(edges, EDGE), labels.edges, index_map(found, EDGE), history, EdgeLabel())
+    return found, Labels(own, lines)
+
+
+def _is_seam(one: Any, other: Any, a: int, b: int, labels: Labels) -> bool:
+    """Whether two faces of a piece are neighbours on one cylinder or cone, of one face, and go not too far around."""
+    if a == b or not labels.faces[a].key or labels.faces[a].key != labels.faces[b].key:
+        return False
+    if BRepAdaptor_Surface(one).GetType() not in (GeomAbs_Cylinder, GeomAbs_Cone):
+        return False
+    if BRepAdaptor_Surface(one).GetType() != BRepAdaptor_Surface(other).GetType():
+        return False
+    turn = 0.0
+    for face in (one, other):
+        low, high, _, _ = BRepTools.UVBounds_s(face)
+        turn += high - low
+    return turn < MOST_TURN
+
+
+def _followed(old: Any, labels: Any, found: Any, history: Any, empty: Any) -> list[Any]:
+    """The labels of what became of old faces (or edges), in the order of a map."""
+    out = [empty] * found.Extent()
+    for shape, label in zip(old, labels, strict=True):
+        for new in list(history.Modified(shape)) or [shape]:
+            number = found.FindIndex(new)
+            if number:
+                out[number - 1] = label
+    return out
+
+
+__all__ = ["without_seams"]
