@@ -46,7 +46,7 @@ class Cluster:
     edges : frozenset of int
         Edges of the cell that belong to it.
     axes : frozenset of int
-        Of a place where two bores cross both of them, of what one is beyond all such places that one; else none.
+        The lines of both bores of a place where two cross, that of one beyond all such places; else none.
     """
 
     spans: Box
@@ -163,7 +163,8 @@ def find_clusters(
             found.append(_cluster(solid, normals, edges, ways))
             continue
         found += _crossed(solid, normals, edges, bores, own)
-        round_faces = frozenset[int]().union(*(bores[i].faces for c in own for i in c.axes))
+        lines = {line for c in own for line in c.lines}
+        round_faces = frozenset[int]().union(*(bore.faces for bore in bores if bore.line in lines))
         rest = {e for e in edges if not round_faces.intersection(solid.edges[e].faces)}
         for part in _connected(solid, rest):
             beside = faces.intersection(f for e in part for f in solid.edges[e].faces)
@@ -187,7 +188,7 @@ def _crossed(
     solid: Solid, normals: FloatArray, edges: Iterable[int], axes: Sequence[Axis], crossings: Sequence[Crossing]
 ) -> Iterator[Cluster]:
     """The places where bores cross, and what every bore is beyond them."""
-    taken: dict[int, list[tuple[float, float]]] = {}
+    taken: dict[int, list[tuple[Axis, float, float]]] = {}
     for crossing in crossings:
         # The box about each axis, as far as the other one is wide: both have it in common.
         boxes = []
@@ -195,12 +196,14 @@ def _crossed(
             axis, reach = axes[i], axes[other].radius
             at = float((place - axis.place) @ axis.direction)
             boxes.append(_around(normals, axis, at - reach, at + reach))
-            taken.setdefault(i, []).append((at - reach, at + reach))
+            taken.setdefault(axis.line, []).append((axis, at - reach, at + reach))
         (low, high), (other_low, other_high) = boxes
         spans = make_box(np.minimum(low, other_low), np.maximum(high, other_high))
-        yield Cluster(spans=spans, ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.axes))
-    for i, places in taken.items():
-        axis = axes[i]
+        yield Cluster(spans=spans, ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.lines))
+    for axis in axes:
+        places = [_along(axis, *place) for place in taken.get(axis.line, ())]
+        if not places:
+            continue
         way = np.flatnonzero(np.abs(normals @ axis.direction) > 1.0 - ALONG)
         start = axis.low
         for begin, end in (*sorted(places), (axis.high, axis.high)):
@@ -211,9 +214,17 @@ def _crossed(
                 )
                 yield Cluster(
                     spans=make_box(*_around(normals, axis, start, begin)), ways=frozenset(way.tolist()), edges=inside,
-                    axes=frozenset([i]),
+                    axes=frozenset([axis.line]),
                 )  # fmt: skip
             start = max(start, end)
+
+
+def _along(axis: Axis, other: Axis, low: float, high: float) -> tuple[float, float]:
+    """A stretch along one of two axes of one line, along the other."""
+    sign = float(np.sign(axis.direction @ other.direction))
+    shift = float((other.place - axis.place) @ axis.direction)
+    first, last = sorted((shift + sign * low, shift + sign * high))
+    return first, last
 
 
 def _around(normals: FloatArray, axis: Axis, low: float, high: float) -> tuple[FloatArray, FloatArray]:

@@ -68,6 +68,8 @@ class Axis:
         Radians that its faces go around, together.
     faces : frozenset of int
     cylinder : gp_Cylinder
+    line : int
+        The same for all radii about one line.
     """
 
     place: FloatArray
@@ -79,46 +81,69 @@ class Axis:
     turn: float
     faces: frozenset[int]
     cylinder: Any
+    line: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Crossing:
-    """Two cylinders that meet.
+    """Cylinders about two lines that meet.
 
     Attributes
     ----------
     axes : (int, int)
+        The widest about each line.
+    lines : (int, int)
     on_axes : (2, 3) float64
         The points of the axes next to each other.
     square : (3,) float64
         Unit vector across both axes.
-    spans : (2, 2) float64
-        What each cylinder takes up along `square`, from the first axis.
+    common : (float, float)
+        What all of the cylinders that meet have in common along `square`, from the first axis.
     """
 
     axes: tuple[int, int]
+    lines: tuple[int, int]
     on_axes: FloatArray
     square: FloatArray
-    spans: FloatArray
+    common: tuple[float, float]
+
+    @property
+    def gap(self) -> float:
+        """Distance of the second axis from the first, along `square`."""
+        return float((self.on_axes[1] - self.on_axes[0]) @ self.square)
 
     def through(self, order: Sequence[int]) -> float:
-        """A place well inside what both have in common, along `square`, from the first axis.
+        """A place well inside what the cylinders have in common, along `square`, from the first axis.
 
-        On one of the axes where that may be, those first that come first in an order; else half way.
+        On one of the axes where that may be, those first whose line comes first in an order; else half way.
         """
-        low, high = float(self.spans[:, 0].max()), float(self.spans[:, 1].min())
-        for i in sorted(self.axes, key=order.index):
-            place = float(self.spans[self.axes.index(i)].mean())
-            if low + INSIDE * (high - low) <= place <= high - INSIDE * (high - low):
-                return place
+        low, high = self.common
+        places = dict(zip(self.lines, (0.0, self.gap), strict=True))
+        for line in sorted(self.lines, key=order.index):
+            if low + INSIDE * (high - low) <= places[line] <= high - INSIDE * (high - low):
+                return places[line]
         return 0.5 * (low + high)
 
 
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
-    """List which cylinders meet, the smallest last."""
-    pairs = ((i, j, _meeting(axes[i], axes[j])) for i, j in combinations(range(len(axes)), 2))
-    found = [Crossing(axes=(i, j), on_axes=m[0], square=m[1], spans=m[2]) for i, j, m in pairs if m is not None]
-    return sorted(found, key=lambda one: -min(axes[k].radius for k in one.axes))
+    """List where cylinders meet, once for two lines, the smallest last."""
+    found: dict[tuple[int, int], Crossing] = {}
+    for pair in sorted(combinations(range(len(axes)), 2), key=lambda pair: -sum(axes[k].radius for k in pair)):
+        i, j = sorted(pair, key=lambda k: axes[k].line)
+        lines = axes[i].line, axes[j].line
+        met = _meeting(axes[i], axes[j])
+        if met is None:
+            continue
+        on_axes, square, (low, high) = met
+        known = found.get(lines)
+        if known is None:
+            found[lines] = Crossing(axes=(i, j), lines=lines, on_axes=on_axes, square=square, common=(low, high))
+            continue
+        if square @ known.square < 0.0:
+            low, high = -high, -low
+        if min(high, known.common[1]) > max(low, known.common[0]):
+            found[lines] = replace(known, common=(max(low, known.common[0]), min(high, known.common[1])))
+    return sorted(found.values(), key=lambda one: -min(axes[k].radius for k in one.axes))
 
 
 def at_crossings(solid: Solid) -> list[Cutter]:
@@ -128,8 +153,9 @@ def at_crossings(solid: Solid) -> list[Cutter]:
     through: list[Cutter] = []
     crossings = find_crossings(axes)
     # What crosses one bore is parted by the same planes along it.
-    met = Counter(i for crossing in crossings for i in crossing.axes)
-    order = sorted(met, key=lambda i: (-met[i], -axes[i].radius, i))
+    met = Counter(line for crossing in crossings for line in crossing.lines)
+    widest = {line: max(axis.radius for axis in axes if axis.line == line) for line in met}
+    order = sorted(met, key=lambda line: (-met[line], -widest[line], line))
     for crossing in crossings:
         a, b = (axes[i] for i in crossing.axes)
         for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
@@ -146,7 +172,7 @@ def at_crossings(solid: Solid) -> list[Cutter]:
                 tools=tuple(tools),
                 weight=min(a.radius, b.radius),
                 # Through what goes another way these planes do harm: that is parted first, where it can be.
-                leads=len(crossings) == 1 and len(axes) == 2,
+                leads=len(crossings) == 1 and all(axis.line in crossing.lines for axis in axes),
             )
         )
     return [*_between(solid, axes, points), *through]
@@ -163,7 +189,7 @@ def _sides(
         (np.cross(square, a.direction), on_a),
         (np.cross(square, b.direction), on_b),
     ]
-    gap = float((on_b - on_a) @ square)
+    gap = crossing.gap
     found += [
         (square, place)
         for axis, place, off in ((a, on_a, middle), (b, on_b, middle - gap))
@@ -233,6 +259,11 @@ def find_axes(solid: Solid) -> list[Axis]:
                 )
                 break
         else:
+            lines = (
+                own.line
+                for own in found
+                if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size
+            )
             found.append(
                 Axis(
                     place=place,
@@ -244,6 +275,7 @@ def find_axes(solid: Solid) -> list[Axis]:
                     turn=turn,
                     faces=frozenset([face.id]),
                     cylinder=cylinder,
+                    line=next(lines, len(found)),
                 )
             )
     return [axis for axis in found if axis.turn > WHOLE]
@@ -254,8 +286,8 @@ def _off(axis: Axis, place: FloatArray) -> float:
     return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
 
 
-def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Fields of a :class:`Crossing`; None where two cylinders do not meet within their reach, or only graze."""
+def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, float]] | None:
+    """`on_axes`, `square` and `common` of a :class:`Crossing`; None where two cylinders do not meet, or only graze."""
     cosine = float(a.direction @ b.direction)
     if abs(cosine) > 1.0 - 1e-6:
         return None
@@ -267,12 +299,12 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, FloatArray] | No
     square = np.cross(a.direction, b.direction)
     square /= np.linalg.norm(square)
     apart = float((on_axes[1] - on_axes[0]) @ square)
-    spans = np.array([(-a.radius, a.radius), (apart - b.radius, apart + b.radius)])
-    if spans[:, 1].min() - spans[:, 0].max() < GRAZE * min(a.radius, b.radius):
+    low, high = max(-a.radius, apart - b.radius), min(a.radius, apart + b.radius)
+    if high - low < GRAZE * min(a.radius, b.radius):
         return None
     # A blind bore may end in the one it meets, before its axis.
     reached = a.low - b.radius <= t <= a.high + b.radius and b.low - a.radius <= s <= b.high + a.radius
-    return (on_axes, square, spans) if reached else None
+    return (on_axes, square, (low, high)) if reached else None
 
 
 __all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings"]
