@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy
 
 from .arrays import BoolArray, FloatArray, IntArray
 from .brep import Curve, Solid
@@ -244,7 +245,7 @@ class Slides:
     curve : (n,) int64
         The curve over which, or under which, a node must stay; -1 for none.
     curves : mapping of int to Curve
-        Each across `up`.
+        Seen along `up`, each is the foot of walls; it may lean, as the rim of a slanted cap does.
     """
 
     mask: BoolArray
@@ -263,7 +264,7 @@ class Slides:
             curve = self.curves[number]
             fractions = self._fractions(curve, points[at])
             low, high = np.clip(fractions - _STEP, 0.0, 1.0), np.clip(fractions + _STEP, 0.0, 1.0)
-            tangents = curve.evaluate(high) - curve.evaluate(low)
+            tangents = self._seen(curve.evaluate(high) - curve.evaluate(low))
             tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
             found[at] = tangents[:, :, None] * tangents[:, None, :]
         found[sliding & self.rises[nodes]] += upright
@@ -284,10 +285,37 @@ class Slides:
         own = np.where(self.mask[nodes], self.curve[nodes], -1)
         return [(int(number), np.flatnonzero(own == number)) for number in np.unique(own[own >= 0])]
 
+    def _seen(self, points: FloatArray) -> FloatArray:
+        """Points or vectors (m, 3) without their heights."""
+        return points - np.outer(points @ self.up, self.up)
+
     def _fractions(self, curve: Curve, points: FloatArray) -> FloatArray:
-        height = float(curve.evaluate(np.zeros(1))[0] @ self.up)
-        return curve.project(points + (height - points @ self.up)[:, None] * self.up)
+        """Fractions (m,) of a curve at which, seen along `up`, it is nearest to points (m, 3)."""
+        samples = curve.evaluate(_AT)
+        heights = samples @ self.up
+        if np.ptp(heights) <= _LEVEL * np.ptp(samples, axis=0).max():
+            return curve.project(points + (heights[0] - points @ self.up)[:, None] * self.up)
+        # A curve that leans comes nearer to a point at its own height than to one over or under it.
+        target = self._seen(points)
+        fractions = _AT[scipy.spatial.cKDTree(self._seen(samples)).query(target)[1]]
+        for _ in range(_ROUNDS):
+            low, high = np.clip(fractions - _STEP, 0.0, 1.0), np.clip(fractions + _STEP, 0.0, 1.0)
+            tangents = self._seen(curve.evaluate(high) - curve.evaluate(low)) / (high - low)[:, None]
+            gaps = target - self._seen(curve.evaluate(fractions))
+            moves = (gaps * tangents).sum(axis=1) / np.maximum((tangents**2).sum(axis=1), 1e-300)
+            moves = np.clip(fractions + moves, 0.0, 1.0) - fractions
+            fractions = fractions + moves
+            if float(np.abs(moves).max(initial=0.0)) < _STILL:
+                break
+        return fractions
 
 
+_AT = np.linspace(0.0, 1.0, 65)
+"""Fractions of a curve's samples."""
+_LEVEL = 1e-12
+"""Rise of a curve, in its extents, up to which it is level."""
+_ROUNDS = 30
+_STILL = 1e-13
+"""Move, as a fraction of a curve, below which a place on it has been found."""
 _STEP = 1e-6
 """Fraction of a curve's length over which its tangent is measured."""

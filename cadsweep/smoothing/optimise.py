@@ -19,7 +19,10 @@ from ..projection.descent import minimise
 from ..quality.threads import n_threads
 from .energy import hex_energy
 from .laplacian import laplacian_solver
-from .patch import Patch
+from .patch import Patch, Score
+
+SHARES = (0.5, 0.25, 0.1)
+"""Of a movement along faces that is too far for nodes to be brought back to these, what is tried instead."""
 
 LEAST_GAIN = 0.01
 """Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""
@@ -132,8 +135,7 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
     idle = 0
     for energy.power in (4.0, 8.0, 16.0, 32.0, 64.0):
         free, _ = minimise(energy, free, solve, n_steps=iterations)
-        moved = _kept(patch, points, energy.positions(free))
-        score = patch.score(moved)
+        moved, score = _brought_back(patch, points, energy.positions(free), best, best_score)
         idle = 0 if score.reached > best_score.reached + LEAST_GAIN else idle + 1
         if score.worst > 0:  # brought back to curved faces, nodes may have gone too far
             free = energy.coordinates(moved)
@@ -142,6 +144,25 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
         if best_score.reached >= 1 or idle == 2:
             break
     return best
+
+
+def _brought_back(
+    patch: Patch, points: FloatArray, wanted: FloatArray, best: FloatArray, best_score: Score
+) -> tuple[FloatArray, Score]:
+    """Wanted places with their nodes on their faces; less of the way from the best ones where that is better only so.
+
+    Movements go along tangents: far ones leave a curved face, or pass the ends of edges, and nodes end upon each other.
+    """
+    moved = _kept(patch, points, wanted.copy())
+    score = patch.score(moved)
+    if patch.snap is None or score.beats(best_score) or not patch.score(wanted).beats(best_score):
+        return moved, score
+    for share in SHARES:
+        nearer = _kept(patch, points, best + share * (wanted - best))
+        value = patch.score(nearer)
+        if value.beats(best_score):
+            return nearer, value
+    return moved, score
 
 
 def _solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:

@@ -17,6 +17,7 @@ from .graph import find_claims
 from .places import edge_levels
 
 _FLAT = 1e-9
+_SAMPLES = np.linspace(0.0, 1.0, 9)
 _NONE, _HELD = -1, -2
 
 
@@ -42,6 +43,12 @@ def find_slides(stack: Stack, levels: Levels, mesh: QuadMesh, built: StackMesh) 
         face = stack.solid.faces[f]
         if face.kind != "plane" or abs(face.normal @ stack.direction) < 1.0 - _FLAT:
             held[built.quads[built.faces == f]] = True
+    for e, over in stack.arrangement.over.items():
+        for station in set(over) & levels.stations.keys():
+            # Nodes of a level would leave a station that leans.
+            if np.ptp(stack.solid.edges[station].curve.evaluate(_SAMPLES) @ stack.direction) > _FLAT * stack.solid.size:
+                own = built.levels == levels.stations[station]
+                held |= own & np.isin(built.places, mesh.edge_nodes[e])
     # A wall's node that no curve is known of stays.
     held |= on_wall & (curve == _NONE)
     stations = np.isin(built.levels, list(levels.stations.values()))
