@@ -76,7 +76,7 @@ def assign_loops(
             "other on the caps and the stations must have equal counts, opposite sides of a linking side equal sums, "
             "and the loops of the source cap even ones; change or drop one of them"
         )
-    classes, sums = _tie(sweep, wanted, align=False)
+    classes, sums = _tie(sweep, wanted, wished, align=False)
     first = {c: e for e, c in reversed(classes.items())}
     sides = [first[c] for row in sums for c in row]
     raise SurfaceMeshError(f"no counts fit the linking sides along {name_edges(sweep.solid, sides)}")
@@ -87,7 +87,7 @@ def _settle(
 ) -> dict[int, int] | None:
     """Counts of all edges, None where there are none: with alike edges tied if that can be, else without."""
     for align in (True, False):
-        classes, sums = _tie(sweep, wanted, align=align)
+        classes, sums = _tie(sweep, wanted, wished, align=align)
         members: dict[int, list[int]] = {}
         for e, c in classes.items():
             members.setdefault(c, []).append(e)
@@ -131,7 +131,9 @@ def _mean_count(members: Sequence[int], wanted: dict[int, float], wished: Collec
     return float(np.exp(np.mean(np.log([wanted[e] for e in leading]))))
 
 
-def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[int, int], list[dict[int, float]]]:
+def _tie(
+    sweep: Sweep, edges: dict[int, float], wished: Collection[int], *, align: bool
+) -> tuple[dict[int, int], list[dict[int, float]]]:
     """Classes of edges of equal count, and the sums over classes that must vanish."""
     parent = {e: e for e in edges}
 
@@ -153,8 +155,10 @@ def _tie(sweep: Sweep, edges: dict[int, float], *, align: bool) -> tuple[dict[in
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f], edges)]
-        opposite += [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
-        opposite += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
+        rings = [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
+        rings += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
+        if not any(squeezes(*pair, edges, wished) for pair in rings):
+            opposite += rings
     for one, other in opposite:
         if len(one) == len(other) == 1:
             parent[find(one[0])] = find(other[0])
@@ -267,6 +271,21 @@ def across_wall(sweep: Sweep, face: int, wanted: dict[int, float]) -> list[tuple
     if len(rings[0]) == len(rings[1]):
         pairs += [pair for one, other in zip(*rings, strict=True) for pair in _beside(solid, one, other)]
     return pairs
+
+
+def squeezes(one: Sequence[int], other: Sequence[int], wanted: dict[int, float], wished: Collection[int]) -> bool:
+    """Whether equal sums of two loops would leave edges without a wish too few segments for those with one.
+
+    A bore that has its size all around says how many segments the rim gets: if the rim's corners have theirs, too, all
+    that is missing would be taken from the straight edges between them.
+    """
+    for a, b in ((one, other), (other, one)):
+        free = sum(wanted[e] for e in a if e not in wished)
+        if free and all(e in wished for e in b):
+            left = sum(wanted[e] for e in b) - sum(wanted[e] for e in a if e in wished)
+            if EVEN * left < free:
+                return True
+    return False
 
 
 def _beside(solid: Solid, outer: Sequence[int], hole: Sequence[int]) -> list[tuple[list[int], list[int]]]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
 
 from .. import cad, intervals
 from ..arrays import FloatArray
@@ -14,10 +17,12 @@ from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
 from .biases import biases_of, resolve_biases, whole_edges
-from .local_sizes import size_field
+from .local_sizes import GROWTH, size_field
 from .periodic import Match, find_matches, with_images
 from .size_divisions import divide_by_sizes, least_along
 
+_SAMPLES = 100
+"""Places along an edge from which sizes grow."""
 _SPAN = re.compile(r"span\s+(\d+)")
 
 
@@ -71,6 +76,10 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         keys = sweep.solid.edge_keys.tolist()
         sizes = {e: by_key[key] for e, key in enumerate(keys)} | sizes
         divisions = {e: divided_by_key[key] for e, key in enumerate(keys) if key in divided_by_key} | divisions
+    elif sizes and not (options.wall_layers or options.periodic):
+        # Where rows along walls end, and what answers another face, is settled elsewhere.
+        grown_sizes, grown = _grown_back(sweep, sizes, wanted, spoken={*named, *divisions})
+        sizes, divisions = grown_sizes | sizes, grown | divisions
     return Hints(
         sizes=sizes,
         counts=_counts(part, sweep, options),
@@ -117,6 +126,36 @@ def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
         for edge in edges:
             found[kind][edge] = min(found[kind].get(edge, size), size)
     return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
+
+
+def _grown_back(
+    sweep: Sweep, sizes: dict[int, float], size: float, *, spoken: Collection[int]
+) -> tuple[dict[int, float], dict[int, Division]]:
+    """Mean sizes and divisions of the straight edges around the caps that begin where others are to be finer."""
+    edges, at = sweep.solid.edges, np.linspace(0.0, 1.0, _SAMPLES + 1)
+    finer = {e: own for e, own in sizes.items() if own < size}
+    if not finer:
+        return {}, {}
+    places = [(scipy.spatial.cKDTree(edges[e].curve.evaluate(at)), own) for e, own in finer.items()]
+
+    def field(points: FloatArray) -> FloatArray:
+        grown = [own + (GROWTH - 1.0) * tree.query(points)[0] for tree, own in places]
+        return np.asarray(np.minimum(np.min(grown, axis=0), size))
+
+    sides = [(sweep.solid, side) for side in sweep.linking_sides]
+    by_key, divided = divide_by_sizes([sweep.solid], [sweep], sides, field)
+    keys = sweep.solid.edge_keys.tolist()
+    ends = {v for e in finer for v in (edges[e].start, edges[e].end)}
+    rails = set(sweep.rails)
+    beside = [
+        e.id
+        for e in edges
+        if e.kind == "line" and e.id not in rails and e.id not in spoken and not ends.isdisjoint((e.start, e.end))
+    ]
+    return (
+        {e: by_key[keys[e]] for e in beside if keys[e] in divided},
+        {e: divided[keys[e]] for e in beside if keys[e] in divided},
+    )
 
 
 def _graded(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, Division]:

@@ -216,3 +216,19 @@ def test_counts_hold_on_parts_of_many_kinds(name):
     _, mesh, counts = counted(part, counts=asked, rail_layers={f"edge {rail}": count(rail) + 2})
     assert (counts(rail), counts(around)) == (count(rail) + 2, count(around) + 2)
     assert mesh.info["quality"].valid
+
+
+def test_edges_grow_back_from_a_size_and_none_is_squeezed_by_a_bore():
+    """Corners and the bore of a plate are fine: between them edges grow, and a ring of equal counts is no reason."""
+    plate = cq.Workplane().rect(100, 80).extrude(10).edges("|Z").fillet(5)
+    plate = plate.faces(">Z").workplane().pushPoints([(20, 10)]).hole(12)
+    mesh = cs.sweep_mesh(plate, sizes={"%CYLINDER": 1.0}, size=6)
+    source = mesh.points[: mesh.structure.n_nodes]
+    rim = source[mesh.structure.loops[0]]
+    lengths = np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)
+    # A quarter of the corners' circumference is 7.85: eight segments; between the corners nothing beyond the size.
+    assert lengths.min() == pytest.approx(2 * 5 * np.sin(np.pi / 32), rel=0.01)
+    assert 4 < lengths.max() < 1.25 * 6
+    ratios = np.roll(lengths, -1) / lengths
+    assert max(ratios.max(), 1 / ratios.min()) < 1.6
+    assert mesh.info["quality"].min_scaled_jacobian > 0.5
