@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -38,6 +39,8 @@ GROWTH = ["plate:22", "plate:100", "plate:225", "plate:484", "plate:1000"]
 REFUSAL = ["crossed:240"]
 SMALL = {"gear": 6, "herringbone": 6, "spring": 1, "embossed": 4, "plate": 4, "crossed": 4, "rack": 3, "pits": 4}
 """A part of every family that is meshed before the clock runs."""
+LONG = 10.0
+"""Seconds from which on one turn is enough."""
 STAGES = ("load", "all", "gmsh")
 
 
@@ -49,6 +52,24 @@ def attempt(path: Path) -> dict[str, object]:
     except cs.CadSweepError as error:
         outcome = {"refused": " ".join(str(error).split())[:120]}
     return outcome | {"all": time.process_time() - start}
+
+
+def surfaces_by_gmsh(path: Path) -> dict[str, object]:
+    """Processor seconds in which gmsh imports a file and meshes its surfaces."""
+    with gmsh_session("cad") as gmsh:
+        start = time.process_time()
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(2)
+        return {"gmsh": time.process_time() - start}
+
+
+def quicker(turn: Callable[[], dict[str, object]], figure: str) -> dict[str, object]:
+    """The better of two turns; of one that takes long, that one."""
+    first = turn()
+    if first[figure] > LONG:  # type: ignore[operator]
+        return first
+    return min(first, turn(), key=lambda row: row[figure])  # type: ignore[arg-type, return-value]
 
 
 def longest(profile: cProfile.Profile, n: int) -> list[str]:
@@ -76,13 +97,7 @@ def measure(part: str, folder: Path, *, n_profiled: int) -> dict[str, object]:
     row: dict[str, object] = {"part": f"{family} {n}", "load": time.process_time() - start}
     row["faces"] = sum(len(solid.faces) for solid in loaded.solids)
     del loaded
-    row |= attempt(path)
-    with gmsh_session("cad") as gmsh:
-        start = time.process_time()
-        gmsh.model.occ.importShapes(str(path))
-        gmsh.model.occ.synchronize()
-        gmsh.model.mesh.generate(2)
-        row["gmsh"] = time.process_time() - start
+    row |= quicker(lambda: attempt(path), "all") | quicker(lambda: surfaces_by_gmsh(path), "gmsh")
     if n_profiled:
         profile = cProfile.Profile(time.process_time)
         profile.runcall(attempt, path)

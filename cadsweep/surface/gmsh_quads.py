@@ -70,7 +70,7 @@ _MANY_ODD_CORNERS = 4
 """Corners at odd places beyond which subdivision cuts them off."""
 _APART = 0.05
 """How far loops that touch are drawn apart for gmsh, in segments."""
-MANY = 200
+MANY = 250
 """Boundary nodes from which on triangles of algorithm 6 are subdivided first: in a third of Blossom's time a third as
 many nodes inside are irregular (6 to 8 %, Blossom's 24 to 29)."""
 _LARGE = 1000

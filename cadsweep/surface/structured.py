@@ -46,6 +46,8 @@ _FEWEST = 100
 """Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
 _MOST = 2000
 """Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
+_TIE = 1e-6
+"""Cells of the lattice by which a place is nearer than another only by rounding."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
@@ -60,7 +62,7 @@ def fill_lattice(outline: Outline) -> FaceQuads | None:
         return None
     number, cells = _inside_of(lattice)
     if len(outline.loops) > 1:
-        whole = embedded(chart.boundary[0], int(number.max()) + 1 - len(lattice), quads_of(number, cells))
+        whole = _whole_of(chart.boundary[0], number, cells)
         pierced = pierce(outline, chart, number, cells, whole)
         if pierced is None:
             return None
@@ -94,6 +96,20 @@ def _inside_of(lattice: IntArray) -> tuple[IntArray, IntArray]:
     number = np.full((width + 1, height + 1), -1, dtype=np.int64)
     number[lattice[:, 0], lattice[:, 1]] = np.arange(len(lattice))
     return _numbered(number, cells, len(lattice)), cells
+
+
+def _whole_of(rim: FloatArray, number: IntArray, cells: IntArray) -> FloatArray:
+    """About where the nodes (n, 2) of a lattice without its holes are, the first ones at `rim`."""
+    if 2 * (sum(number.shape) - 2) != len(rim):
+        return embedded(rim, int(number.max()) + 1 - len(rim), quads_of(number, cells))
+    # A rectangle: between its four sides, which is as good to look for holes as a solution for all its nodes.
+    south, north, west, east = (rim[side] for side in (number[:, 0], number[:, -1], number[0], number[-1]))
+    x, y = (np.linspace(0.0, 1.0, n)[:, None] for n in number.shape)
+    at = (1 - y) * south[:, None] + y * north[:, None]
+    at += (1 - x)[:, None] * (west - at[0]) + x[:, None] * (east - at[-1])
+    places = np.empty((number.size, 2))
+    places[number.ravel()] = at.reshape(-1, 2)
+    return places
 
 
 def _numbered(number: IntArray, cells: IntArray, first: int) -> IntArray:
@@ -133,7 +149,8 @@ def pierce(
         if not np.isfinite(own).all() or corners is None:
             return None
         begin, q, p = corners
-        low = np.rint(own.mean(axis=0) - np.array([p, q]) / 2.0).astype(np.int64)
+        # Half way between two places all holes take the lower one: a rounding error has no say.
+        low = np.ceil(own.mean(axis=0) - np.array([p, q]) / 2.0 - 0.5 - _TIE).astype(np.int64)
         around = low + places_around(p, q)
         x, y = around.T
         # A cell more on each side: quads with all their nodes on outlines could give way to nothing.
@@ -323,4 +340,5 @@ def embedded(rim: FloatArray, n_inner: int, quads: IntArray, weights: FloatArray
     links = links + links.T
     laplacian = (scipy.sparse.diags_array(links.sum(axis=1)) - links).tocsc()
     free, given = laplacian[len(rim) :, len(rim) :], laplacian[len(rim) :, : len(rim)]
-    return np.concatenate([rim, scipy.sparse.linalg.spsolve(free, -(given @ rim)).reshape(-1, 2)])
+    factors = scipy.sparse.linalg.splu(free, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    return np.concatenate([rim, factors.solve(np.asarray(-(given @ rim)))])
