@@ -207,6 +207,15 @@ def _too_fine(chart: Chart, setting: Setting) -> bool:
     return area > _MOST_FINER * size**2 * count_interpolated(chart.boundary)
 
 
+def must_grow(outline: Outline) -> bool:
+    """Whether quads as fine as the outline, which mirrors would be made of, are many times those that grow inside."""
+    chart = next(outline.charts(outline.nodes), None)
+    background = None if chart is None else outline.background(chart, outline.nodes)
+    if chart is None or background is None:
+        return False
+    return count_interpolated(chart.boundary) > _MOST_FINER * background.count_quads(chart.boundary)
+
+
 def mesh_with_mirrors(outline: Outline) -> FaceQuads:
     """Quads with the mirrors of the outline, unless a mesher's of the whole are clearly better.
 
@@ -215,7 +224,7 @@ def mesh_with_mirrors(outline: Outline) -> FaceQuads:
     SurfaceMeshError
         As :func:`mesh_freely`, where there are no mirrors.
     """
-    made = fill_symmetric(outline)
+    made = None if must_grow(outline) else fill_symmetric(outline)
     if made is not None and made.expected >= _SYMMETRIC:
         return made
     try:

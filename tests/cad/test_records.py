@@ -112,7 +112,7 @@ def test_a_face_without_records_is_the_same_face():
         for face in solid.faces:
             compiled = replace(face.surface)
             general = replace(face.surface)
-            general.__dict__.update(record=None, edge_records=None, _curved=None)
+            general.__dict__.update(record=None, edge_records=None, curved=None)
             if not isinstance(face.surface.geometry, surfaces.Cone | surfaces.Torus):
                 points = compiled.evaluate(compiled.box.mean(axis=0)[None]) + 0.01
                 np.testing.assert_allclose(compiled.distance(points), general.distance(points), atol=1e-9)

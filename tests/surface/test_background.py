@@ -1,9 +1,12 @@
 """Sizes inside a cap: fine where something is fine, and growing away from it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from cadsweep.surface.background import GROWTH, is_inside, limited, make_background, typical_length
+from cadsweep.surface.filling import must_grow
 from cadsweep.surface.flatten import conformal_map, make_locator
 
 
@@ -113,3 +116,26 @@ def test_inside_is_what_the_parity_of_all_crossings_says():
         )
     assert np.array_equal(is_inside(loops, places), wanted)
     assert not is_inside(loops, np.empty((0, 2))).size
+
+
+def dented(n_dents):
+    """Nodes of a square of side 300 whose sides have dents of radius 1 in twelve segments, and segments of 10."""
+    dent = np.linspace(np.pi, 0.0, 13)
+    side = [np.column_stack([np.arange(0.0, 300.0, 10.0), np.zeros(30)])]
+    for middle in 10.0 * np.round(np.linspace(1, 28, n_dents)) + 5.0 if n_dents else ():
+        side.append(np.column_stack([middle + np.cos(dent), np.sin(dent)]))
+    points = np.concatenate(side)
+    points = points[np.argsort(points[:, 0], kind="stable")]
+    turns = [np.linalg.matrix_power(np.array([[0.0, -1.0], [1.0, 0.0]]), k) for k in range(4)]
+    return np.concatenate([(points - 150.0) @ turn.T for turn in turns])
+
+
+@pytest.mark.parametrize(("n_dents", "grow"), [(0, False), (14, True)])
+def test_quads_grow_away_from_small_dents_whatever_mirrors_there_are(n_dents, grow):
+    loops = [dented(n_dents)]
+    outline = SimpleNamespace(
+        nodes=loops,
+        charts=lambda _: iter([SimpleNamespace(boundary=loops)]),
+        background=lambda chart, _: make_background(chart.boundary, largest=10.0),
+    )
+    assert must_grow(outline) is grow

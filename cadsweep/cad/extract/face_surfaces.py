@@ -17,7 +17,8 @@ from OCP.TopAbs import TopAbs_Orientation
 from ...arrays import FloatArray
 from ..geometry.convert import distances_from, read_curve_2d
 from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
-from ..geometry.face_surface import EdgeOnFace, FaceSurface
+from ..geometry.edge_on_face import EdgeOnFace
+from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Geometry
 from ..shapes import surface_range
 
