@@ -11,6 +11,8 @@ import pytest
 
 from cadsweep.projection import fit_affine, project_layers, pseudo_normal
 
+from .pictures import skip_where_nothing_draws
+
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
@@ -203,7 +205,7 @@ class TestNotAffine:
 
 
 def test_the_command_prints_every_figure_and_draws(tmp_path, monkeypatch, capsys):
-    pytest.importorskip("pyvista")
+    skip_where_nothing_draws()
     from PIL import Image
 
     monkeypatch.setattr(paper, "EXAMPLES", {"c_shape": 8})

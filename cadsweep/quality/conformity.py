@@ -177,7 +177,7 @@ def row_keys(rows: IntArray) -> np.ndarray:
     """A 64-bit value (m,) of each row, whatever the order of its entries; a pair of unlike rows shares one in 2^64."""
     keys = np.empty(len(rows), dtype=np.uint64)
     _hash_rows(np.ascontiguousarray(rows, dtype=np.int64), keys)
-    return keys
+    return keys.view(np.int64)  # numpy 2.0 cannot look for unsigned ones among others
 
 
 def duplicate_rows(rows: IntArray) -> list[tuple[int, int]]:
