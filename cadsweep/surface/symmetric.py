@@ -35,7 +35,7 @@ from .gmsh_quads import MANY, Setting, mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
 from .symmetry import Wedge, find_wedges
-from .transfinite import GOOD_ENOUGH, grid_of_polygon
+from .transfinite import grid_of_polygon
 
 _ON_RAY = 1e-7
 """Angle from a ray up to which a node lies on it."""
@@ -51,6 +51,8 @@ _GOOD = 0.7
 """Worst corner sine from which on no other setting of the mesher is tried: what it makes of a whole is as good."""
 _GOOD_OF_MANY = 0.65
 """The same for wedges of many nodes, whose every mesh takes long: a lattice is taken from there on, too."""
+_FAIR = 0.55
+"""The same for quads much smaller than the outline's segments: they are many, and do not make fair ones good."""
 _SHORTEST = 0.25
 """Edge of a quad, as a share of the rim's shortest segment, below which symmetry has squeezed it: its neighbours are
 four times as long, and a curved rim beside it may fold it at order 2."""
@@ -88,8 +90,7 @@ def _best_of(outline: Outline, chart: Chart, wedge: Wedge, domain: _Domain) -> F
     good = _GOOD_OF_MANY if many else _GOOD
     best: FaceQuads | None = None
     for size_factor, fill in _fillings(chart, domain):
-        # Much smaller quads are many, and seldom better: they are for where nothing else is good enough.
-        if best is not None and best.expected >= (GOOD_ENOUGH if size_factor < 1 else good):
+        if best is not None and best.expected >= (_FAIR if size_factor < 1 else good):
             break
         with suppress(SurfaceMeshError):  # the next setting, or another way
             made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, wedge, domain, *fill()))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
-from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepCheck import BRepCheck_Analyzer, BRepCheck_Status
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepTools import BRepTools, BRepTools_ReShape
 from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
@@ -107,12 +107,13 @@ def is_divided(shape: Any) -> bool:
 def _mend(traced: Traced, old_faces: Any) -> None:
     """Mend the wires of new faces that OpenCASCADE made unlike what it takes for valid itself.
 
-    Every later cut through such a face would be refused for a fault that was there before.
+    Every later cut through such a face would be refused for a fault that was there before. What is said of single
+    edges, such as the ranges of their curves, was so in the file, and hinders no cut.
     """
     reshape = BRepTools_ReShape()
     found = False
     for face in subshapes(traced.shape, FACE):
-        if old_faces.Contains(face) or BRepCheck_Analyzer(face).IsValid():
+        if old_faces.Contains(face) or _is_sound(face):
             continue
         fix = ShapeFix_Face(face)
         fix.Perform()  # in place, or by another face of the same edges
@@ -122,6 +123,12 @@ def _mend(traced: Traced, old_faces: Any) -> None:
             found = True
     if found:
         traced.replace(reshape.Apply(traced.shape), reshape.Apply)
+
+
+def _is_sound(face: Any) -> bool:
+    """Whether OpenCASCADE finds no fault with a face as a whole, such as wires that do not bound it."""
+    checked = BRepCheck_Analyzer(face)
+    return checked.IsValid() or all(s == BRepCheck_Status.BRepCheck_NoError for s in checked.Result(face).Status())
 
 
 def _as_forward(mended: Any, face: Any) -> Any:
