@@ -1,13 +1,16 @@
-"""Tests that draw: which libraries can, here."""
+"""Tests that draw: what can, here."""
 
 import pytest
 
 
-def can_draw() -> bool:
-    """Whether this VTK draws without a display."""
+def can_draw(*, display: bool = True) -> bool:
+    """Whether VTK draws here, on a display or without one; without, where there is none to be used."""
     from vtkmodules.vtkCommonCore import vtkVersion
 
-    return (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 4)
+    from cadsweep.view.display import can_open_window
+
+    draws_without = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 4)
+    return draws_without or (display and can_open_window())
 
 
 def skip_where_nothing_draws() -> None:

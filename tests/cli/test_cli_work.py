@@ -15,6 +15,7 @@ import pytest
 import cadsweep as cs
 
 from ..commands import as_program
+from ..pictures import skip_where_nothing_draws
 
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
@@ -210,7 +211,7 @@ def test_output_into_a_closed_pipe_is_no_traceback(work):
 
 
 def test_a_picture_and_a_page(work, command):
-    pytest.importorskip("pyvista")
+    skip_where_nothing_draws()
     pytest.importorskip("plotly")
     done = command("view", "part.vtu", "--screenshot", "part.png", cwd=work)
     assert done.returncode == 0, done.stderr

@@ -18,7 +18,9 @@ from ..pictures import can_draw
 from .view_blocks import of_order_2, painted_block, twisted_block, unit_cube
 
 pytest.importorskip("pyvista")
-draws_without_display = pytest.mark.skipif(not can_draw(), reason="this VTK needs a display, as the error says")
+_WHY = "this VTK needs a display, as the error says"
+draws = pytest.mark.skipif(not can_draw(), reason=_WHY)
+draws_without_display = pytest.mark.skipif(not can_draw(display=False), reason=_WHY)
 
 
 def pixels(path):
@@ -124,6 +126,7 @@ class TestPicture:
         assert (image.min(axis=-1) < 250).mean() > 0.08
         assert sorted(p.name for p in tmp_path.iterdir()) == ["block.png"]
 
+    @draws
     @pytest.mark.parametrize(("scalars", "seen"), [("cad", [True, True]), ("boundary", [True, False])])
     def test_the_colours_of_the_cad_are_drawn(self, tmp_path, scalars, seen):
         camera = [(6, -8, -10), (0, 0, 2), (0, 0, 1)]  # the source and two sides are in sight
@@ -136,6 +139,7 @@ class TestPicture:
         found = [((image[..., c] > 60) & (other < 10)).mean() > 0.02 for c, other in zip((0, 2), others, strict=True)]
         assert found == seen
 
+    @draws
     def test_an_inverted_hexahedron_is_red(self, tmp_path):
         mesh = twisted_block()
         mesh.points[mesh.hexes[-1, 6]] = mesh.points[mesh.hexes[-1, 0]] - 0.2
@@ -144,10 +148,12 @@ class TestPicture:
         image = pixels(tmp_path / "a.png")
         assert ((image * red == image).all(axis=-1) & (image[..., 0] > 90)).sum() > 20
 
+    @draws
     def test_a_picture_that_cannot_be_written_is_an_error(self, tmp_path):
         with pytest.raises(CadSweepError, match="no_such_folder"):
             plot(twisted_block(), screenshot=tmp_path / "no_such_folder" / "a.png", window_size=(60, 60))
 
+    @draws
     def test_options_are_checked(self, tmp_path):
         with pytest.raises(InputError, match=r"\.png"):
             plot(twisted_block(), screenshot=tmp_path / "a.bmp")
@@ -215,6 +221,7 @@ class TestAnExplodedView:
         block = twisted_block()
         assert explode(block, 1.0) is block
 
+    @draws
     def test_it_is_drawn_with_the_names_of_the_parts(self, tmp_path):
         path = self.two_parts().plot(screenshot=tmp_path / "apart.png", scalars="part", explode=1.0)
         assert path.stat().st_size > 5_000
