@@ -10,8 +10,6 @@ import logging
 import re
 from collections.abc import Collection, Iterable
 
-from anyascii import anyascii
-
 logger = logging.getLogger(__name__)
 
 _SAFE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -58,7 +56,12 @@ def _is_portable(name: str, max_length: int) -> bool:
 
 
 def _portable(name: str) -> str:
-    plain = re.sub(r"[^A-Za-z0-9_]+", "_", anyascii(name).strip())
+    plain = name
+    if not name.isascii():
+        from anyascii import anyascii
+
+        plain = anyascii(name)
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", plain.strip())
     if not plain.strip("_") and name != plain:
         plain = "name"
     return plain if plain[:1].isalpha() or plain[:1] == "_" else f"n{plain}"

@@ -7,9 +7,10 @@ quads sag: at the middles of their sides and their own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,6 +35,8 @@ SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
 Meshed = tuple[CellBlocks, list[Intervals], list[str]]
+Made = TypeVar("Made")
+Asked = TypeVar("Asked")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,34 +71,75 @@ def accurate_cells(  # noqa: PLR0917
     InputError, SurfaceMeshError, ProjectionError
         As by :func:`~.cells.mesh_cells`.
     """
-    best = mesh_cells(part, plan, options, run, wishes, model)
+    first = mesh_cells(part, plan, options, run, wishes, model)
     if options.tolerance is None and options.size is not None:
-        return best
-    found = measure(part, best[0], options)
+        return first
+
+    def finer(made: Meshed, found: Found, wishes: Wishes) -> Wishes | None:
+        sizes = _finer(part, made[1], _blamed(part, made[0], found), wishes)
+        return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}) if sizes else None
+
+    (blocks, counts, said), notes = come_nearer(
+        part,
+        first,
+        wishes,
+        options,
+        make=lambda wishes: mesh_cells(part, plan, options, run, wishes, model),
+        measured=lambda made: measure(part, made[0], options),
+        finer=finer,
+        n_hexes=lambda made, factor: made[0].n_hexes * factor,
+    )
+    return blocks, counts, [*said, *notes]
+
+
+def come_nearer(
+    part: Part,
+    first: Made,
+    wishes: Asked,
+    options: SweepOptions,
+    *,
+    make: Callable[[Asked], Made],
+    measured: Callable[[Made], Found],
+    finer: Callable[[Made, Found, Asked], Asked | None],
+    n_hexes: Callable[[Made, float], float],
+) -> tuple[Made, list[str]]:
+    """Mesh anew with finer wishes until a mesh is near enough, or they bring it no nearer; the nearest, and notes.
+
+    Parameters
+    ----------
+    make, measured : callable
+    finer : callable
+        Wishes for finer quads where a mesh is too far off; None where nothing can be divided.
+    n_hexes : callable
+        Hexahedra to be expected when quads are so many times finer where they have to be.
+    """
+    best, found = first, measured(first)
     notes: list[str] = []
     for _ in range(MOST_ROUNDS):
-        finer = _finer(part, best[1], _blamed(part, best[0], found), wishes)
-        if found.shortfall <= 1.0 or not finer:
+        if found.shortfall <= 1.0:
             break
-        if options.tolerance is None and best[0].n_hexes * max(found.needed.values()) > MOST_HEXES:
+        shorter = finer(best, found, wishes)
+        if shorter is None:
             break
-        wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **finer})
+        if options.tolerance is None and n_hexes(best, max(found.needed.values())) > MOST_HEXES:
+            break
+        wishes = shorter
         try:
-            made = mesh_cells(part, plan, options, run, wishes, model)
+            made = make(wishes)
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break
-        now = measure(part, made[0], options)
+        now = measured(made)
         gain = now.shortfall / found.shortfall
         if gain >= 1.0:
             break
         best, found = made, now
         if gain > LEAST_GAIN:
             break  # what is asked for stands in the way
-    return best[0], best[1], [*best[2], *notes, *missed(part, found, options)]
+    return best, [*notes, *_missed(part, found, options)]
 
 
-def missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
+def _missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
     """The note on a tolerance that is not kept."""
     if options.tolerance is None or found.distance * part.scale <= options.tolerance:
         return []

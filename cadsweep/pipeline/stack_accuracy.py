@@ -14,12 +14,10 @@ from math import ceil
 from ..arrays import IntArray
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
-from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..options import SweepOptions
 from ..stack import Stack, StackMesh
-from .accuracy import LEAST_GAIN, MOST_HEXES, MOST_ROUNDS
-from .cells_accuracy import LEAST_MORE, SHARE, Found, edge_sag, measure, missed
+from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, measure
 from .run import Run
 from .stack_hints import StackHints
 
@@ -49,40 +47,33 @@ def accurate_stack(  # noqa: PLR0917
     SurfaceMeshError
         The first mesh cannot be made.
     """
-    best = make(hints)
+    first = make(hints)
     if options.tolerance is None and options.size is not None:
-        return best
-    found = _measured(part, best, options, run)
-    notes: list[str] = []
-    for _ in range(MOST_ROUNDS):
-        finer = _finer(part, stack, best, found, hints)
-        if found.shortfall <= 1.0 or not finer:
-            break
-        if options.tolerance is None and len(best.joined.hexes) * max(found.needed.values()) ** 2 > MOST_HEXES:
-            break
-        divided = replace(
-            hints,
-            sizes=hints.sizes | {e: size for e, size in finer.items() if e in hints.sizes},
-            most_sizes=hints.most_sizes | {e: size for e, size in finer.items() if e not in hints.sizes},
-        )
-        try:
-            made = make(divided)
-        except SurfaceMeshError as error:
-            notes.append(f"finer quads for a nearer boundary could not be made: {error}")
-            break
-        now = _measured(part, made, options, run)
-        gain = now.shortfall / found.shortfall
-        if gain >= 1.0:
-            break
-        best, found, hints = made, now, divided
-        if gain > LEAST_GAIN:
-            break  # what is asked for stands in the way
-    return replace(best, notes=[*best.notes, *notes, *missed(part, found, options)])
+        return first
 
+    def measured(made: MadeStack) -> Found:
+        with run.stage("quality"):
+            return measure(part, made.joined, options)
 
-def _measured(part: Part, made: MadeStack, options: SweepOptions, run: Run) -> Found:
-    with run.stage("quality"):
-        return measure(part, made.joined, options)
+    def finer(made: MadeStack, found: Found, hints: StackHints) -> StackHints | None:
+        sizes = _finer(part, stack, made, found, hints)
+        known = {e: size for e, size in sizes.items() if e in hints.sizes}
+        others = {e: size for e, size in sizes.items() if e not in hints.sizes}
+        if not sizes:
+            return None
+        return replace(hints, sizes=hints.sizes | known, most_sizes=hints.most_sizes | others)
+
+    best, notes = come_nearer(
+        part,
+        first,
+        hints,
+        options,
+        make=make,
+        measured=measured,
+        finer=finer,
+        n_hexes=lambda made, factor: len(made.joined.hexes) * factor**2,
+    )
+    return replace(best, notes=[*best.notes, *notes])
 
 
 def _finer(part: Part, stack: Stack, made: MadeStack, found: Found, hints: StackHints) -> dict[int, float]:

@@ -113,8 +113,8 @@ def worst_corner(points: FloatArray, normals: FloatArray, uv: FloatArray) -> flo
     if not turned_.any():
         return worst
     # Which way round the parameters run: as they do where the normals tell.
-    plain = by_uv_[~turned_ & (np.abs(seen_) > GOOD_ENOUGH)]
-    way = np.sign((plain * seen_[~turned_ & (np.abs(seen_) > GOOD_ENOUGH)]).sum())
+    plain = ~turned_ & (np.abs(seen_) > GOOD_ENOUGH)
+    way = np.sign((by_uv_[plain] * seen_[plain]).sum())
     return float(np.where(turned_, np.maximum(seen_, way * by_uv_), seen_).min())
 
 

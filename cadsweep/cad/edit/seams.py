@@ -29,7 +29,7 @@ SAME_VOLUME = 1e-6
 
 
 def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
-    """A piece with the seams of its round faces gone; the piece itself where it has none.
+    """A piece with the seams of its round faces gone; the piece itself where it has none, or where joining spoils it.
 
     Parameters
     ----------

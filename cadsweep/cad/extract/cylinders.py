@@ -21,7 +21,7 @@ from ..geometry.curves import EdgeCurve, Ellipse, Line
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure
 from ..geometry.surfaces import Cone
-from .sampling import EdgeSamples, FaceSamples, is_arc
+from .sampling import EdgeSamples, FaceSamples, arc_frames, is_arc
 
 _ALONG = 1e-9
 """Sine of the angle up to which a line runs along the axis, or an arc across it."""
@@ -88,8 +88,7 @@ class Cylinders:
             return {}
         n = len(self.faces)
         row = np.array([j for j, _, _ in uses])
-        center, x_axis, y_axis = (np.array([getattr(c.geometry, name) for _, c, _ in uses]) for name in _CONIC)
-        first, last = np.array([(curve.first, curve.last) for _, curve, _ in uses]).T
+        (center, x_axis, y_axis), first, last = arc_frames([curve for _, curve, _ in uses])
         axis = self.axes[row]
         radius = np.linalg.norm(x_axis, axis=1)
         turning = np.sign(np.einsum("md,md->m", np.cross(x_axis, y_axis), axis)) * self.hands[row]
@@ -109,9 +108,6 @@ class Cylinders:
             for j, f in enumerate(self.faces)
             if area[j] > 0.0
         }
-
-
-_CONIC = ("center", "x_axis", "y_axis")
 
 
 def find_cylinders(surfaces: Sequence[FaceSurface]) -> Cylinders:

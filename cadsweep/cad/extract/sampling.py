@@ -21,7 +21,6 @@ from ..geometry.surfaces import Plane
 
 AT = np.array([0.0, 0.5, 1.0])
 """Arc-length fractions of the samples."""
-_ARC = ("center", "x_axis", "y_axis")
 
 
 class EdgeSamples(NamedTuple):
@@ -82,13 +81,20 @@ def is_arc(curve: EdgeCurve) -> bool:
     return isinstance(curve.geometry, Ellipse) and curve.constant_speed
 
 
+def arc_frames(arcs: Sequence[EdgeCurve]) -> tuple[list[FloatArray], FloatArray, FloatArray]:
+    """Centres and both axes of arcs, each (n, 3), and the angles (n,) at which they begin and end."""
+    frames = [np.array([getattr(arc.geometry, name) for arc in arcs]) for name in ("center", "x_axis", "y_axis")]
+    first, last = np.array([(arc.first, arc.last) for arc in arcs]).T
+    return frames, first, last
+
+
 def _sample_arcs(arcs: Sequence[tuple[int, EdgeCurve]], out: EdgeSamples) -> None:
     """The formulas of `Ellipse` and `EdgeCurve` for all arcs of circles at once."""
     if not arcs:
         return
     own = [j for j, _ in arcs]
-    center, x_axis, y_axis = (np.array([getattr(curve.geometry, name) for _, curve in arcs])[:, None] for name in _ARC)
-    first, last = np.array([(curve.first, curve.last) for _, curve in arcs]).T
+    frames, first, last = arc_frames([curve for _, curve in arcs])
+    center, x_axis, y_axis = (vectors[:, None] for vectors in frames)
     at = first[:, None] * (1.0 - AT) + last[:, None] * AT
     cos, sin = np.cos(at)[..., None], np.sin(at)[..., None]
     out.parameters[own] = at

@@ -22,17 +22,10 @@ from .surfaces import Plane
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FaceSurface(Patch):
-    """A surface with the box of a face, its outward side and its edges' parameter curves.
+    """A patch with its edges' parameter curves.
 
     Attributes
     ----------
-    geometry : Geometry
-    outward : float
-        1 where the cross product of the partial derivatives points out of the solid, else -1.
-    box : (2, 2) float64
-        Least and greatest u and v of the face.
-    limits : (2, 2) float64
-        Where the surface is defined; infinite where it goes on.
     curves : mapping of int to EdgeOnFace
         By edge id.
     second_opinion : callable or None

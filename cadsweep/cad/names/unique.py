@@ -14,8 +14,6 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from anyascii import anyascii
-
 MATERIAL_PREFIX = "mat:"
 _MEANINGLESS = re.compile(
     r"^(none|null|=>\[.*|open cascade step translator.*|solid|(?-i:SHELL)|compound|face|shape|part)?$", re.I
@@ -59,7 +57,11 @@ def plain(name: str, fallback: str = "name") -> str:
 
     A digit at the beginning, which some solvers do not allow, gets an ``n`` before it.
     """
-    out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", anyascii(name)))
+    if not name.isascii():
+        from anyascii import anyascii
+
+        name = anyascii(name)
+    out = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]+", "_", name))
     if not re.search(r"[A-Za-z0-9]", out):
         return fallback
     # Underscores that the user wrote at the ends stay; those that stand for other signs there go.
