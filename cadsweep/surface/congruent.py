@@ -96,8 +96,7 @@ def _key(outline: Outline) -> object:
 
 def _describe(outline: Outline) -> _Described:
     points = outline.known[np.concatenate(outline.nodes)]
-    surface = outline.face.surface
-    normal = surface.normals(surface.box[:1])[0]
+    normal = outline.face.normal
     x_axis = points[1] - points[0]
     x_axis = x_axis - (x_axis @ normal) * normal
     x_axis /= np.linalg.norm(x_axis)
