@@ -6,7 +6,7 @@ two sides up to where they are apart. Whether a step may be made is not asked he
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -65,13 +65,9 @@ def _steps_across(graph: Graph, loops: list[list[int]], near: float) -> Iterator
     offsets = np.cumsum([0, *(len(courses[h]) - 1 for h in halves)])
     lengths = np.linalg.norm(ends - starts, axis=1)
     pieces = np.split(lengths, offsets[1:-1])
-    for j, h in enumerate(halves):
-        if pieces[j].sum() < near:
-            yield Step(float(pieces[j].sum()), h, 0.0, graph.next[h], 0.0)
-    at_ends: dict[int, set[int]] = {}
-    for j, h in enumerate(halves):
-        for end in (graph.origin[h], graph.origin[h ^ 1]):
-            at_ends.setdefault(end, set()).add(j)
+    short = [(float(piece.sum()), h) for piece, h in zip(pieces, halves, strict=True) if piece.sum() < near]
+    yield from (Step(length, h, 0.0, graph.next[h], 0.0) for length, h in short)
+    at_ends = _at_ends(graph, halves)
     corners = np.array([graph.points[graph.origin[h]] for h in halves])
     for h, corner, mine in zip(halves, corners, _within_reach(corners, starts, ends, near), strict=True):
         skip = at_ends[graph.origin[h]]
@@ -125,6 +121,15 @@ def _along(course: FloatArray, lengths: FloatArray) -> FloatArray:
     """Points (m, 2) of a polyline at lengths from its start."""
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
     return np.stack([np.interp(lengths, run, course[:, k]) for k in range(2)], axis=1)
+
+
+def _at_ends(graph: Graph, halves: Sequence[int]) -> dict[int, set[int]]:
+    """Places in `halves` of those that begin or end at a vertex."""
+    found: dict[int, set[int]] = {}
+    for j, h in enumerate(halves):
+        for end in (graph.origin[h], graph.origin[h ^ 1]):
+            found.setdefault(end, set()).add(j)
+    return found
 
 
 def _within_reach(points: FloatArray, starts: FloatArray, ends: FloatArray, near: float) -> list[list[int]]:
