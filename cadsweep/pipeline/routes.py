@@ -47,9 +47,9 @@ from .stacking import mesh_stacks_instead
 log = logging.getLogger(__name__)
 
 GOOD_STACK = 0.3
-"""Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let them
-have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap, gets
-quads as long as the boss is high, however well they are smoothed."""
+"""Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
+them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
+gets quads as long as the boss is high, however well they are smoothed."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
 _MOST_LOOKED_AT = 60

@@ -1,4 +1,4 @@
-"""A plate with a cast boss: its flank leans 3 degrees, so that it is no wall along the boss, and too steep for a cap."""
+"""A plate with a cast boss: its flank leans 3 degrees, so it is no wall along the boss, and too steep for a cap."""
 
 import cadquery as cq
 
