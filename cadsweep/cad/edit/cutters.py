@@ -32,6 +32,7 @@ from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
+from .beside_holes import beside_holes
 from .blind import under_circles
 from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
@@ -138,7 +139,7 @@ class _Cutters:
         if all(face.key for face in self.solid.faces):
             around = around_features(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
-        first = [*through_centers(self.solid), *boxes, *at_crossings(self.solid)]
+        first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
