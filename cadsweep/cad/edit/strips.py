@@ -239,13 +239,14 @@ class _Body:
 
     def floors(self, features: Sequence[_Feature], way: FloatArray) -> list[float]:
         """Where what goes along a direction has a floor across it that ends inside the material."""
-        found = []
-        for feature in features:
-            for f in feature.faces:
-                face = self.solid.faces[f]
-                if face.kind == "plane" and abs(float(face.normal @ way)) > 1.0 - ALONG:
-                    if any(self.solid.edges[e].dihedral > pi + self.flat for e in face.edges):
-                        found.append(float((face.center - self.line.place) @ way))
+        faces = [self.solid.faces[f] for feature in features for f in feature.faces]
+        found = [
+            float((face.center - self.line.place) @ way)
+            for face in faces
+            if face.kind == "plane"
+            and abs(float(face.normal @ way)) > 1.0 - ALONG
+            and any(self.solid.edges[e].dihedral > pi + self.flat for e in face.edges)
+        ]
         return _unlike(found, self.near)
 
     def levels(self) -> list[float]:
