@@ -260,6 +260,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
                 "target": [faces[i].name or i for i in stack.target],
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
+                "limit": round(stack.score, 3),
             }
         ],
     )
