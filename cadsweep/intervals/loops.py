@@ -347,7 +347,7 @@ def _even_sums(sweep: Sweep, classes: dict[int, int], wished: Collection[int], *
     asked = {classes[e] for e in wished if e in classes}
     for f in sweep.source:
         face = sweep.solid.faces[f]
-        sets = [loop.edges for loop in face.loops]
+        sets: list[Sequence[int]] = [loop.edges for loop in face.loops]
         if align:
             sets += every_second_side(face)
             sets += [s for s in even_by_symmetry(sweep.solid, f) if not any(classes[e] in asked for e in s)]

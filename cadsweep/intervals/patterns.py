@@ -114,7 +114,9 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
         rings = dict.fromkeys((*rim, *bore), (2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0)
     wanted = {**wanted, **rings}
     symmetry = find_symmetry(solid, face)
-    for motions in () if symmetry is None else symmetry.subgroups():
+    if symmetry is None:
+        return rings
+    for motions in symmetry.subgroups():
         for met in (True, False):
             multiples = symmetry.multiples(motions, met=met)
             if multiples is None:
