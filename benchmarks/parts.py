@@ -1,10 +1,13 @@
-"""How many parts of a set mesh, how well and how fast: parts.py (FOLDER | --machined N) [--from K] [--limit S]
+"""How many parts of a set mesh, how well and how fast: parts.py (FOLDER | --machined N) [--from K] [--every K]
 
 The set is a folder, or the first N random parts of `machined.py`, written as STEP files to --keep or a folder that is
-deleted. Every STEP, BREP and script file is meshed as it is, without a hint, each in a process of its own, which is
-ended after --limit seconds of processor time (0: never). A line a part: hexahedra, worst scaled Jacobian,
-cells, seconds of processor time, or the refusal; then the rates. The finished mesh is checked again from its hexes
-alone: every corner Jacobian positive, every quad used once or twice, the volume within 2 % of the CAD's.
+deleted; --only takes those whose names contain one of some words. Every STEP, BREP and script file is meshed as it is,
+without a hint, each in a process of its own, which is ended after --limit seconds of processor time (0: never): a part
+that is out of time counts as refused. A line a part: hexahedra, worst scaled Jacobian, cells, seconds of processor
+time, or the refusal; then the rates and all refusals. The finished mesh is checked again from its hexes alone: every
+corner Jacobian positive, every quad used once or twice, the volume within 2 % of the CAD's.
+
+--json FILE keeps the figures after every part; the same command with --resume goes on where it was ended.
 """
 
 from __future__ import annotations
@@ -15,10 +18,12 @@ import json
 import logging
 import multiprocessing
 import resource
+import signal
 import tempfile
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
+from statistics import median
 
 import numpy as np
 
@@ -81,7 +86,9 @@ def mesh_apart(path: Path, limit: int) -> dict[str, object]:
         row = ours.recv()
     child.join()
     if row is None:
-        row = {"part": path.stem, "ok": False, "fault": f"ended by {child.exitcode}", "seconds": float(limit)}
+        late = limit and child.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
+        fault = f"out of time ({limit} s)" if late else f"the process ended with {child.exitcode}"
+        row = {"part": path.stem, "ok": False, "fault": fault, "seconds": float(limit)}
     return row
 
 
@@ -99,17 +106,21 @@ def write_machined(folder: Path, seeds: range) -> list[Path]:
 
 def main() -> None:
     """Mesh the set and print what came of it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, nargs="?")
-    parser.add_argument("--machined", type=int, default=0)
-    parser.add_argument("--keep", type=Path)
-    parser.add_argument("--every", type=int, default=1)
-    parser.add_argument("--from", type=int, default=0, dest="first")
-    parser.add_argument("--limit", type=int, default=0)
-    parser.add_argument("--json", type=Path)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", help="a folder of parts")
+    parser.add_argument("--machined", type=int, default=0, metavar="N", help="seeds below N instead of a folder")
+    parser.add_argument("--keep", type=Path, help="where the parts of the seeds are written")
+    parser.add_argument("--from", type=int, default=0, dest="first", metavar="K", help="the first part")
+    parser.add_argument("--every", type=int, default=1, metavar="K", help="take every K-th")
+    parser.add_argument("--only", nargs="+", default=[], metavar="WORD", help="take those with such names")
+    parser.add_argument("--limit", type=int, default=120, help="seconds of processor time a part; 0: none")
+    parser.add_argument("--json", type=Path, help="where the figures are kept")
+    parser.add_argument("--resume", action="store_true", help="leave out what --json has")
     arguments = parser.parse_args()
     if (arguments.folder is None) == (not arguments.machined):
         parser.error("either a folder or --machined N")
+    if arguments.resume and arguments.json is None:
+        parser.error("--resume needs --json")
     with tempfile.TemporaryDirectory() as scratch:
         if arguments.machined:
             folder = arguments.keep or Path(scratch)
@@ -118,29 +129,42 @@ def main() -> None:
         else:
             files = sorted(path for path in arguments.folder.iterdir() if path.suffix in SUFFIXES)
             files = files[arguments.first :: arguments.every]
-        rows = []
+        if arguments.only:
+            files = [path for path in files if any(word in path.stem for word in arguments.only)]
+        rows = json.loads(arguments.json.read_text()) if arguments.resume and arguments.json.exists() else []
+        done = {row["part"] for row in rows}
         for path in files:
+            if path.stem in done:
+                continue
             row = mesh_apart(path, arguments.limit)
             rows.append(row)
-            if row["ok"]:
-                what = f"{row['n_hexes']} hexes, worst {row['min_scaled_jacobian']:.3f}, {row['n_cells']} cells"
-            else:
-                what = str(row["fault"])
-            print(f"{'ok' if row['ok'] else '--'} {row['part']}: {what}, {row['seconds']} s", flush=True)
+            print(f"{'ok' if row['ok'] else '--'} {row['part']}: {_said(row)}, {row['seconds']} s", flush=True)
+            if arguments.json:
+                arguments.json.write_text(json.dumps(rows, indent=1))
     report(rows)
-    if arguments.json:
-        arguments.json.write_text(json.dumps(rows, indent=1))
+
+
+def _said(row: dict[str, object]) -> str:
+    if not row["ok"]:
+        return str(row["fault"])
+    return f"{row['n_hexes']} hexes, worst {row['min_scaled_jacobian']:.3f}, {row['n_cells']} cells"
 
 
 def report(rows: list[dict[str, object]]) -> None:
-    """Print the rates."""
+    """Print the rates, then every refusal."""
+    if not rows:
+        print("no parts")
+        return
     good = [row for row in rows if row["ok"]]
-    worst = sorted(float(str(row["min_scaled_jacobian"])) for row in good)
-    seconds = sorted(float(str(row["seconds"])) for row in rows)
+    worst = [float(str(row["min_scaled_jacobian"])) for row in good]
+    seconds = [float(str(row["seconds"])) for row in rows]
     print(f"{len(good)} of {len(rows)} meshed, {sum(bool(row['cut']) for row in good)} of them cut")
     if good:
-        print(f"worst scaled Jacobian: least {worst[0]:.3f}, median {worst[len(worst) // 2]:.3f}")
-    print(f"seconds: median {seconds[len(seconds) // 2]:.1f}, most {seconds[-1]:.1f}")
+        print(f"worst scaled Jacobian: least {min(worst):.3f}, median {median(worst):.3f}")
+    print(f"seconds: median {median(seconds):.1f}, most {max(seconds):.1f}")
+    for row in rows:
+        if not row["ok"]:
+            print(f"refused: {row['part']}: {_said(row)}")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .arrays import FloatArray
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
@@ -109,6 +113,9 @@ class NotSweepableError(CadSweepError):
         Ids of the faces that are most in the way, the worst first.
     advice : str
         The sentence that begins the message: the face in the way, its place, and what to do.
+    left : sequence of (m, 3) float64
+        Where cuts were tried and none did: the edges of the cell that has no sweep, or of the faces on which cells do
+        not agree, as chains of points, model units.
 
     Examples
     --------
@@ -128,6 +135,7 @@ class NotSweepableError(CadSweepError):
         self.reasons = tuple(reasons)
         self.faces = tuple(int(face) for face in faces)
         self.advice = advice
+        self.left: tuple[FloatArray, ...] = ()
 
 
 class PlanError(CadSweepError):

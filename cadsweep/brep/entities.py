@@ -188,6 +188,9 @@ class Face:
         of a divided face share it.
     former : tuple of FormerFace
         Parts of a merged face that go by another name.
+    number : int or None
+        Of a cell that was cut from a solid: the face of that solid that it is a piece of, -1 on a cut. None where
+        `id` is what a user knows the face by.
     units : Units
         What messages give places in.
 
@@ -215,12 +218,18 @@ class Face:
     color: str | None = None
     key: str = ""
     former: tuple[FormerFace, ...] = ()
+    number: int | None = None
     units: Units = field(default_factory=Units)
 
     @property
     def names(self) -> tuple[str, ...]:
         """All of the user's names for the face."""
         return self.groups if self.name is None else (self.name, *self.groups)
+
+    @property
+    def known(self) -> int:
+        """The number that a user knows the face by; -1 for a face on a cut."""
+        return self.id if self.number is None else self.number
 
     @property
     def edges(self) -> tuple[int, ...]:
@@ -231,8 +240,10 @@ class Face:
         return f"F{self.label()[1:]}: area {self.area * self.units.scale**2:.6g}"
 
     def label(self) -> str:
-        """How messages name the face: id, name, kind and place."""
-        return _label("face", self.id, self.name, self.kind, self.units.place(self.center))
+        """How messages name the face: the number that a user knows it by, name, kind and place."""
+        if self.number is not None and self.number < 0:
+            return f"a cut ({self.kind} at {self.units.place(self.center)})"
+        return _label("face", self.known, self.name, self.kind, self.units.place(self.center))
 
 
 def _label(what: str, number: int, name: str | None, kind: str, place: str) -> str:

@@ -346,7 +346,13 @@ def _write_refusal(refusal: CadSweepError, source: str, output: str, options: di
     told = describe_failure(refusal)
     reasons = getattr(refusal, "reasons", ())
     write_refusal(
-        part, output, reason=told["message"], faces_in_question=told["faces"], reasons=reasons, command=command
+        part,
+        output,
+        reason=told["message"],
+        faces_in_question=told["faces"],
+        reasons=reasons,
+        command=command,
+        left=getattr(refusal, "left", ()),
     )
     refusal.args = (f"{refusal}; {output} shows the faces in question",)
 

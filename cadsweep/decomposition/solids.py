@@ -200,6 +200,7 @@ def _face(
         groups=source.groups if source else (),
         color=source.color if source else None,
         key=source.key if source else "",
+        number=max(facet.origin, -1),
         units=model.units,
     )
 

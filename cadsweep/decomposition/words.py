@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
+import numpy as np
+
+from ..arrays import FloatArray
 from ..brep import Edge, Solid
 from ..errors import NotSweepableError
 from .curved import CellSearch
@@ -38,7 +41,7 @@ def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:
         cuts=[cut.reason for cut in best.cuts],
         n_tried=search.n_states,
     )
-    return _after_advice(left.say() + _ended(search.ended_early), refused)
+    return _after_advice(left, left.say() + _ended(search.ended_early), refused)
 
 
 def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepableError:
@@ -55,17 +58,19 @@ def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepabl
     )
     failed = [reason for reason, _ in search.refused.most_common(MOST_NAMED)]
     more = f"; these part no cell, or leave slivers: {'; '.join(failed)}" if failed else ""
-    return _after_advice(left.say() + more + _ended(search.ended_early), refused)
+    return _after_advice(left, left.say() + more + _ended(search.ended_early), refused)
 
 
 def _ended(early: bool) -> str:
     return "; the search was ended by decompose_time: more of it may find cuts" if early else ""
 
 
-def _after_advice(message: str, refused: NotSweepableError) -> NotSweepableError:
-    """The refusal that begins with what to do about the part as it is."""
+def _after_advice(left: _Left, message: str, refused: NotSweepableError) -> NotSweepableError:
+    """The refusal that begins with what to do about the part as it is, and knows what is left of it."""
     lead = f"{refused.advice}; " if refused.advice else ""
-    return NotSweepableError(lead + message, reasons=refused.reasons, faces=refused.faces, advice=refused.advice)
+    found = NotSweepableError(lead + message, reasons=refused.reasons, faces=refused.faces, advice=refused.advice)
+    found.left = left.outline()
+    return found
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,6 +104,20 @@ class _Left:
             "cuts=, or --cut"
         )
 
+    def outline(self) -> tuple[FloatArray, ...]:
+        """The edges of the first cell without sweep, or of the faces on which cells do not agree; model units."""
+        if self.blocked:
+            edges = list(self.cells[self.blocked[0]].edges)
+        else:
+            edges = [self.cells[c].edges[e] for c, f in self.conflict for e in self.cells[c].faces[f].edges]
+        return outline_of(edges)
+
+
+def outline_of(edges: Sequence[Edge]) -> tuple[FloatArray, ...]:
+    """Edges as chains of points (m, 3), model units: what a picture of a refusal draws over the part."""
+    at = np.linspace(0.0, 1.0, 33)
+    return tuple(e.units.to_model(e.curve.evaluate(at[::32] if e.kind == "line" else at)) for e in edges)
+
 
 def _in_the_way(cell: Solid) -> str:
     edges: list[Edge] = sorted((e for e in cell.edges if e.dihedral > pi + FLAT), key=lambda e: -e.length)
@@ -108,4 +127,4 @@ def _in_the_way(cell: Solid) -> str:
     return f": in the way are {len(edges)} re-entrant edges, at ({places})"
 
 
-__all__ = ["explain", "explain_cells", "say"]
+__all__ = ["explain", "explain_cells", "outline_of", "say"]

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
-from .. import cad, recognition
+from .. import cad, decomposition, recognition
 from ..blocks.joined import neighbours_of
 from ..brep import Part, Solid
 from ..decomposition.curved import Found, Tools, find_cells
@@ -121,7 +121,11 @@ def _refused(
             apart = "; interfaces='separate' meshes it without the contact's outline" if others else ""
             message = f"'{name}' cannot be swept{beside}{tried}: {reason}{apart}"
             reasons = [f"{name}: {r}" for r in reason.reasons]
-            refusal = NotSweepableError(message, reasons=reasons, faces=reason.faces, advice=reason.advice)
+            known = [part.solids[cell].faces[f].known for f in reason.faces]
+            refusal = NotSweepableError(
+                message, reasons=reasons, faces=[f for f in known if f >= 0], advice=reason.advice
+            )
+            refusal.left = decomposition.outline_of(part.solids[cell].edges)
             break
     if refusal is None:
         message = str(error) if error is not None else (found.message if found else "")

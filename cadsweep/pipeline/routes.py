@@ -154,7 +154,7 @@ def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
     found = NotSweepableError(
         f"{refused}; or {small}", reasons=refused.reasons, faces=refused.faces, advice=refused.advice
     )
-    found.solids = refused.solids
+    found.solids, found.left = refused.solids, refused.left
     return found
 
 

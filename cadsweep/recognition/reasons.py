@@ -124,8 +124,9 @@ def what_to_do(solid: Solid, face: int) -> str:
         )
     folds = [e for e in there.edges if solid.edges[e].dihedral > pi + TANGENT]
     planes = [
-        f for e in folds for f in solid.edges[e].faces if solid.faces[f].kind == "plane" and not _only_touches(solid, f)
-    ]
+        solid.faces[f].known for e in folds for f in solid.edges[e].faces
+        if solid.faces[f].kind == "plane" and solid.faces[f].known >= 0 and not _only_touches(solid, f)
+    ]  # fmt: skip
     cut = f"cut the part there yourself (cuts=['face {planes[0]}'])" if planes else "cut the part beside it yourself"
     return f"leave the feature that it belongs to out of the model, or {cut}"
 

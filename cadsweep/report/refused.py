@@ -15,11 +15,12 @@ import numpy as np
 
 from .. import cad
 from .._version import __version__
+from ..arrays import FloatArray
 from ..brep import Part
 from .page import listed, make_layout, table, write_page
 from .traces import faces, lines
 
-IN_QUESTION, PLAIN = "#e0241b", "#d6dbe2"
+IN_QUESTION, PLAIN, LEFT = "#e0241b", "#d6dbe2", "#f28e00"
 
 
 def write_refusal(
@@ -30,6 +31,7 @@ def write_refusal(
     faces_in_question: Collection[int],
     reasons: Sequence[str] = (),
     command: str | None = None,
+    left: Sequence[FloatArray] = (),
 ) -> Path:
     """Write a page about a part that has no mesh.
 
@@ -46,6 +48,8 @@ def write_refusal(
         What every face lacks, a line each.
     command : str, optional
         What was tried; shown on the page.
+    left : sequence of (m, 3) float64
+        Outline of the cell that no cuts made sweepable, drawn over the part: ``NotSweepableError.left``.
 
     Returns
     -------
@@ -80,7 +84,7 @@ def write_refusal(
         f"<h2>Faces in question</h2>{table(rows)}" if rows else "",
         listed("What each face lacks as a cap", reasons) + listed("Notes", part.notes),
     ]
-    return write_page(Path(path), f"{part.name}: no mesh", sections, _scene(part, chosen))
+    return write_page(Path(path), f"{part.name}: no mesh", sections, _scene(part, chosen, left))
 
 
 def _chosen(part: Part, reason: str, wanted: Collection[int]) -> set[tuple[int, int]]:
@@ -95,8 +99,8 @@ def _chosen(part: Part, reason: str, wanted: Collection[int]) -> set[tuple[int, 
     return found
 
 
-def _scene(part: Part, questioned: set[tuple[int, int]]) -> dict[str, Any]:
-    """The faces in question one by one, by name, all others together, and the edges."""
+def _scene(part: Part, questioned: set[tuple[int, int]], left: Sequence[FloatArray]) -> dict[str, Any]:
+    """The faces in question one by one, by name, all others together, the edges, and the cell that is left."""
     others: list[tuple[Any, Any]] = []
     traces = []
     for j, solid in enumerate(part.solids):
@@ -117,12 +121,19 @@ def _scene(part: Part, questioned: set[tuple[int, int]]) -> dict[str, Any]:
         for solid in part.solids
         for edge in solid.edges
     ]
-    points = np.concatenate(chains)
+    traces.append(_drawn(chains, color="#303030", width=3))
+    if left:
+        traces.append(_drawn(left, color=LEFT, width=9, name="left without a sweep"))
+    for trace in traces:
+        trace["visible"] = True
+    layout = make_layout(np.concatenate(chains))
+    return {"traces": traces, "views": {"faces in question": list(range(len(traces)))}, "layout": layout}
+
+
+def _drawn(chains: Sequence[FloatArray], *, color: str, width: int, name: str | None = None) -> dict[str, Any]:
+    """Chains of points as lines."""
     first = np.cumsum([0, *(len(chain) for chain in chains)])[:-1]
     pairs = [
         np.column_stack([np.arange(len(c) - 1), np.arange(1, len(c))]) + k for c, k in zip(chains, first, strict=True)
     ]
-    traces.append(lines(points, np.concatenate(pairs), color="#303030", width=3))
-    for trace in traces:
-        trace["visible"] = True
-    return {"traces": traces, "views": {"faces in question": list(range(len(traces)))}, "layout": make_layout(points)}
+    return lines(np.concatenate(chains), np.concatenate(pairs), color=color, width=width, name=name)

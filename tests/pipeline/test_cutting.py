@@ -101,3 +101,35 @@ def test_a_face_of_the_user_is_extended():
 def test_cuts_that_are_none_are_refused(cut, says):
     with pytest.raises(cs.InputError, match=says):
         cs.sweep_mesh(cq.Workplane().box(1, 1, 1), cuts=[cut])
+
+
+def pockets_from_two_sides():
+    """Neither a sweep nor columns: pockets in the top and in a side, apart from each other."""
+    block = cq.Workplane().box(60, 40, 30)
+    block = block.faces(">Z").workplane(origin=(-12, 0, 0)).rect(20, 12).cutBlind(-10)
+    return block.faces(">Y").workplane(origin=(15, 0, 0)).circle(4).cutBlind(-20)
+
+
+def test_faces_of_cells_are_known_by_their_numbers_in_the_part():
+    part = cs.load(pockets_from_two_sides())
+    cells = cs.decompose(part, cuts=["plane x=4"])
+    faces = part.solids[0].faces
+    area = dict.fromkeys(range(len(faces)), 0.0)
+    for face in (face for solid in cells.solids for face in solid.faces):
+        assert (face.known < 0) == (face.key == "")
+        assert face.label().startswith("a cut" if face.known < 0 else f"face {face.known} ")
+        if face.known >= 0:
+            area[face.known] += face.area
+    assert list(area.values()) == pytest.approx([face.area for face in faces])
+
+
+def test_a_refusal_after_a_cut_names_the_faces_of_the_part_and_outlines_the_cell():
+    part = cs.load(pockets_from_two_sides())
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(part, cuts=["plane y=19"], decompose=False)
+    named = [part.solids[0].faces[f].label().split(" (")[0] for f in refused.value.faces]
+    assert named[0] + " " in str(refused.value)
+    ends = np.concatenate(refused.value.left)
+    # The cell on one side of the plane, and no more of the part.
+    assert ends.min(axis=0) == pytest.approx([-30, -20, -15])
+    assert ends.max(axis=0) == pytest.approx([30, 19, 15])

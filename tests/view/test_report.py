@@ -142,12 +142,19 @@ def test_a_refused_part_is_shown_with_the_faces_in_question(tmp_path):
 
     part = cs.load(cq.Workplane().box(4, 3, 2).union(cq.Workplane().sphere(1).translate((0, 0, 1.5))))
     ball = [face.id for face in part.solids[0].faces if face.kind == "sphere"]
-    page = write_refusal(part, tmp_path / "page.html", reason="a <ball>", faces_in_question=ball[:1], reasons=["why"])
+    ring = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])
+    page = write_refusal(
+        part, tmp_path / "page.html", reason="a <ball>", faces_in_question=ball[:1], reasons=["why"], left=[ring]
+    )
     text = page.read_text(encoding="utf-8")
     assert "No mesh: a &lt;ball&gt;" in text
     red = [trace["name"] for trace in traces_of(page) if trace.get("color") == "#e0241b"]
     # A ball is divided on the way in: all pieces of the face are coloured.
     assert red == [part.solids[0].faces[f].label() for f in ball]
+    # What is left without a sweep is drawn over the part.
+    assert [trace["line"]["color"] for trace in traces_of(page) if trace["name"] == "left without a sweep"] == [
+        "#f28e00"
+    ]
 
 
 def test_cards_have_a_picture_and_figures():

@@ -21,7 +21,7 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.labels import EdgeLabel, FaceLabel, Labels, labels_of
+from ..extract.labels import EdgeLabel, FaceLabel, Labels, numbered_labels_of
 from ..heal.validate import check_closed, faults
 from ..imprinting.joining import imprint, reach_of, widest_closed
 from ..shapes import EDGE, FACE, SOLID, SolidShape, explore, index_map, listed, shapes_of, subshapes, volume_and_center
@@ -36,6 +36,8 @@ INTEGRATED = 1e-6
 """The same where faces are curved: OpenCASCADE's integrals differ by as much."""
 THINNEST = 1e-6
 """Volume of a piece, as a share of the cell's, below which it is a sliver."""
+ON_CUT = -1
+"""Number of a face that is on a cut."""
 SHORTEST = 1e-3
 """Length of a new edge, as a share of the part's size, below which a cut is refused."""
 
@@ -138,7 +140,7 @@ class Parted:
         for j, solid in enumerate(part.solids):
             own = self.pieces.get(j)
             shapes += [shapes_of(solid).shape] if own is None else own.shapes
-            labels += [labels_of(solid)] if own is None else own.labels
+            labels += [numbered_labels_of(solid)] if own is None else own.labels
             owners += [part.owners[j]] * (1 if own is None else len(own.shapes))
         found = imprint(
             shapes,
@@ -168,12 +170,12 @@ def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
     pieces = subshapes(splitter.Shape(), SOLID)
     if len(pieces) < 2 or not _sound(solid, holder, pieces):
         return None
-    labels = labels_of(solid)
+    labels = numbered_labels_of(solid)
     faces = _Images(splitter, holder.faces, labels.faces, FACE)
     edges = _Images(splitter, holder.edges, labels.edges, EDGE)
     own = [
         Labels(
-            [faces.label(face) or FaceLabel() for face in subshapes(piece, FACE)],
+            [faces.label(face) or FaceLabel(number=ON_CUT) for face in subshapes(piece, FACE)],
             [edges.label(edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
         )
         for piece in pieces

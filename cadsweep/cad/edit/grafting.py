@@ -18,7 +18,7 @@ from OCP.TopAbs import TopAbs_Orientation
 
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..extract.labels import EdgeLabel, FaceLabel, Labels, labels_of
+from ..extract.labels import EdgeLabel, FaceLabel, Labels, numbered_labels_of
 from ..extract.shared import PartGeometry
 from ..extract.solids import extract_solid, rekeyed
 from ..heal.divide import is_divided
@@ -82,7 +82,7 @@ def graft(part: Part, cell: int, pieces: Sequence[tuple[Any, Labels]], images: I
         shapes.append(now)
         owners.append(part.owners[j])
         if now.IsEqual(shape):
-            labels.append(labels_of(solid))
+            labels.append(numbered_labels_of(solid))
             old.append(solid)
             continue
         _check_same(solid, now)
@@ -125,7 +125,7 @@ def _check_same(solid: Solid, now: Any) -> None:
 
 def _followed(solid: Solid, now: Any, reshape: BRepTools_ReShape) -> Labels:
     """The labels of a neighbour, for the pieces of its faces and edges."""
-    holder, was = shapes_of(solid), labels_of(solid)
+    holder, was = shapes_of(solid), numbered_labels_of(solid)
     faces = _spread(index_map(now, FACE), [subshapes(reshape.Apply(f), FACE) for f in holder.faces], was.faces)
     edges = _spread(index_map(now, EDGE), [subshapes(reshape.Apply(e), EDGE) for e in holder.edges], was.edges)
     return Labels([label or FaceLabel() for label in faces], [label or EdgeLabel() for label in edges])

@@ -52,7 +52,12 @@ def apply_cuts(part: Part, cuts: Sequence[Any]) -> Part:
             cell += 1 + len(pieces.solids) - len(part.solids)
             part, found = pieces, True
         if not found:
-            raise InputError(f"cut {_word(cut)} parts no solid cleanly: it passes by, or leaves slivers or short edges")
+            corners = np.concatenate([solid.vertices for solid in part.solids])
+            low, high = (part.solids[0].units.place(end) for end in (corners.min(axis=0), corners.max(axis=0)))
+            raise InputError(
+                f"cut {_word(cut)} parts no solid cleanly: it passes by, or leaves slivers or short edges; corners of "
+                f"the part lie from ({low}) to ({high})"
+            )
     return part
 
 

@@ -17,6 +17,7 @@ class FaceLabel(NamedTuple):
     key: str = ""
     names: tuple[str, ...] = ()
     color: str | None = None
+    number: int | None = None
 
 
 class EdgeLabel(NamedTuple):
@@ -41,3 +42,10 @@ def label_of(face: Face | None) -> FaceLabel:
 def labels_of(solid: Solid) -> Labels:
     """The labels of a solid's faces and edges, as they were read."""
     return Labels([label_of(face) for face in solid.faces], [EdgeLabel(edge.key, edge.names) for edge in solid.edges])
+
+
+def numbered_labels_of(solid: Solid) -> Labels:
+    """The same for what is cut from it: faces keep the numbers that a user knows them by."""
+    labels = labels_of(solid)
+    faces = [label._replace(number=face.known) for label, face in zip(labels.faces, solid.faces, strict=True)]
+    return Labels(faces, labels.edges)

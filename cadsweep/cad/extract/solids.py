@@ -384,6 +384,7 @@ def _face(
         groups=label.names[1:],
         color=label.color,
         key=label.key,
+        number=label.number,
         units=units,
     )
 

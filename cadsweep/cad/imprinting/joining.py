@@ -257,7 +257,7 @@ def _face_label(found: Sequence[FaceLabel]) -> FaceLabel:
     if not found:
         return FaceLabel()
     names = tuple(dict.fromkeys(name for label in found for name in label.names))
-    return FaceLabel(found[0].key, names, found[0].color)
+    return FaceLabel(found[0].key, names, found[0].color, found[0].number)
 
 
 def _edge_label(found: Sequence[EdgeLabel]) -> EdgeLabel:
