@@ -265,6 +265,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
                 "target": [faces[i].name or i for i in stack.target],
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
+                "limit": round(stack.score, 3),
             }
         ],
     )
