@@ -10,7 +10,7 @@ beside it that are swept along the axis::
        /|    |    |\\          Every shoulder's plane goes through all of the body, and every ring's cylinder: they
       / |  f |    | \\         part a strip into slices that are swept one after the other, and what is beside it
      (  |----|----|  )        into columns.
-      \\ |    |    | /         The floor `f` of a keyway goes through its strip only: beyond it would leave a sharp edge.
+      \\ |    |    | /         The floor `f` of a keyway goes through its strip only: beyond, it leaves sharp edges.
        \\|____|____|/
 
 What goes across in two directions square to each other gets two strips. They cross in bricks, each of which is a slice
@@ -24,7 +24,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
 from math import pi
 from typing import Any
 
@@ -38,6 +37,7 @@ from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
 from .central import Cutter
+from .strip_widths import Feature, Section
 
 ALONG = 1e-6
 """Sine of the angle of two directions up to which they are one, or square to each other."""
@@ -45,13 +45,6 @@ MEET = 1e-4
 """Distance of two axes, as a share of the cell's size, up to which they are one: what CAD programs round to."""
 MOSTLY = 0.5
 """Share of the cell's area that is about one axis, or square to it, at least."""
-N_WIDTHS = 24
-"""Widths of a strip that are tried."""
-BEST_SINE, BEST_GAP, BEST_CORNER = 0.75, 0.4, 0.2
-"""What is good enough: the sine of the angle at which a strip's side leaves a circle, the distance of a side from the
-feature in half widths of it, and of other places from each other in radii."""
-LEAST = 0.25
-"""Share of what is good enough below which there is no room for a strip."""
 _AXES = {
     GeomAbs_Cylinder: lambda adaptor: adaptor.Cylinder(),
     GeomAbs_Cone: lambda adaptor: adaptor.Cone(),
@@ -76,21 +69,6 @@ class _Line:
     def off(self, place: FloatArray) -> float:
         """Distance of a point from the axis."""
         return float(np.linalg.norm(np.cross(place - self.place, self.direction)))
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Feature:
-    """What is not turned, as it hangs together.
-
-    Attributes
-    ----------
-    faces : tuple of int
-    points : (n, 3) float64
-        Along its edges, from the axis' foot: across the axis twice, then along it.
-    """
-
-    faces: tuple[int, ...]
-    points: FloatArray
 
 
 def along_features(solid: Solid, flat: float) -> list[Cutter]:
@@ -173,19 +151,19 @@ class _Body:
         x = own[0]
         frame = np.array([x, np.cross(axis, x), axis])
         # By direction: what goes along the first of the frame, what along the second.
-        across: tuple[list[_Feature], list[_Feature]] = ([], [])
-        beside: list[_Feature] = []
+        across: tuple[list[Feature], list[Feature]] = ([], [])
+        beside: list[Feature] = []
         for feature, way in zip(features, ways, strict=True):
-            turned = _Feature(faces=feature.faces, points=(feature.points - self.line.place) @ frame.T)
+            turned = Feature(faces=feature.faces, points=(feature.points - self.line.place) @ frame.T)
             assert way is not None
             if not len(way):
                 beside.append(turned)
                 continue
-            cosines = np.abs(frame[:2] @ way)
+            cosines = np.abs(np.asarray(frame[:2] @ way))
             if cosines.max() < 1.0 - ALONG:
                 return []
             across[int(np.argmax(cosines))].append(turned)
-        layout = _Layout(
+        section = Section(
             across=across,
             beside=beside,
             floors=(self.floors(across[0], frame[0]), self.floors(across[1], frame[1])),
@@ -195,12 +173,12 @@ class _Body:
         spans = [feature.points[:, 2] for own in across for feature in own]
         if any(span.min() + self.near < level < span.max() - self.near for level in levels for span in spans):
             return []
-        widths = layout.widths()
+        widths = section.widths()
         if widths is None:
             return []
-        return [*self.planes(frame, widths, layout), *self.turned_tools(levels)]
+        return [*self.planes(frame, widths, section), *self.turned_tools(levels)]
 
-    def features(self) -> list[_Feature]:
+    def features(self) -> list[Feature]:
         """What is not turned, as it hangs together by its vertices."""
         groups: list[tuple[set[int], set[int]]] = []
         for face in self.solid.faces:
@@ -216,13 +194,13 @@ class _Body:
         for own, _ in groups:
             edges = sorted({e for f in own for e in self.solid.faces[f].edges})
             points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in edges])
-            found.append(_Feature(faces=tuple(sorted(own)), points=points))
+            found.append(Feature(faces=tuple(sorted(own)), points=points))
         return found
 
     def ends(self, edge: int) -> tuple[int, int]:
         return self.solid.edges[edge].start, self.solid.edges[edge].end
 
-    def way(self, feature: _Feature) -> FloatArray | None:
+    def way(self, feature: Feature) -> FloatArray | None:
         """The direction across the axis in which a feature goes; empty where it goes along the axis; None for none."""
         directions = [self.direction(self.solid.faces[f]) for f in feature.faces]
         if any(direction is None for direction in directions):
@@ -237,7 +215,7 @@ class _Body:
                 return way
         return None
 
-    def floors(self, features: Sequence[_Feature], way: FloatArray) -> list[float]:
+    def floors(self, features: Sequence[Feature], way: FloatArray) -> list[float]:
         """Where what goes along a direction has a floor across it that ends inside the material."""
         faces = [self.solid.faces[f] for feature in features for f in feature.faces]
         found = [
@@ -298,7 +276,7 @@ class _Body:
             for u in (0.0, pi):
                 yield BRepBuilderAPI_MakeFace(cylinder, u, u + pi, middle - reach, middle + reach).Face()
 
-    def planes(self, frame: FloatArray, widths: Sequence[float], layout: _Layout) -> Iterator[Any]:
+    def planes(self, frame: FloatArray, widths: Sequence[float], section: Section) -> Iterator[Any]:
         """The sides of strips through all of the body, and floors through their strip."""
         reach = 1.5 * self.solid.size
         along = float((self.solid.vertices.mean(axis=0) - self.line.place) @ frame[2])
@@ -307,7 +285,7 @@ class _Body:
             if width > 0.0:
                 for side in (-width, width):
                     yield self.rectangle(frame, 1 - way, side, whole, length)
-                for floor in layout.floors[way]:
+                for floor in section.floors[way]:
                     yield self.rectangle(frame, way, floor, (-width, width), length)
 
     def rectangle(
@@ -319,63 +297,6 @@ class _Body:
         place = self.line.place + offset * frame[across]
         plane = gp_Pln(gp_Ax3(_point(place), _direction(normal), _direction(x)))
         return BRepBuilderAPI_MakeFace(plane, *other, *length).Face()
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Layout:
-    """What a section of the body looks like, along its axis."""
-
-    across: tuple[list[_Feature], list[_Feature]]
-    beside: list[_Feature]
-    floors: tuple[list[float], list[float]]
-    radii: list[float]
-
-    def widths(self) -> tuple[float, float] | None:
-        """Half of the width of the strips along the two directions, 0 where there is none; None where none has room."""
-        choices = []
-        for way in (0, 1):
-            if not self.across[way]:
-                choices.append([0.0])
-                continue
-            half = self.half(way)
-            choices.append(np.linspace(1.05 * half, max(self.radii), N_WIDTHS).tolist())
-        best, chosen = LEAST, None
-        for widths in product(*choices):
-            score = self.score(widths)
-            if score > best:
-                best, chosen = score, widths
-        return None if chosen is None else (chosen[0], chosen[1])
-
-    def half(self, way: int) -> float:
-        """How far what goes along a direction reaches aside."""
-        return max(float(np.abs(feature.points[:, 1 - way]).max()) for feature in self.across[way])
-
-    def score(self, widths: Sequence[float]) -> float:
-        """How good a section is, 1 at best: the worst of its angles and its gaps, as shares of what is good enough."""
-        found = [1.0]
-        for way, width in enumerate(widths):
-            if not width:
-                continue
-            half = self.half(way)
-            found.append((width - half) / (BEST_GAP * half))
-            for radius in self.radii:
-                if width >= radius:
-                    return 0.0
-                found.append(float(np.sqrt(1.0 - (width / radius) ** 2)) / BEST_SINE)
-                ends = float(np.sqrt(radius**2 - width**2))
-                found += [(ends - abs(f)) / (BEST_CORNER * radius) for f in self.floors[way] if abs(f) < radius]
-            if widths[1 - way]:
-                found += [
-                    abs(widths[1 - way] - abs(f)) / (BEST_CORNER * max(self.radii)) for f in self.floors[way]
-                ]  # fmt: skip
-            for feature in self.beside:
-                low, high = feature.points[:, 1 - way].min(), feature.points[:, 1 - way].max()
-                for side in (-width, width):
-                    found.append(max(low - side, side - high) / (BEST_CORNER * half))
-        if all(widths):
-            corner = float(np.hypot(*widths))
-            found += [abs(corner - radius) / (BEST_CORNER * radius) for radius in self.radii]
-        return min(found)
 
 
 def _fits(way: FloatArray, direction: FloatArray | None, is_plane: bool) -> bool:
