@@ -2,7 +2,7 @@
 
 Place in the flow: asked by :mod:`.strips`.
 
-Method: widths are tried one by one, and each is as good as the worst of its angles and gaps: a side that leaves a circle
+Method: widths are tried one by one, each as good as the worst of its angles and gaps: a side that leaves a circle
 at a sharp angle, or runs next to a feature, a corner or a floor, makes poor hexahedra.
 """
 
