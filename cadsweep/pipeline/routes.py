@@ -47,7 +47,9 @@ from .stacking import mesh_stacks_instead
 log = logging.getLogger(__name__)
 
 GOOD_STACK = 0.3
-"""Worst scaled Jacobian of columns at which no cells are tried: outlines seen along one direction may cross sharply."""
+"""Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
+them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
+gets quads as long as the boss is high, however well they are smoothed."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
 _MOST_LOOKED_AT = 60
@@ -79,7 +81,7 @@ def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 
 
 def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
-    """The same mesh, which stays in blocks as far as it is made of sweeps; columns between caps are in memory."""
+    """The same mesh, which stays in blocks as far as it is made of sweeps or straight columns."""
     assert run.in_blocks, "somebody measures them"
     return as_blocks(mesh_part(source, options, run))
 
@@ -117,7 +119,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
             best = mesh
         if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             wanted, share = GOOD_STACK, SECOND_LOOK
-        if _worst(mesh) >= wanted or not may_be_better(part, options):
+        if min(_worst(mesh), _limit(mesh)) >= wanted or not may_be_better(part, options):
             break
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
@@ -160,6 +162,11 @@ def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
 
 def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
+
+
+def _limit(mesh: AnyMesh) -> float:
+    """What the outlines of columns and the lean of their caps allow a hexahedron; 1 of other meshes."""
+    return min((sweep.get("limit", 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:

@@ -6,10 +6,11 @@ two sides up to where they are apart. Whether a step may be made is not asked he
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..arrays import FloatArray
 from ..polygons import is_inside
@@ -61,28 +62,30 @@ def _steps_across(graph: Graph, loops: list[list[int]], near: float) -> Iterator
     starts = np.concatenate([courses[h][:-1] for h in halves])
     ends = np.concatenate([courses[h][1:] for h in halves])
     owner = np.concatenate([np.full(len(courses[h]) - 1, j) for j, h in enumerate(halves)])
-    offsets = {j: np.flatnonzero(owner == j)[0] for j in range(len(halves))}
+    offsets = np.cumsum([0, *(len(courses[h]) - 1 for h in halves)])
     lengths = np.linalg.norm(ends - starts, axis=1)
-    for j, h in enumerate(halves):
-        if lengths[owner == j].sum() < near:
-            yield Step(float(lengths[owner == j].sum()), h, 0.0, graph.next[h], 0.0)
-    for h in halves:
-        corner = graph.points[graph.origin[h]]
-        distance, at = _nearest(corner, starts, ends)
-        before = graph.before[h]
-        skip = [j for j, other in enumerate(halves) if other in {h, before} or graph.origin[other] == graph.origin[h]]
-        skip += [j for j, other in enumerate(halves) if graph.origin[other ^ 1] == graph.origin[h]]
-        distance[np.isin(owner, skip)] = np.inf
-        k = int(np.argmin(distance))
-        if not distance[k] < near:
+    pieces = np.split(lengths, offsets[1:-1])
+    short = [(float(piece.sum()), h) for piece, h in zip(pieces, halves, strict=True) if piece.sum() < near]
+    yield from (Step(length, h, 0.0, graph.next[h], 0.0) for length, h in short)
+    at_ends = _at_ends(graph, halves)
+    corners = np.array([graph.points[graph.origin[h]] for h in halves])
+    for h, corner, mine in zip(halves, corners, _within_reach(corners, starts, ends, near), strict=True):
+        skip = at_ends[graph.origin[h]]
+        mine = [k for k in mine if int(owner[k]) not in skip]  # noqa: PLW2901
+        if not mine:
+            continue
+        distances, shares = _nearest(corner, starts[mine], ends[mine])
+        nearest = int(np.argmin(distances))
+        k, distance, share = mine[nearest], float(distances[nearest]), float(shares[nearest])
+        if not distance < near:
             continue
         j = int(owner[k])
         other = halves[j]
-        place = starts[k] + at[k] * (ends[k] - starts[k])
+        place = starts[k] + share * (ends[k] - starts[k])
         if not is_inside(polygons, (corner + place)[None] / 2.0)[0]:
             continue
-        own = lengths[owner == j]
-        run = own[: k - offsets[j]].sum() + at[k] * own[k - offsets[j]]
+        own = pieces[j]
+        run = own[: k - offsets[j]].sum() + share * own[k - offsets[j]]
         whole = own.sum()
         if run < near:
             yield Step(float(np.linalg.norm(corner - courses[other][0])), h, 0.0, other, 0.0)
@@ -90,7 +93,7 @@ def _steps_across(graph: Graph, loops: list[list[int]], near: float) -> Iterator
             last = graph.next[other]
             yield Step(float(np.linalg.norm(corner - courses[other][-1])), h, 0.0, last, 0.0)
         else:
-            yield Step(float(distance[k]), h, 0.0, other, float(run / whole))
+            yield Step(distance, h, 0.0, other, float(run / whole))
     for h in halves:
         yield from _zipped(graph, graph.before[h], h, courses, near)
 
@@ -118,6 +121,25 @@ def _along(course: FloatArray, lengths: FloatArray) -> FloatArray:
     """Points (m, 2) of a polyline at lengths from its start."""
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
     return np.stack([np.interp(lengths, run, course[:, k]) for k in range(2)], axis=1)
+
+
+def _at_ends(graph: Graph, halves: Sequence[int]) -> dict[int, set[int]]:
+    """Places in `halves` of those that begin or end at a vertex."""
+    found: dict[int, set[int]] = {}
+    for j, h in enumerate(halves):
+        for end in (graph.origin[h], graph.origin[h ^ 1]):
+            found.setdefault(end, set()).add(j)
+    return found
+
+
+def _within_reach(points: FloatArray, starts: FloatArray, ends: FloatArray, near: float) -> list[list[int]]:
+    """Of each point the segments, in order, that may be nearer than `near`: seen from the segments, as few are long."""
+    reach = near + np.linalg.norm(ends - starts, axis=1) / 2.0
+    found: list[list[int]] = [[] for _ in points]
+    for k, own in enumerate(cKDTree(points).query_ball_point((starts + ends) / 2.0, reach)):
+        for j in own:
+            found[j].append(k)
+    return found
 
 
 def _nearest(point: FloatArray, starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..arrays import IntArray
+from .congruent import Congruent
 from .outline import FaceQuads, Outline
 
 
@@ -24,8 +25,15 @@ class _Known:
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """Quads of faces by the nodes of their outlines, of one sweep with one size."""
+    """Quads of faces by the nodes of their outlines, of one sweep with one size.
 
+    Attributes
+    ----------
+    congruent : Congruent
+        Plane faces that others may be like.
+    """
+
+    congruent: Congruent = field(default_factory=Congruent)
     _known: dict[bytes, _Known] = field(default_factory=dict)
 
     def recall(self, outline: Outline) -> FaceQuads | None:

@@ -17,6 +17,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
+from .congruent import Congruent
 from .filling import best_quads
 from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
@@ -43,16 +44,21 @@ class CapBuilder:
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         memory: Memory | None = None,
+        congruent: Congruent | None = None,
         graded: Mapping[int, FloatArray] | None = None,
         walls: Walls | None = None,
     ) -> None:
-        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
+        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly.
+
+        `congruent`: plane faces that were filled before; those of `memory` where there is one.
+        """
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
         self.memory = memory
+        self.congruent = memory.congruent if memory is not None else (congruent or Congruent())
         self.graded = graded or {}
         self.walls = walls
         self.notes: list[str] = []
@@ -137,7 +143,10 @@ class CapBuilder:
         memory = self.memory if outline.walls is None else None
         patch = None if memory is None else memory.recall(outline)
         if patch is None:
-            patch = best_quads(outline)
+            patch = self.congruent.recall(outline)
+            if patch is None:
+                patch = best_quads(outline)
+                self.congruent.keep(outline, patch)
             if memory is not None:
                 memory.keep(outline, patch)
         if patch.worst < _FLAT:

@@ -22,6 +22,7 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
+from .congruent import Congruent
 from .outline import reversed_loop
 from .partners import Partners, image_nodes
 from .quads import CapBuilder
@@ -104,6 +105,7 @@ class Skeleton:
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
         self.notes: list[str] = []
+        self._congruent = Congruent()
         self._blocks: list[FloatArray] = []
         self._n = 0
         self._table = np.empty((0, 3))
@@ -249,6 +251,7 @@ class Skeleton:
             local,
             np.full(len(ring), np.nan),
             sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
+            congruent=self._congruent,
             graded=fractions,
             walls=self._walls_at(solid, face),
         )

@@ -9,7 +9,7 @@ import pytest
 
 import cadsweep
 from cadsweep.cad.geometry.feet_kernels import descended_feet
-from cadsweep.cad.geometry.nearest_kernels import near_on_lines
+from cadsweep.cad.geometry.nearest_kernels import block_boxes, near_on_lines
 from cadsweep.cad.geometry.nurbs import BSplineSurface
 from cadsweep.cad.geometry.records import surface_record
 from cadsweep.cad.geometry.surfaces import Spline
@@ -180,9 +180,12 @@ def test_opencascade_says_infinite_where_it_finds_no_foot():
 def test_the_nearest_place_on_the_lines_of_a_grid_comes_first(axis):
     random = np.random.default_rng(axis)
     grid, points = random.normal(size=(5, 4, 3)), random.normal(size=(20, 3))
-    rows, shares = np.empty((20, 3), dtype=np.int64), np.empty((20, 3))
-    near_on_lines(grid.reshape(-1, 3), 4, axis, points, rows, shares)
     places = grid.reshape(-1, 3)
+    blocks = np.empty((2, 2, 2, 3)), np.empty((2, 2)), 2
+    block_boxes(places, 4, 2, *blocks[:2])
+    rows, shares = np.empty((20, 3), dtype=np.int64), np.empty((20, 3))
+    elsewhere = np.full((20, 2), -9)
+    near_on_lines(places, 4, axis, blocks, points, np.full(20, np.inf), elsewhere, rows, shares)
     ahead = places[rows[:, 0] + (4 if axis == 0 else 1)]
     found = np.linalg.norm(places[rows[:, 0]] + shares[:, :1] * (ahead - places[rows[:, 0]]) - points, axis=1)
     lines = np.moveaxis(grid, axis, 0)
@@ -192,3 +195,11 @@ def test_the_nearest_place_on_the_lines_of_a_grid_comes_first(axis):
     step = np.linalg.norm(np.diff(lines, axis=0), axis=2).max() / 200  # half of the samples' greatest distance
     assert (found <= least + 1e-12).all()
     assert (found >= least - step).all()
+    # What was found beside it already is not looked for again, and what is too far away is left out.
+    cells = np.stack(np.unravel_index(rows[:, 0], (5, 4)), axis=1)
+    others = np.empty_like(rows)
+    near_on_lines(places, 4, axis, blocks, points, least - step, cells, others, shares)
+    assert (others != rows[:, :1]).all()
+    far = points + [100.0, 0.0, 0.0]
+    near_on_lines(places, 4, axis, blocks, far, np.ones(20), elsewhere, rows, shares)
+    assert (rows == -1).all()

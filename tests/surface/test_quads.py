@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cadsweep.errors import SurfaceMeshError
-from cadsweep.surface import mesh_surfaces
+from cadsweep.surface import mesh_surfaces, quads
+from cadsweep.surface.filling import best_quads
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
@@ -210,3 +211,37 @@ def test_an_odd_loop_is_refused_by_name():
     sweep = polygon_prism([l_shape()], [raised(0), raised(2)])
     with pytest.raises(SurfaceMeshError, match=r"face 6 .* 13 boundary segments; .* even"):
         mesh_surfaces(sweep, count_segments(sweep, [3, 2, 2, 2, 2, 2], 3))
+
+
+def test_congruent_faces_are_filled_once_and_alike(monkeypatch):
+    """Three like floors, one of them turned, and one that is larger."""
+    floors = []
+
+    def counted(outline):
+        floors.append(outline.face.id)
+        return best_quads(outline)
+
+    monkeypatch.setattr(quads, "best_quads", counted)
+    congruent = quads.Congruent()
+    turn = np.array([[0.6, -0.8], [0.8, 0.6]])
+    made = []
+    for matrix, shift in ((np.eye(2), (0, 0)), (np.eye(2), (7, 2)), (turn, (3, -9)), (1.5 * np.eye(2), (0, 0))):
+        outline = l_shape() @ matrix.T + shift
+        sweep = polygon_prism([outline], [raised(0), raised(1)])
+        intervals = count_segments(sweep, 2, 1)
+        ring = divided(outline, 2)
+        cap = quads.CapBuilder(
+            sweep,
+            intervals,
+            np.column_stack([ring, np.zeros(len(ring))]),
+            [np.arange(len(ring))],
+            np.full(len(ring), np.nan),
+            congruent=congruent,
+        ).build()
+        check_quads(cap)
+        made.append((matrix, shift, cap))
+    assert len(floors) == 2
+    first = made[0][2]
+    for matrix, shift, cap in made[:3]:
+        assert np.array_equal(cap.quads, first.quads)
+        np.testing.assert_allclose(cap.points[:, :2], first.points[:, :2] @ matrix.T + shift, atol=1e-12)

@@ -16,7 +16,7 @@ import scipy
 
 from ...arrays import FloatArray, IntArray
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
-from .nearest_kernels import near_on_lines, nearest_rows, other_walls
+from .nearest_kernels import block_boxes, near_on_lines, nearest_rows, other_walls
 from .patch import Patch, packed
 from .surfaces import Cone, Offset, Torus, grid_points, knots_of
 
@@ -28,6 +28,8 @@ _MOST_GRID = 1024
 """Places in each direction for first guesses: a helix of a hundred turns has ten a turn."""
 _PLACES = 8
 """Places of the grid from which a doubtful point is looked for."""
+_BLOCK = 4
+"""Cells of the grid along either side of a block, of which whole ones are too far away to be looked at."""
 _DOUBTFUL = 0.1
 """Distance of a foot over that of the place of the grid it was looked for from, beyond which it is looked for anew."""
 _TURNED = 0.5
@@ -76,9 +78,10 @@ class Feet:
         doubtful = (found > np.minimum(close, _DOUBTFUL * away)) | (2.0 * found > self._walls_at(uv))
         again = np.flatnonzero(doubtful & (away > 0.0) & np.isfinite(away))
         if len(again):
-            other, distances = self._from_many_places(points[again])
-            nearer = distances < found[again]
-            uv[again[nearer]], found[again[nearer]] = other[nearer], distances[nearer]
+            which, other, distances = self._from_many_places(points[again], uv[again], found[again])
+            which = again[which]
+            nearer = distances < found[which]
+            uv[which[nearer]], found[which[nearer]] = other[nearer], distances[nearer]
         return uv, found
 
     def _walls_at(self, uv: FloatArray) -> FloatArray:
@@ -115,29 +118,56 @@ class Feet:
             return nearest
         return np.asarray(self._tree.query(np.where(np.isfinite(points), points, 0.0))[1], dtype=np.int64)
 
-    def _from_many_places(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Parameters (m, 2) and distances (m,) of the best of descents from several places on the lines of the grid.
+    def _from_many_places(
+        self, points: FloatArray, uv: FloatArray, found: FloatArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The best of descents from several places on the lines of the grid that may come nearer than what was found.
 
         Its places alone would not do: of both walls of a thin tip that is twisted, those of one wall may be nearer all
         around. Nor would the nearest: they may all be on one coil, where the grid is fine.
+
+        Parameters
+        ----------
+        points : (m, 3) float64
+        uv : (m, 2) float64
+            Their feet that were found before.
+        found : (m,) float64
+            Their distances there.
+
+        Returns
+        -------
+        rows : (k,) int64
+            The points that there is another place for.
+        uv : (k, 2) float64
+        distances : (k,) float64
         """
         grid, places = self._grid
         n = self._n_across
         rows = np.empty((len(points), 2, _PLACES), dtype=np.int64)
         shares = np.empty(rows.shape)
         points = packed(points, 3)
+        lines = grid[::n, 0], grid[:n, 1]
+        cells = np.stack([np.searchsorted(line, at) - 1 for line, at in zip(lines, uv.T, strict=True)], axis=1)
         for axis in (0, 1):
-            near_on_lines(places, n, axis, points, rows[:, axis], shares[:, axis])
+            near_on_lines(places, n, axis, self._blocks, points, found, cells, rows[:, axis], shares[:, axis])
         which = np.nonzero(rows >= 0)
         begin = rows[which]
         start = grid[begin]
         start += shares[which][:, None] * (grid[begin + np.where(which[1] == 0, n, 1)] - start)
         feet, distances = self._descended(points[which[0]], start)
-        every, place = np.full(rows.shape, np.inf), np.zeros(rows.shape, dtype=np.int64)
-        every[which], place[which] = distances, np.arange(len(begin))
-        best = every.reshape(len(points), -1).argmin(axis=1)[:, None]
-        best = np.take_along_axis(place.reshape(len(points), -1), best, axis=1)[:, 0]
-        return feet[best], distances[best]
+        order = np.lexsort((distances, which[0]))
+        first = order[np.flatnonzero(np.diff(which[0][order], prepend=-1))]
+        return which[0][first], feet[first], distances[first]
+
+    @cached_property
+    def _blocks(self) -> tuple[FloatArray, FloatArray, int]:
+        """Boxes of blocks of the grid, the widest cell in each, and how many cells wide they are."""
+        grid, places = self._grid
+        n = self._n_across
+        shape = tuple(max(1, -(-(count - 1) // _BLOCK)) for count in (len(grid) // n, n))
+        boxes, widest = np.empty((*shape, 2, 3)), np.empty(shape)
+        block_boxes(places, n, _BLOCK, boxes, widest)
+        return boxes, widest, _BLOCK
 
     def _descended(self, points: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters and distances near start values (m, 2)."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .spline_kernels import kernel
+from .spline_kernels import callee, kernel
 
 
 @kernel
@@ -25,50 +25,91 @@ def nearest_rows(rows, points, out):  # type: ignore[no-untyped-def]  # pragma: 
 
 
 @kernel
-def near_on_lines(places, n_across, axis, points, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def block_boxes(places, n_across, width, boxes, widest):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Boxes (p, q, 2, 3) of blocks of a grid's places, `width` cells wide, and the widest cell of each (p, q)."""
+    n_lines = places.shape[0] // n_across
+    boxes[:, :, 0], boxes[:, :, 1], widest[:] = np.inf, -np.inf, 0.0
+    for i in range(n_lines):
+        for j in range(n_across):
+            g = i * n_across + j
+            ahead = beside = 0.0
+            for c in range(3):
+                if i + 1 < n_lines:
+                    ahead += (places[g + n_across, c] - places[g, c]) ** 2
+                if j + 1 < n_across:
+                    beside += (places[g + 1, c] - places[g, c]) ** 2
+            cell = np.sqrt(max(ahead, beside))
+            # A place on the border of two blocks belongs to both.
+            for p in range(max(i - 1, 0) // width, min(i // width, boxes.shape[0] - 1) + 1):
+                for q in range(max(j - 1, 0) // width, min(j // width, boxes.shape[1] - 1) + 1):
+                    widest[p, q] = max(widest[p, q], cell)
+                    for c in range(3):
+                        boxes[p, q, 0, c] = min(boxes[p, q, 0, c], places[g, c])
+                        boxes[p, q, 1, c] = max(boxes[p, q, 1, c], places[g, c])
+
+
+@callee
+def from_part(places, g, following, point):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Squared distance of a point from the line between two of a grid's places, and how far along that is."""
+    square = along = 0.0
+    for c in range(3):
+        step = places[following, c] - places[g, c]
+        square += step * step
+        along += step * (point[c] - places[g, c])
+    share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+    away = 0.0
+    for c in range(3):
+        away += (point[c] - places[g, c] - share * (places[following, c] - places[g, c])) ** 2
+    return away, share
+
+
+@kernel
+def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """For each of points (m, 3) where the lines of a grid along an axis are nearer to it than the lines beside.
 
-    ``places`` (g, 3) are those of the grid, `n_across` of them in each line along its axis 1. ``rows`` (m, k) gets
+    ``places`` (g, 3) are those of the grid, `n_across` of them in each line along its axis 1; ``blocks`` their boxes
+    (p, q, 2, 3), the widest cell of each, and how many cells wide they are. Left out is what cannot be nearer than
+    ``found`` (m,): a cell reaches no farther from its lines than it is wide. So is what lies beside the cells (m, 2)
+    where that was found, unless a line is nearer there: the same descent would be made again. ``rows`` (m, k) gets
     where the parts of the lines begin, nearest ones first, -1 where there are fewer, and ``shares`` (m, k) how far
     along the part the place is.
     """
+    boxes, widest, width = blocks
     n_lines, most = places.shape[0] // n_across, rows.shape[1]
-    ahead = n_across if axis == 0 else 1
+    ahead, beside = (n_across, 1) if axis == 0 else (1, n_across)
     n_i, n_j = (n_lines - 1, n_across) if axis == 0 else (n_lines, n_across - 1)
-    side_i, side_j = (0, 1) if axis == 0 else (1, 0)
-    squared, share, least = np.empty((n_i, n_j)), np.empty((n_i, n_j)), np.empty(most)
+    least = np.empty(most)
     for m in range(points.shape[0]):
-        for i in range(n_i):
-            for j in range(n_j):
-                g = i * n_across + j
-                square = along = 0.0
-                for c in range(3):
-                    step = places[g + ahead, c] - places[g, c]
-                    square += step * step
-                    along += step * (points[m, c] - places[g, c])
-                part = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
-                away = 0.0
-                for c in range(3):
-                    step = places[g + ahead, c] - places[g, c]
-                    away += (points[m, c] - places[g, c] - part * step) ** 2
-                squared[i, j], share[i, j] = away, part
         n = 0
-        for i in range(n_i):
-            for j in range(n_j):
-                own = squared[i, j]
-                if not np.isfinite(own) or (n == most and own >= least[n - 1]):
+        for p in range(boxes.shape[0]):
+            for q in range(boxes.shape[1]):
+                limit = (found[m] + widest[p, q]) ** 2
+                square = 0.0
+                for c in range(3):
+                    off = max(boxes[p, q, 0, c] - points[m, c], points[m, c] - boxes[p, q, 1, c], 0.0)
+                    square += off * off
+                if square > limit:
                     continue
-                before_i, before_j = max(i - side_i, 0), max(j - side_j, 0)
-                after_i, after_j = min(i + side_i, n_i - 1), min(j + side_j, n_j - 1)
-                if own > squared[before_i, before_j] or own > squared[after_i, after_j]:
-                    continue
-                n = min(n + 1, most)
-                place = n - 1
-                while place > 0 and own < least[place - 1]:
-                    least[place], rows[m, place] = least[place - 1], rows[m, place - 1]
-                    shares[m, place] = shares[m, place - 1]
-                    place -= 1
-                least[place], rows[m, place], shares[m, place] = own, i * n_across + j, share[i, j]
+                for i in range(p * width, min((p + 1) * width, n_i) if p + 1 < boxes.shape[0] else n_i):
+                    for j in range(q * width, min((q + 1) * width, n_j) if q + 1 < boxes.shape[1] else n_j):
+                        g = i * n_across + j
+                        own, share = from_part(places, g, g + ahead, points[m])
+                        if not own <= limit or (n == most and own >= least[n - 1]):
+                            continue
+                        if own >= found[m] ** 2 and abs(i - cells[m, 0]) <= 1 and abs(j - cells[m, 1]) <= 1:
+                            continue
+                        at, last = (j, n_across - 1) if axis == 0 else (i, n_lines - 1)
+                        if at > 0 and own > from_part(places, g - beside, g - beside + ahead, points[m])[0]:
+                            continue
+                        if at < last and own > from_part(places, g + beside, g + beside + ahead, points[m])[0]:
+                            continue
+                        n = min(n + 1, most)
+                        place = n - 1
+                        while place > 0 and own < least[place - 1]:
+                            least[place], rows[m, place] = least[place - 1], rows[m, place - 1]
+                            shares[m, place] = shares[m, place - 1]
+                            place -= 1
+                        least[place], rows[m, place], shares[m, place] = own, g, share
         rows[m, n:] = -1
 
 
