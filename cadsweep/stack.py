@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 import scipy
@@ -231,6 +232,112 @@ class StackMesh:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class StraightColumn:
+    """One column of a straight stack; nodes of a layer are those of its cell of the arrangement.
+
+    Attributes
+    ----------
+    nodes : (n,) int64
+        Nodes of the arrangement's mesh.
+    quads : (q, 4) int64
+        By places in `nodes`, as are the loops.
+    loops : tuple of int64 arrays
+        Around the cell, the outer one first.
+    low : int
+        Level of its lower cap.
+    points : (n, 3) float64
+        Places in the plane, without heights.
+    rises : (n_layers + 1,) float64
+        Height of every layer of nodes.
+    rims : (n_layers + 1, b) float64
+        Heights of the nodes on the loops.
+    modes, amounts : (n, r), (n_layers + 1, r) float64
+        What the layers inside rise by besides.
+    bottom, top, rings : (n,), (n,), (n_layers + 1, b) int64
+        Nodes of the skeleton.
+    seen : (s,) int64
+        Which of the quads of its two caps and its sides, one after the other, are boundary.
+    """
+
+    nodes: IntArray
+    quads: IntArray
+    loops: tuple[IntArray, ...]
+    low: int
+    points: FloatArray
+    rises: FloatArray
+    rims: FloatArray
+    modes: FloatArray
+    amounts: FloatArray
+    bottom: IntArray
+    top: IntArray
+    rings: IntArray
+    seen: IntArray
+
+    @property
+    def n_layers(self) -> int:
+        """Layers of hexahedra."""
+        return len(self.rises) - 1
+
+    @property
+    def inside(self) -> IntArray:
+        """Nodes that are on no loop, by their places in `nodes`."""
+        return np.setdiff1d(np.arange(len(self.nodes)), np.concatenate(self.loops))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StraightStack:
+    """A stack as products: its columns, and the skeleton of nodes that they share, in working units.
+
+    Attributes
+    ----------
+    points : (s, 3) float64
+        The skeleton: nodes on lines and on caps. Those inside of columns are numbered after these, column by column.
+    columns : tuple of StraightColumn
+    quads : (q, 4) int64
+        The boundary, outward, column by column.
+    faces : (q,) int64
+    edge_nodes : dict of int to (k,) int64
+    skeleton_levels, skeleton_places : (s,) int64
+    """
+
+    points: FloatArray
+    columns: tuple[StraightColumn, ...]
+    quads: IntArray
+    faces: IntArray
+    edge_nodes: dict[int, IntArray]
+    skeleton_levels: IntArray
+    skeleton_places: IntArray
+
+    @property
+    def levels(self) -> IntArray:
+        """Level of every node, those inside of columns included."""
+        inner = [
+            np.repeat(np.arange(own.low + 1, own.low + own.n_layers), len(own.nodes) - own.rings.shape[1])
+            for own in self.columns
+        ]
+        return np.concatenate([self.skeleton_levels, *inner])
+
+    @property
+    def places(self) -> IntArray:
+        """Node of the arrangement's mesh that every node is over."""
+        inner = [np.tile(own.nodes[own.inside], own.n_layers - 1) for own in self.columns]
+        return np.concatenate([self.skeleton_places, *inner])
+
+
+class Placed(Protocol):
+    """Where every node of a stack's mesh is, and its boundary: :class:`StackMesh` and :class:`StraightStack`."""
+
+    @property
+    def levels(self) -> IntArray: ...
+    @property
+    def places(self) -> IntArray: ...
+    @property
+    def quads(self) -> IntArray: ...
+    @property
+    def faces(self) -> IntArray: ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Slides:
     """Nodes on the faces of a part that may move on these: on flat caps, on walls, and along edges.
 
@@ -281,6 +388,22 @@ class Slides:
             found[at] = places + ((points[at] - places) @ self.up)[:, None] * self.up
         return found
 
+    def ways(self, nodes: IntArray, ends: IntArray, points: FloatArray) -> FloatArray:
+        """Directions (m, 3), seen along `up`, in which `ends` (m,) stay from nodes (m,) at points (m, 3), or NaN.
+
+        Those are the tangents of curves on which the ends must stay and on which the nodes lie, too.
+        """
+        found = np.full((len(nodes), 3), np.nan)
+        for number, at in self._by_curve(ends):
+            curve = self.curves[number]
+            fractions = self._fractions(curve, points[at])
+            low, high = np.clip(fractions - _STEP, 0.0, 1.0), np.clip(fractions + _STEP, 0.0, 1.0)
+            along = self._seen(curve.evaluate(high) - curve.evaluate(low))
+            off = np.linalg.norm(self._seen(curve.evaluate(fractions) - points[at]), axis=1)
+            on = off <= _ON * np.linalg.norm(along, axis=1) / (high - low)
+            found[at[on]] = along[on]
+        return found
+
     def _by_curve(self, nodes: IntArray) -> list[tuple[int, IntArray]]:
         own = np.where(self.mask[nodes], self.curve[nodes], -1)
         return [(int(number), np.flatnonzero(own == number)) for number in np.unique(own[own >= 0])]
@@ -315,6 +438,8 @@ _AT = np.linspace(0.0, 1.0, 65)
 _LEVEL = 1e-12
 """Rise of a curve, in its extents, up to which it is level."""
 _ROUNDS = 30
+_ON = 1e-6
+"""Distance from a curve, in lengths of it, up to which a place is on it."""
 _STILL = 1e-13
 """Move, as a fraction of a curve, below which a place on it has been found."""
 _STEP = 1e-6

@@ -35,6 +35,9 @@ class SweptCell:
     rings : (n_layers + 1, b) int64
     after : int
         Nodes of the skeleton that come before those inside.
+    seen : (s,) int64 or None
+        Which of the quads of its caps and sides, one after the other, are known to others: those of columns that touch
+        are not. None for all.
     """
 
     cell: int
@@ -43,6 +46,7 @@ class SweptCell:
     top: IntArray
     rings: IntArray
     after: int
+    seen: IntArray | None = None
 
     @property
     def n_hexes(self) -> int:
@@ -55,9 +59,10 @@ class SweptCell:
         return (self.sweep.n_layers - 1) * (self.sweep.n_nodes - len(self.sweep.ring_nodes))
 
     def quad_hexes(self) -> IntArray:
-        """The hexahedron at every boundary quad: of source, target and sides."""
+        """The hexahedron at every boundary quad that others know: of source, target and sides."""
         s = self.sweep
-        return np.concatenate(hexes_at_faces(s.quads, s.loops, s.n_nodes, s.n_layers))
+        every = np.concatenate(hexes_at_faces(s.quads, s.loops, s.n_nodes, s.n_layers))
+        return every if self.seen is None else every[self.seen]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -73,6 +73,19 @@ class InterfaceSlides:
             found[at] = edge.evaluate(edge.project(points[at]))
         return found
 
+    def ways(self, nodes: IntArray, ends: IntArray, points: FloatArray) -> FloatArray:
+        """Tangents (m, 3) of edges that `ends` (m,) slide along, at nodes (m,) at points (m, 3) that are on them."""
+        found = np.full((len(nodes), 3), np.nan)
+        for number, at in _groups(self.curve[ends]):
+            edge = self.curves[number]
+            fractions = edge.project(points[at])
+            low, high = np.maximum(fractions - _STEP, 0.0), np.minimum(fractions + _STEP, 1.0)
+            tangents = edge.evaluate(high) - edge.evaluate(low)
+            off = np.linalg.norm(edge.evaluate(fractions) - points[at], axis=1)
+            on = off <= _STEP * np.linalg.norm(tangents, axis=1) / (high - low)
+            found[at[on]] = tangents[on]
+        return found
+
 
 def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
     return [(int(number), np.flatnonzero(numbers == number)) for number in np.unique(numbers[numbers >= 0])]

@@ -43,6 +43,11 @@ class JoinedMesh:
     roles: dict[tuple[int, int], str] = field(default_factory=dict)
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
 
+    @property
+    def n_hexes(self) -> int:
+        """Hexahedra of all cells."""
+        return len(self.hexes)
+
     def moved(self, points: FloatArray) -> JoinedMesh:
         """The same mesh with its nodes elsewhere."""
         return replace(self, points=points)

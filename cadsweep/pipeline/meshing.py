@@ -185,7 +185,7 @@ def stream_mesh(
     The file holds the mesh that :func:`sweep_mesh` makes, bit for bit, of one solid or of several. Every check is made
     on the way; the file appears only when the mesh is valid. What several sweeps share is in memory: faces between
     cells, and the surface. A mesh that needs smoothing is in memory at once while it is mended (of one sweep its nodes
-    alone); so is one of columns between caps.
+    alone); so is one of columns between caps that lean, or whose outlines were laid together.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 
 
 def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
-    """The same mesh, which stays in blocks as far as it is made of sweeps; columns between caps are in memory."""
+    """The same mesh, which stays in blocks as far as it is made of sweeps or straight columns."""
     assert run.in_blocks, "somebody measures them"
     return as_blocks(mesh_part(source, options, run))
 

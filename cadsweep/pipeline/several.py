@@ -115,7 +115,7 @@ def finish(
     check_coarse_solids(part, cells, names, options)
     mesh: HexMesh | BlockMesh
     if isinstance(cells, CellBlocks) and run.in_blocks:
-        mesh = checked_blocks(part, cells, names, options, run, info=info)
+        mesh = checked_blocks(part, cells, names, options, run, info=info, slides=slides)
     else:
         with run.stage("assembly"):
             joined = cells.joined() if isinstance(cells, CellBlocks) else cells
@@ -137,7 +137,14 @@ def finish(
 
 
 def checked_blocks(
-    part: Part, cells: CellBlocks, names: NamedFaces, options: SweepOptions, run: Run, *, info: dict[str, Any]
+    part: Part,
+    cells: CellBlocks,
+    names: NamedFaces,
+    options: SweepOptions,
+    run: Run,
+    *,
+    info: dict[str, Any],
+    slides: Callable[[], Slides] | None = None,
 ) -> BlockMesh:
     """Check cells that stay in blocks, and smooth them where that is needed, as :func:`checked_cells` does.
 
@@ -154,7 +161,7 @@ def checked_blocks(
     mesh, report = checked(cells)
     if _is_poor(report, options, SMOOTH_BELOW):
         joined = cells.joined()
-        better = _smoothed(joined, names, run, slides=contact_slides(part, joined, names, options))
+        better = _smoothed(joined, names, run, slides=slides or contact_slides(part, joined, names, options))
         info["notes"] += better.steps
         if len(better.nodes):
             mesh, report = checked(cells.moved(better.nodes, better.positions))

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 from math import ceil
 
 from ..arrays import IntArray
+from ..blocks.cells import CellBlocks
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..mesh import QuadMesh
 from ..options import SweepOptions
-from ..stack import Stack, StackMesh
+from ..stack import Placed, Stack
 from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, measure
 from .run import Run
 from .stack_hints import StackHints
@@ -27,8 +28,8 @@ class MadeStack:
     """A stack's mesh, the plane's quads that it is made of, and notes."""
 
     quads: QuadMesh
-    built: StackMesh
-    joined: JoinedMesh
+    placed: Placed
+    joined: JoinedMesh | CellBlocks
     notes: list[str]
 
 
@@ -71,7 +72,7 @@ def accurate_stack(  # noqa: PLR0917
         make=make,
         measured=measured,
         finer=finer,
-        n_hexes=lambda made, factor: len(made.joined.hexes) * factor**2,
+        n_hexes=lambda made, factor: made.joined.n_hexes * factor**2,
     )
     return replace(best, notes=[*best.notes, *notes])
 

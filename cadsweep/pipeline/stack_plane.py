@@ -16,6 +16,9 @@ from .stack_hints import StackHints
 MOST_REFINED = 3
 """How often the segments around poor quads are halved."""
 
+MOST_UNFOLDED = 8
+"""The same while a quad is folded on some level: no part is meshed with one."""
+
 MOST_BLUNTED = 4
 """How often the segments beside a sharp corner are halved to open it."""
 
@@ -52,7 +55,9 @@ def mesh_plane(
     poor, whole = _to_halve(judged)
     known = counts
     fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
-    for _ in range(MOST_REFINED):
+    for turn in range(MOST_UNFOLDED):
+        if turn >= MOST_REFINED and judged.worst > 0.0:
+            break
         shorter = {e: stack.arrangement.prism.edges[e].length / (2 * int(known.counts[e])) for e in poor - fixed}
         if not shorter:
             break
@@ -65,7 +70,7 @@ def mesh_plane(
                 break
             continue
         finer |= shorter
-        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads):
+        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) and judged.worst > 0.0:
             break
         with run.stage("surface"):
             mended = stacks.mend_quads(stack, levels, surfaces.source)
@@ -98,7 +103,12 @@ def _gained(stack: Stack, before: stacks.Judged, after: stacks.Judged, shorter: 
 
 
 def _to_halve(judged: stacks.Judged) -> tuple[set[int], bool]:
-    """Edges around poor quads; all of the cells' where these are most of them anyway, and whether it is all."""
+    """Edges around poor quads; all of the cells' where these are most of them anyway, and whether it is all.
+
+    Folded quads come first: where few segments are halved, no cell elsewhere comes off badly.
+    """
+    if judged.folded:
+        return judged.folded, False
     whole = 2 * len(judged.poor) >= len(judged.around)
     return (judged.around if whole else judged.poor), whole
 

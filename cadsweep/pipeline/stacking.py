@@ -25,6 +25,7 @@ from ..stack import Stack, StackMesh
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
 from .cell_periodic import with_cell_pairs
+from .origin import AnyMesh
 from .parts import only_solid
 from .periodic import side_motions, tied_counts, with_images
 from .run import Run
@@ -36,6 +37,7 @@ from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
 from .stack_walls import StackWalls, plan_stack_walls
+from .straight_stacks import blocks_of
 
 log = logging.getLogger(__name__)
 
@@ -151,7 +153,7 @@ def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
         raise NotSweepableError(message, reasons=reasons, faces=refused.faces, advice=refused.advice) from refused
 
 
-def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
     """Mesh a part that no sweep gives a mesh of: by the first stack that does well, or by the best of those tried.
 
     Raises
@@ -170,7 +172,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
             found, _ = _search(only_solid(part))
             if not found:
                 raise refused
-    tried: list[HexMesh] = []
+    tried: list[AnyMesh] = []
     failures: list[CadSweepError] = []
     for stack in found[:MOST_STACKS]:
         try:
@@ -193,7 +195,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     return replace(best, info={**best.info, "notes": notes})
 
 
-def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> HexMesh:
+def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> AnyMesh:
     for name in ("fractions", "bias"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
@@ -239,8 +241,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
     def make(hints: StackHints) -> MadeStack:
         quads, finer = mesh_plane(stack, levels, hints, attempt, run)
         with run.stage("assembly"):
+            straight = stacks.build_straight(stack, levels, quads)
+            if straight is not None:
+                return MadeStack(quads=quads, placed=straight, joined=blocks_of(stack, straight), notes=finer)
             built = stacks.build_mesh(stack, levels, quads)
-        return MadeStack(quads=quads, built=built, joined=_joined(stack, built), notes=finer)
+        return MadeStack(quads=quads, placed=built, joined=_joined(stack, built), notes=finer)
 
     made = accurate_stack(part, stack, options, run, hints, make)
     faces = stack.solid.faces
@@ -253,7 +258,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
         # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
         slides=None
         if options.periodic or options.wall_layers
-        else partial(stacks.find_slides, stack, levels, made.quads, made.built),
+        else partial(stacks.find_slides, stack, levels, made.quads, made.placed),
         sweeps=[
             {
                 "source": [faces[i].name or i for i in stack.source],
@@ -264,8 +269,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> He
             }
         ],
     )
-    assert isinstance(mesh, HexMesh), "its arrays are in memory"
-    mesh = with_cell_pairs(mesh)
+    if isinstance(mesh, HexMesh):
+        mesh = with_cell_pairs(mesh)
     off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
         note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"

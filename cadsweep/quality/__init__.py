@@ -3,7 +3,7 @@
 from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
 from .check import check_mesh, make_report
-from .limits import HEX_CORNERS, BoundaryLimit, boundary_limit, corner_limits
+from .limits import HEX_CORNERS, BoundaryLimit, Ways, boundary_limit, corner_limits
 from .metrics import (
     HexMetrics,
     enclosed_volume,
@@ -30,6 +30,7 @@ __all__ = [
     "QualityReport",
     "Skin",
     "SurfaceFindings",
+    "Ways",
     "WorstHex",
     "boundary_limit",
     "check_mesh",

@@ -91,7 +91,13 @@ def boundary_limit(points: FloatArray | Callable[[int], FloatArray], structure: 
     return best
 
 
-def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.bool_]) -> FloatArray:
+Ways = Callable[[IntArray, IntArray], FloatArray]
+"""For nodes (m,) and neighbours of theirs (m,), the directions (m, 3) in which these stay; NaN where they do not."""
+
+
+def corner_limits(
+    points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.bool_], ways: Ways | None = None
+) -> FloatArray:
     """Bound (m,) of each hexahedron's scaled Jacobian by its fixed nodes; 1 where they say nothing.
 
     A corner whose four nodes are all fixed has its own value. One with two fixed edges is at most the sine of the
@@ -102,6 +108,9 @@ def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.boo
     points : (n, 3) float64
     hexes : (m, 8) int64
     fixed : (n,) bool
+    ways : callable, optional
+        Knows of neighbours of fixed nodes that can move along a line through these alone: a corner between two such
+        lines opens to the angle between them.
     """
     limits = np.ones(len(hexes))
     held = fixed[hexes]
@@ -115,7 +124,19 @@ def corner_limits(points: FloatArray, hexes: IntArray, fixed: npt.NDArray[np.boo
             of = np.flatnonzero(held[:, [corner, one, other]].all(axis=1) & ~held[:, ends[loose]])
             here, after, before = hexes[of][:, [corner, one, other]].T
             limits[of] = np.minimum(limits[of], _sines(points[after] - points[here], points[before] - points[here]))
+            if ways is not None:
+                of = np.flatnonzero(held[:, corner] & ~held[:, [one, other]].all(axis=1))
+                limits[of] = np.minimum(limits[of], _opened(points, hexes[of][:, [corner, one, other]], fixed, ways))
     return limits
+
+
+def _opened(points: FloatArray, corners: IntArray, fixed: npt.NDArray[np.bool_], ways: Ways) -> FloatArray:
+    """Sines (c,) to which corners (c, 3) between lines through fixed nodes open; 1 where a side is on no such line."""
+    here, ends = corners[:, 0], corners[:, 1:].T
+    now = [points[end] - points[here] for end in ends]
+    then = [np.where(fixed[end][:, None], chord, ways(here, end)) for end, chord in zip(ends, now, strict=True)]
+    known: npt.NDArray[np.bool_] = np.all(np.isfinite(then), axis=(0, 2))
+    return np.where(known, np.maximum(_sines(*now), _sines(*(np.where(known[:, None], way, 0.0) for way in then))), 1.0)
 
 
 def _sines(one: FloatArray, other: FloatArray) -> FloatArray:

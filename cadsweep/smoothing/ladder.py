@@ -34,7 +34,7 @@ from functools import partial
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
-from ..quality import corner_limits
+from ..quality import Ways, corner_limits
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
 from .laplacian import relaxed
 from .optimise import polished, untangled
@@ -139,7 +139,7 @@ def improve(
     # A mesh with an inverted hexahedron is not handed over, however good the others are.
     if not inverted or np.all(values > 0):
         values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES)
-    if steps and goal < AIM and _can_rise(points, structure, values, fixed):
+    if steps and goal < AIM and _can_rise(points, structure, values, fixed, slides):
         values = raised(values, goal=AIM, growths=GROWTH[:1], largest=MOST_AIMED)
     for line in steps:
         _log.info("%s", line)
@@ -175,7 +175,7 @@ def _raised(
     growth = 0
     idle: set[bytes] = set()  # patches that gained nothing: the next round would end as the last one did
     for _ in range(MOST_ROUNDS):
-        bad = _below_goal(points, structure, values, fixed, goal) & ((values <= 0) == inverted)
+        bad = _below_goal(points, structure, values, fixed, goal, slides) & ((values <= 0) == inverted)
         if growth == len(growths) or not np.any(bad):
             break
         region = grown(bad, structure, growths[growth])
@@ -204,31 +204,55 @@ def _raised(
     return values
 
 
-def _can_rise(points: FloatArray, structure: Connected, values: FloatArray, fixed: BoolArray) -> bool:
+def _can_rise(
+    points: FloatArray, structure: Connected, values: FloatArray, fixed: BoolArray, slides: Slides | None
+) -> bool:
     """Whether the worst hexahedron is not held down by its fixed nodes, and no other one is as low for good."""
     worst = float(np.min(values))
     near = np.flatnonzero(values.ravel() < worst / OF_LIMIT)
-    return worst > 0 and bool(np.all(corner_limits(points, hex_nodes(structure, near), fixed) * OF_LIMIT > worst))
+    limits = corner_limits(points, hex_nodes(structure, near), fixed, _ways(points, slides, None))
+    return worst > 0 and bool(np.all(limits * OF_LIMIT > worst))
 
 
-def _below_goal(
-    points: FloatArray, structure: Connected, values: FloatArray, fixed: BoolArray, goal: float
+def _below_goal(  # noqa: PLR0917
+    points: FloatArray,
+    structure: Connected,
+    values: FloatArray,
+    fixed: BoolArray,
+    goal: float,
+    slides: Slides | None,
 ) -> BoolArray:
     """Hexahedra below what they should reach and can, in the shape of `values`."""
     below = np.flatnonzero(values.ravel() < goal)
-    goals = _goals(points, hex_nodes(structure, below), fixed, goal)
+    goals = _goals(points, hex_nodes(structure, below), fixed, goal, slides)
     bad = np.zeros(values.size, dtype=bool)
     bad[below] = values.ravel()[below] < goals
     return bad.reshape(values.shape)
 
 
-def _goals(points: FloatArray, hexes: IntArray, fixed: BoolArray, goal: float) -> FloatArray:
+def _goals(  # noqa: PLR0917
+    points: FloatArray,
+    hexes: IntArray,
+    fixed: BoolArray,
+    goal: float,
+    slides: Slides | None,
+    nodes: IntArray | None = None,
+) -> FloatArray:
     """The goal of each hexahedron: no more than `OF_LIMIT` of what its fixed nodes allow.
 
-    A hexahedron whose fixed nodes invert it cannot be mended; nothing is asked of it.
+    A hexahedron whose fixed nodes invert it cannot be mended; nothing is asked of it. `nodes` are their numbers in the
+    whole mesh where they have others here.
     """
-    limits = corner_limits(points, hexes, fixed)
+    limits = corner_limits(points, hexes, fixed, _ways(points, slides, nodes))
     return np.where(limits > HOPELESS, np.minimum(goal, OF_LIMIT * limits), -np.inf)
+
+
+def _ways(points: FloatArray, slides: Slides | None, nodes: IntArray | None) -> Ways | None:
+    """What is known of nodes that slide, for :func:`~cadsweep.quality.corner_limits`."""
+    if slides is None:
+        return None
+    names = np.arange(len(points)) if nodes is None else nodes
+    return lambda here, ends: slides.ways(names[here], names[ends], points[here])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -261,7 +285,7 @@ def _mend(  # noqa: PLR0917
         hexes=local,
         free=free,
         lengths=_wanted_lengths(points, structure, hexes, start[local]),
-        goals=_goals(start, local, fixed[nodes], goal),
+        goals=_goals(start, local, fixed[nodes], goal, slides, nodes),
         projectors=None if slides is None else slides.projectors(nodes[free], start[free]),
         snap=None if slides is None else partial(_snapped, slides, nodes, free, start),
     )

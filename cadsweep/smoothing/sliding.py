@@ -22,3 +22,7 @@ class Slides(Protocol):
     def snapped(self, nodes: IntArray, points: FloatArray, start: FloatArray) -> FloatArray:
         """Points (m, 3), before smoothing at `start`, brought back to their nodes' faces."""
         ...
+
+    def ways(self, nodes: IntArray, ends: IntArray, points: FloatArray) -> FloatArray:
+        """Directions (m, 3) in which `ends` (m,) stay from nodes (m,) at points (m, 3), whatever they do; else NaN."""
+        ...

@@ -19,9 +19,11 @@ planar     how good the quads of the arrangement are
 mending    quads that are poor on the part's own levels, by the loops of `mending_kernels`
 nodes      heights of all nodes
 places     places of the nodes of every level
+harmonic   values of some nodes carried to the others
 slides     nodes that may move on the part's faces
 lines      nodes along the edges of the part
 blocks     hexahedra, and the face of every boundary quad
+straight   columns as products, where all caps are flat: for meshes larger than memory
 touching   where columns touch, for who wants them as solids
 ========== =====================================================================
 """
@@ -36,6 +38,7 @@ from .planar import Judged, divide_at_cusps, judge_plane, sizes_across
 from .sheets import Sheets, find_sheets
 from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
+from .straight import build_straight
 from .touching import touching_columns
 
 __all__ = [
@@ -46,6 +49,7 @@ __all__ = [
     "Sides",
     "assign_levels",
     "build_mesh",
+    "build_straight",
     "count_fitting",
     "divide_at_cusps",
     "find_directions",

@@ -128,10 +128,22 @@ def _cap_quads(stack: Stack, levels: Levels, mesh: QuadMesh, numbers: _Numbers) 
     return found
 
 
-def _wall_quads(
-    stack: Stack, levels: Levels, mesh: QuadMesh, material: npt.NDArray[np.bool_], numbers: _Numbers
-) -> list[tuple[IntArray, IntArray]]:
-    """Quads over the lines of the arrangement where the material ends."""
+def find_walls(
+    stack: Stack, levels: Levels, material: npt.NDArray[np.bool_]
+) -> dict[int, tuple[IntArray, npt.NDArray[np.bool_], IntArray]]:
+    """Lines of the arrangement over which the material ends.
+
+    Returns
+    -------
+    dict of int to (layers, left, owners)
+        By edge: the layers with material on one side alone, for every layer (n_layers,) whether that is the left one,
+        and the wall that stands there, -1 for none.
+
+    Raises
+    ------
+    SurfaceMeshError
+        A wall is missing.
+    """
     solid, arrangement = stack.solid, stack.arrangement
     beside: dict[int, list[int]] = {e: [-1, -1] for e in arrangement.over}
     for c, f in enumerate(arrangement.bottoms):
@@ -140,9 +152,10 @@ def _wall_quads(
                 # The bottom is seen from below by its own loops, from above by its quads.
                 beside[e][forward] = c
     walls = set(stack.walls)
-    found = []
+    found = {}
+    nothing = np.zeros(levels.n_layers, dtype=bool)
     for e, over in arrangement.over.items():
-        left, right = (material[c] if c >= 0 else np.zeros(levels.n_layers, dtype=bool) for c in beside[e])
+        left, right = (material[c] if c >= 0 else nothing for c in beside[e])
         ends = np.flatnonzero(left != right)
         if not len(ends):
             continue
@@ -160,6 +173,17 @@ def _wall_quads(
         if (owners[ends] < 0).any():
             place = solid.units.place(arrangement.prism.edges[e].midpoint)
             raise SurfaceMeshError(f"no wall of the part stands where its material ends, at ({place})")
+        owners[left == right] = -1
+        found[e] = ends, left, owners
+    return found
+
+
+def _wall_quads(
+    stack: Stack, levels: Levels, mesh: QuadMesh, material: npt.NDArray[np.bool_], numbers: _Numbers
+) -> list[tuple[IntArray, IntArray]]:
+    """Quads over the lines of the arrangement where the material ends."""
+    found = []
+    for e, (ends, left, owners) in find_walls(stack, levels, material).items():
         nodes = mesh.edge_nodes[e]
         for k in ends.tolist():
             a, b = (nodes[:-1], nodes[1:]) if left[k] else (nodes[1:], nodes[:-1])

@@ -14,13 +14,13 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-import scipy
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import heights_on_cap, heights_on_edge
+from .harmonic import carried
 from .sheets import TOLERANCE
 
 _SAME = 1e-9
@@ -97,7 +97,7 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
         place = stack.solid.units.place(mesh.points[node])
         raise SurfaceMeshError(f"two caps of one level cross each other over ({place})")
     heights = Heights(below=below, above=above)
-    _fill(heights, levels.heights)
+    fill_levels(heights, levels.heights)
     on_lines = np.zeros(len(mesh.points), dtype=bool)
     for e in arrangement.over:
         on_lines[mesh.edge_nodes[e]] = True
@@ -123,7 +123,7 @@ def _fix(row: FloatArray, nodes: IntArray, found: FloatArray, tolerance: float, 
     row[nodes] = np.where(np.isnan(row[nodes]), found, row[nodes])
 
 
-def _fill(heights: Heights, means: FloatArray) -> None:
+def fill_levels(heights: Heights, means: FloatArray) -> None:
     """Levels between those that are known, by the mean heights of the levels; places with the same ones at once."""
     known = np.isfinite(heights.below)
     patterns, which = np.unique(np.packbits(known, axis=0), axis=1, return_inverse=True)
@@ -153,18 +153,7 @@ def _relax(heights: Heights, levels: Levels, between: tuple[int, int], quads: In
     off = (heights.below[low + 1 : high][:, nodes] - below) / (above - below) - share[:, None]
     if float(np.abs(off[:, border]).max()) <= _SAME or border.all():
         return
-    ends = np.concatenate([local, np.roll(local, -1, axis=1)]).reshape(2, -1)
-    n = len(nodes)
-    weights = scipy.sparse.coo_array(
-        (np.ones(2 * ends.shape[1]), (ends.ravel(), ends[::-1].ravel())), shape=(n, n)
-    ).tocsr()
-    weights.data[:] = 1.0
     inner = np.flatnonzero(~border)
-    degree = np.asarray(weights.sum(axis=1)).ravel()
-    matrix = scipy.sparse.csc_array(
-        scipy.sparse.coo_array((degree[inner], (np.arange(len(inner)),) * 2)) - weights[inner][:, inner]
-    )
-    right = weights[inner][:, np.flatnonzero(border)] @ off[:, border].T
-    moved = scipy.sparse.linalg.splu(matrix).solve(np.ascontiguousarray(right)).T
+    moved = carried(np.ascontiguousarray(off.T), border, local)[inner].T
     values = (share[:, None] + moved) * (above - below)[inner] + below[inner]
     heights.below[low + 1 : high, nodes[inner]] = heights.above[low + 1 : high, nodes[inner]] = values

@@ -9,13 +9,12 @@ far that is from the line is carried over all other nodes of the level by one ha
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
-import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .graph import find_claims
+from .harmonic import carried
 
 
 def find_places(stack: Stack, levels: Levels, mesh: QuadMesh) -> FloatArray:
@@ -54,7 +53,7 @@ def find_places(stack: Stack, levels: Levels, mesh: QuadMesh) -> FloatArray:
     off = points - flat
     for k in range(shape[0]):
         if fixed[k].any() and np.abs(off[k]).max() > 0.0:
-            points[k] = flat + _carry(off[k], fixed[k], mesh.quads)
+            points[k] = flat + carried(off[k], fixed[k], mesh.quads)
     return points
 
 
@@ -71,22 +70,3 @@ def edge_levels(stack: Stack, levels: Levels) -> dict[int, int]:
 def _fractions(points: FloatArray) -> FloatArray:
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     return np.asarray(run / run[-1])
-
-
-def _carry(off: FloatArray, fixed: npt.NDArray[np.bool_], quads: IntArray) -> FloatArray:
-    """Offsets (n, 3) of the nodes that are not fixed: the mean of their neighbours'."""
-    free = ~fixed
-    if not free.any():
-        return off
-    n = len(off)
-    ends = np.stack([quads, np.roll(quads, -1, axis=1)]).reshape(2, -1)
-    pairs = np.concatenate([ends, ends[::-1]], axis=1)
-    weights = scipy.sparse.coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(n, n)).tocsr()
-    weights.data[:] = 1.0
-    inner, outer = np.flatnonzero(free), np.flatnonzero(fixed)
-    degree = np.asarray(weights.sum(axis=1)).ravel()
-    rows = weights[inner]
-    matrix = scipy.sparse.csc_array(scipy.sparse.diags_array(degree[inner]) - rows[:, inner])
-    moved = off.copy()
-    moved[inner] = scipy.sparse.linalg.splu(matrix).solve(np.ascontiguousarray(rows[:, outer] @ off[outer]))
-    return moved

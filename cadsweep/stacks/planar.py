@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from ..sweep import DirectedEdge
@@ -54,6 +54,8 @@ class Judged:
         Edges of the arrangement by the quads that are worse than their cells ask.
     around : set of int
         All edges of the cells that have such quads.
+    folded : set of int
+        Those of `poor` by quads that are folded.
     worst : float
         Worst corner sine of all quads.
     lacks : (n_faces,) float64
@@ -62,6 +64,7 @@ class Judged:
 
     poor: set[int]
     around: set[int]
+    folded: set[int]
     worst: float
     lacks: FloatArray
 
@@ -86,12 +89,22 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
         face = arrangement.prism.faces[f]
         sharpest = min([np.pi / 2, *(angle for loop in face.loops for angle in loop.angles)])
         wanted[f] = min(WANTED, _SHARE * float(np.sin(sharpest)))
-    near = np.zeros(len(mesh.points), dtype=bool)
-    near[mesh.quads[sines < wanted[mesh.faces]]] = True
-    near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
     around = {e for f in np.flatnonzero(worst < wanted).tolist() for e in arrangement.prism.faces[f].edges}
-    poor = {e for e in around if near[mesh.edge_nodes[e]].any()}
-    return Judged(poor=poor, around=around, worst=float(sines.min()), lacks=np.maximum(wanted - worst, 0.0))
+    poor, folded = (
+        {e for e in around if near[mesh.edge_nodes[e]].any()}
+        for near in (_near(mesh, sines < wanted[mesh.faces]), _near(mesh, sines <= 0.0))
+    )
+    return Judged(
+        poor=poor, around=around, folded=folded, worst=float(sines.min()), lacks=np.maximum(wanted - worst, 0.0)
+    )
+
+
+def _near(mesh: QuadMesh, chosen: BoolArray) -> BoolArray:
+    """Nodes (n,) of some quads, and of those beside them."""
+    near = np.zeros(len(mesh.points), dtype=bool)
+    near[mesh.quads[chosen]] = True
+    near[mesh.quads[near[mesh.quads].any(axis=1)]] = True
+    return near
 
 
 def sizes_across(stack: Stack, size: float) -> dict[int, float]:

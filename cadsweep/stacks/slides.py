@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import IntArray
 from ..mesh import QuadMesh
-from ..stack import Levels, Slides, Stack, StackMesh
+from ..stack import Levels, Placed, Slides, Stack
 from .graph import find_claims
 from .places import edge_levels
 
@@ -21,7 +21,7 @@ _SAMPLES = np.linspace(0.0, 1.0, 9)
 _NONE, _HELD = -1, -2
 
 
-def find_slides(stack: Stack, levels: Levels, mesh: QuadMesh, built: StackMesh) -> Slides:
+def find_slides(stack: Stack, levels: Levels, mesh: QuadMesh, built: Placed) -> Slides:
     """Find the nodes that may move on the part's faces, and how.
 
     Parameters
@@ -29,11 +29,12 @@ def find_slides(stack: Stack, levels: Levels, mesh: QuadMesh, built: StackMesh) 
     stack : Stack
     levels : Levels
     mesh : QuadMesh
-    built : StackMesh
+    built : StackMesh or StraightStack
         What was made of these.
     """
-    n = len(built.points)
-    curve = _curves_at(stack, levels, mesh)[built.levels, built.places]
+    level_of, place_of = built.levels, built.places
+    n = len(level_of)
+    curve = _curves_at(stack, levels, mesh)[level_of, place_of]
     caps = np.isin(built.faces, [*stack.source, *stack.target])
     on_cap, on_wall = np.zeros((2, n), dtype=bool)
     on_cap[built.quads[caps]] = True
@@ -47,11 +48,11 @@ def find_slides(stack: Stack, levels: Levels, mesh: QuadMesh, built: StackMesh) 
         for station in set(over) & levels.stations.keys():
             # Nodes of a level would leave a station that leans.
             if np.ptp(stack.solid.edges[station].curve.evaluate(_SAMPLES) @ stack.direction) > _FLAT * stack.solid.size:
-                own = built.levels == levels.stations[station]
-                held |= own & np.isin(built.places, mesh.edge_nodes[e])
+                own = level_of == levels.stations[station]
+                held |= own & np.isin(place_of, mesh.edge_nodes[e])
     # A wall's node that no curve is known of stays.
     held |= on_wall & (curve == _NONE)
-    stations = np.isin(built.levels, list(levels.stations.values()))
+    stations = np.isin(level_of, list(levels.stations.values()))
     mask = (on_cap | on_wall) & ~held
     return Slides(
         mask=mask,
