@@ -18,7 +18,7 @@ from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .levels import directed_ends
-from .loops import across_wall, alike, opposite_sides, submapped_sides
+from .loops import across_wall, alike, even_by_symmetry, opposite_sides, submapped_sides, symmetric_sides
 from .patterns import nearly, ring_sides
 from .programme import Programme
 
@@ -53,6 +53,12 @@ class Equations:
             for f in cell.free
             for loop in cell.solid.faces[f].loops
         ]
+        self.symmetric_evens = [
+            [int(cell.solid.edge_keys[e]) for e in own]
+            for cell in cells
+            for f in (cell.free if align else ())
+            for own in even_by_symmetry(cell.solid, f)
+        ]
 
     def _tie_cell(self, cell: CellSweep, wanted: Mapping[int, float], *, align: bool) -> None:
         solid, keys = cell.solid, cell.solid.edge_keys
@@ -71,6 +77,7 @@ class Equations:
             own = {e.id: wanted[int(keys[e.id])] for e in solid.edges}
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
+            pairs += [pair for f in cell.free for pair in symmetric_sides(solid, f, own)]
             pairs += [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
             if isinstance(cell.fill, Sweep):
                 # Rims that want very different counts would be made equal by one edge of theirs, which has none left.
@@ -146,7 +153,9 @@ class Equations:
             demanded[len(want)] = demand.count
             want.append(float(demand.count))
             weight.append(0.0)
-        evens = [{j: n for j, n in Counter(of[key] for key in keys).items() if n % 2} for keys in self.evens]
+        asked = kept | {of[key] for demand in demands for key in demand.keys}
+        sets = [*self.evens, *(keys for keys in self.symmetric_evens if not any(of[key] in asked for key in keys))]
+        evens = [{j: n for j, n in Counter(of[key] for key in keys).items() if n % 2} for keys in sets]
         counts = Programme(
             want=np.array(want),
             weight=np.array(weight),

@@ -24,6 +24,7 @@ from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges
 from .patterns import ring_sides
 from .programme import Programme
+from .symmetry import find_symmetry, needs_even_sides, symmetric_pairs
 
 SAME_PLACE = 0.1
 """Vertices in the bottom and the top of a side are joined where their fractions differ by less."""
@@ -117,7 +118,7 @@ def _settle(
             demanded=demanded,
             firm=firm,
             sums=rows,
-            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes, align=align)],
+            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes, wished, align=align)],
             least={column[c]: n for c, n in _least_counts(sweep, classes).items()},
         ).solve()
         if counts is not None:
@@ -155,6 +156,7 @@ def _tie(
         opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
         opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f], edges)]
+        opposite += [pair for f in sweep.source for pair in symmetric_sides(sweep.solid, f, edges)]
         rings = [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
         rings += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
         if not any(squeezes(*pair, edges, wished) for pair in rings):
@@ -242,6 +244,20 @@ def fan_sides(face: Face, wanted: dict[int, float]) -> list[tuple[list[int], lis
     return [([a], [b]) for a, b in pairwise(ordered) if wanted[b] - wanted[a] < SAME_COUNT * wanted[b]]
 
 
+def symmetric_sides(solid: Solid, face: int, wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
+    """Pairs of edges of a face of the cap that its symmetry carries to each other."""
+    symmetry = find_symmetry(solid, solid.faces[face])
+    return [] if symmetry is None else symmetric_pairs(symmetry, wanted, SAME_COUNT)
+
+
+def even_by_symmetry(solid: Solid, face: int) -> list[list[int]]:
+    """Sets of edges of a face of the cap that must be even, each together, so that its quads can be symmetric."""
+    symmetry = find_symmetry(solid, solid.faces[face])
+    if symmetry is None or not needs_even_sides(solid.faces[face], symmetry):
+        return []
+    return symmetry.even_sets()
+
+
 def every_second_side(face: Face) -> list[list[int]]:
     """Edges of every second side of a face of six corners: an even sum there lets grids meet in its middle."""
     corners, edges = _fan_corners(face), face.loops[0].edges
@@ -325,12 +341,17 @@ def alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEd
     return bool(np.abs(places[0] - places[1]).max() < SAME_PLACE)
 
 
-def _even_sums(sweep: Sweep, classes: dict[int, int], *, align: bool) -> list[dict[int, int]]:
+def _even_sums(sweep: Sweep, classes: dict[int, int], wished: Collection[int], *, align: bool) -> list[dict[int, int]]:
     """For every loop of every face of the source cap: how often each class occurs in it."""
     rows = []
+    asked = {classes[e] for e in wished if e in classes}
     for f in sweep.source:
         face = sweep.solid.faces[f]
-        for edges in [*(loop.edges for loop in face.loops), *(every_second_side(face) if align else [])]:
+        sets: list[Sequence[int]] = [loop.edges for loop in face.loops]
+        if align:
+            sets += every_second_side(face)
+            sets += [s for s in even_by_symmetry(sweep.solid, f) if not any(classes[e] in asked for e in s)]
+        for edges in sets:
             row: dict[int, int] = {}
             for e in edges:
                 row[classes[e]] = row.get(classes[e], 0) + 1

@@ -1,20 +1,21 @@
 """Segments around circles that are a pattern: as many as make the nodes as symmetric as the holes, or as the ring.
 
-Place in the flow: :mod:`.sizes` asks for it. Holes in a circle about the middle of a cap have mirrors through each and
-between them; these meet all circles in nodes where half a circle has a multiple of the number of holes as segments.
+Place in the flow: :mod:`.sizes` asks for it. What carries the outline of a cap to itself (:mod:`.symmetry`) carries
+nodes of its circles to nodes where these have certain multiples as segments; as much symmetry is had as costs little.
 A rim and the bore about its middle, with holes between them, get as many each, for a lattice that closes around.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from math import ceil, gcd, pi
+from math import ceil, pi
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Face, Solid
 from ..sweep import Sweep
+from .symmetry import find_symmetry
 
 _SAME = 1e-6
 """Difference of lengths, in sizes of the part, up to which circles are alike."""
@@ -38,7 +39,7 @@ def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float], patterned: Colle
     found: dict[int, float] = {}
     faces = [sweep.solid.faces[f] for f in (*sweep.source, *sweep.target)]  # edges that answer each other want the same
     for face in faces:
-        if face.kind == "plane" and len(face.loops) > 2:
+        if face.kind == "plane" and len(face.loops) > 1:
             found |= _of_face(sweep.solid, face, {**wanted, **found})  # faces of one cap share circles
     for face in faces:
         if face.kind == "plane" and len(face.loops) == 2:
@@ -112,12 +113,19 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
         # Nearer to what the rim wants: there are more quads outside than inside.
         rings = dict.fromkeys((*rim, *bore), (2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0)
     wanted = {**wanted, **rings}
-    order = _order(np.array([c for _, c, _ in circles]), np.array([d / 2 for *_, d in circles]), solid)
-    halves_of = [e for edges, *_ in circles for e in edges if e in wanted]
-    for n in sorted((d for d in range(2, order + 1) if order % d == 0), reverse=True):
-        counts = {e: float(n * max(1, ceil(wanted[e] / n - _LEAVE))) for e in halves_of}
-        if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + _MOST_ADDED) for e, count in counts.items()):
-            return counts
+    symmetry = find_symmetry(solid, face)
+    if symmetry is None:
+        return rings
+    for motions in symmetry.subgroups():
+        for met in (True, False):
+            multiples = symmetry.multiples(motions, met=met)
+            if multiples is None:
+                continue
+            counts = {
+                e: n / 2.0 * max(1, ceil(2.0 * wanted[e] / n - _LEAVE)) for e, n in multiples.items() if e in wanted
+            }
+            if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + _MOST_ADDED) for e, count in counts.items()):
+                return {**rings, **counts}
     return rings
 
 
@@ -137,33 +145,3 @@ def _rings(
         return []
     outside, inside = (sum(wanted[e] for e in edges) for edges in (rim, bores[0]))
     return [(rim, bores[0])] if outside <= _MOST_UNLIKE * inside else []
-
-
-def _order(centres: FloatArray, radii: FloatArray, solid: Solid) -> int:
-    """How many turns of a whole carry circles to circles alike; 1 where none does."""
-    if len(centres) < 2:
-        return 1
-    near = _SAME * solid.size
-    middle = centres[int(np.argmax(radii))]
-    if np.linalg.norm(centres - middle, axis=1).max() <= radii.max():
-        away = centres - middle  # the greatest circle has the others inside
-    else:
-        away = centres - centres.mean(axis=0)
-    distance = np.linalg.norm(away, axis=1)
-    order = 0
-    for j in range(len(centres)):
-        alike = (np.abs(distance - distance[j]) <= near) & (np.abs(radii - radii[j]) <= near)
-        if distance[j] > near:
-            order = gcd(order, _turns(away[alike], near))
-    return max(order, 1)
-
-
-def _turns(points: FloatArray, near: float) -> int:
-    """How many equal turns about the origin points at one distance from it have; 1 where none but the whole."""
-    n, side = len(points), float(np.linalg.norm(points[0]))
-    apart = np.sort(np.linalg.norm(points[1:] - points[0], axis=1))
-    chords = np.sort([2.0 * side * np.sin(pi * k / n) for k in range(1, n)])
-    if n > 1 and np.abs(apart - chords).max() <= 10.0 * near:
-        return n
-    opposite = np.linalg.norm(points[:, None] + points[None], axis=2).min(axis=1)
-    return 2 if n > 1 and opposite.max() <= 10.0 * near else 1

@@ -36,6 +36,8 @@ log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
+MOST_BOXED = 10
+"""Parts that are looked at where planes alone do not part a block: boxes around its features, and a few cuts more."""
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _ONE_SWEEP = (
@@ -103,9 +105,29 @@ def mesh_decomposed(
     best, failure = _best_of((_planned(part, search, state) for state in search.solutions()), options, run)
     if best is not None:
         return _ended_early(best, run) if search.ended_early else best
+    if not search.ended_early:
+        boxed = _boxed(part, options, run)
+        if boxed is not None:
+            return boxed
     if failure is not None or not isinstance(refused, NotSweepableError):
         raise failure or refused
     raise decomposition.explain(search, refused)
+
+
+def _boxed(part: Part, options: SweepOptions, run: Run) -> AnyMesh | None:
+    """A planar block meshed with boxes around its features, whose cells are more than planes make; None where not."""
+    boxes = [cutter for cutter in cad.find_cutters(part, 0) if cutter.kind == "boxes"]
+    if not boxes:
+        return None
+
+    def find_cutters(now: Part, cell: int, faces: Sequence[int]) -> Sequence[cad.Cutter]:
+        return boxes if now is part else cad.find_cutters(now, cell, faces)
+
+    with run.stage("decomposition"):
+        tools = replace(cutting_tools(run), find_cutters=find_cutters)
+        search = CellSearch(part, tools, most_parts=MOST_BOXED)
+    best, _ = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
+    return best
 
 
 def mesh_cut(

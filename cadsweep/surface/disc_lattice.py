@@ -25,6 +25,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from .chart import Chart, signed_area
+from .kites import ROUNDEST, kites
 from .outline import FaceQuads, Outline
 from .relax import corner_sines
 from .ring_lattice import Ring, pierced, with_mirrors
@@ -34,8 +35,6 @@ from .symmetry import Wedge, find_wedges
 
 _INNERMOST = 0.02
 """Where rays begin, as a part of the way from the middle to the rim."""
-_ROUNDEST = 8
-"""Kites that may meet in one node; more are too sharp."""
 _ROUND = 1.5
 """Farthest over nearest node of a rim, from its middle, up to which circles and rays are a choice for its holes."""
 _RINGS = (2, 1, 3, 5)
@@ -110,7 +109,7 @@ def _with_holes_in_rings(chart: Chart, wedges: Sequence[Wedge], centre: FloatArr
         return
     least = int(np.ceil(n / (2.0 * np.pi) * np.log(1.0 / innermost))) + 1
     for k, turn in [*_kites_of(rim, wedges), (0, 0)]:
-        n_core, core = _kites(n, k, turn) if k else _rectangle(n, *core_corners(rim))
+        n_core, core = kites(n, k, turn) if k else _rectangle(n, *core_corners(rim))
         for more in _MORE:
             rows = max(3, least + more)
             heights = _heights(rim, centre, rows, n_core, core)
@@ -207,29 +206,11 @@ def _kites_of(rim: FloatArray, wedges: Sequence[Wedge]) -> Iterator[tuple[int, i
     """Kites of a core and the node over its first corner, the most symmetric first."""
     n = len(rim)
     order = wedges[0].n if wedges else 1
-    for k in range(min(order, _ROUNDEST), 2, -1):
+    for k in range(min(order, ROUNDEST), 2, -1):
         if not order % k and not n % (2 * k):
             first = _node_at(rim, wedges[0])
             yield k, first
             yield k, first + n // (2 * k)
-
-
-def _kites(n: int, k: int, turn: int) -> tuple[int, IntArray]:
-    """Number of inner nodes, and quads, of k kites in a polygon of n nodes with its first corner at node `turn`."""
-    s = n // (2 * k)
-    middle, quads = n, []
-    spokes = n + 1 + np.arange(k * (s - 1)).reshape(k, s - 1)
-    inside = n + 1 + k * (s - 1) + np.arange(k * (s - 1) ** 2).reshape(k, s - 1, s - 1)
-    for j in range(k):
-        corner = turn + 2 * s * j
-        kite = np.empty((s + 1, s + 1), dtype=np.int64)
-        kite[0, 0] = middle
-        kite[1:s, 0], kite[0, 1:s] = spokes[j - 1], spokes[j]
-        kite[1:s, 1:s] = inside[j]
-        kite[s, :] = (corner - s + np.arange(s + 1)) % n
-        kite[:, s] = (corner + s - np.arange(s + 1)) % n
-        quads.append(np.stack([kite[:-1, :-1], kite[1:, :-1], kite[1:, 1:], kite[:-1, 1:]], axis=-1).reshape(-1, 4))
-    return 1 + k * (s - 1) + k * (s - 1) ** 2, np.concatenate(quads)
 
 
 def _heights(rim: FloatArray, centre: FloatArray, rows: int, n_core: int, core: IntArray) -> FloatArray | None:

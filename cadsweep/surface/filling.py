@@ -30,7 +30,7 @@ from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import CORNER, STRAIGHT, FaceQuads, Outline
 from .rim import lay_rows
 from .ring_lattice import fill_ring, with_mirrors
-from .structured import fill_lattice, fill_round_core
+from .structured import find_lattice, find_round_core
 from .symmetric import fill_symmetric
 from .tips import SHARP, lay_tips
 from .transfinite import GOOD_ENOUGH, fill
@@ -54,6 +54,18 @@ def fill_grid(outline: Outline) -> FaceQuads | None:
     ids[0], ids[:, -1], ids[-1], ids[:, 0] = bottom, right, top, left
     quads = np.stack([ids[:-1, :-1], ids[:-1, 1:], ids[1:, 1:], ids[1:, :-1]], axis=-1).reshape(-1, 4)
     return outline.judged(points[1:-1, 1:-1].reshape(-1, 3), quads, worst)
+
+
+def fill_lattice(outline: Outline) -> FaceQuads | None:
+    """A lattice on a face whose corners are all right or re-entrant; None where it is no such face."""
+    found = find_lattice(outline)
+    return None if found is None else with_mirrors(outline, *found, even=not found[0].isometric)
+
+
+def fill_round_core(outline: Outline) -> FaceQuads | None:
+    """Rings around a core, on a face without corners or holes; None on others."""
+    found = find_round_core(outline)
+    return None if found is None else with_mirrors(outline, *found, even=not found[0].isometric)
 
 
 def fill_fan(outline: Outline) -> FaceQuads | None:

@@ -190,7 +190,7 @@ def with_mirrors(
         places = evened(outline, chart, places, quads)
     inner = places[len(rim) :]
     boundary = np.concatenate(outline.nodes)
-    for wedge in find_wedges(chart.boundary) if chart.isometric else ():
+    for wedge in find_wedges(chart.boundary, between=True) if chart.isometric else ():
         made = carried_by_mirrors(outline, chart, wedge, boundary, inner, quads)
         if made is not None:
             return made

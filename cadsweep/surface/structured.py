@@ -28,7 +28,7 @@ import scipy
 from ..arrays import FloatArray, IntArray, distinct
 from ..brep import quarter_turns
 from .chart import Chart, signed_area
-from .outline import FaceQuads, Outline
+from .outline import Outline
 
 SMOOTH = np.pi / 6 + 1e-6
 """Greatest turn at a vertex of an outline that has no corners: a dodecagon's."""
@@ -52,8 +52,11 @@ _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
 _CELL = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 
 
-def fill_lattice(outline: Outline) -> FaceQuads | None:
-    """A lattice on a face whose corners are all right or re-entrant, its holes round or of four corners."""
+def find_lattice(outline: Outline) -> tuple[Chart, int, IntArray] | None:
+    """A lattice on a face whose corners are all right or re-entrant, its holes round or of four corners.
+
+    Its chart, the number of inner nodes, and quads in ids of the outline's nodes, then of these.
+    """
     if outline.grows():
         return None
     lattice = _lattice_of(outline)
@@ -67,8 +70,7 @@ def fill_lattice(outline: Outline) -> FaceQuads | None:
         if pierced is None:
             return None
         number, cells = pierced
-    quads = quads_of(number, cells)
-    return _relaxed(outline, chart, int(number.max()) + 1 - sum(map(len, outline.nodes)), quads)
+    return chart, int(number.max()) + 1 - sum(map(len, outline.nodes)), quads_of(number, cells)
 
 
 def _lattice_of(outline: Outline) -> IntArray | None:
@@ -148,9 +150,7 @@ def pierce(
         corners = _hole_corners(outline, j, own)
         if not np.isfinite(own).all() or corners is None:
             return None
-        begin, q, p = corners
-        # Half way between two places all holes take the lower one: a rounding error has no say.
-        low = np.ceil(own.mean(axis=0) - np.array([p, q]) / 2.0 - 0.5 - _TIE).astype(np.int64)
+        begin, q, p, low = _placed(own, *corners, np.array(number.shape) - 1, may_differ=_is_round(outline, j))
         around = low + places_around(p, q)
         x, y = around.T
         # A cell more on each side: quads with all their nodes on outlines could give way to nothing.
@@ -195,12 +195,53 @@ def places_around(p: int, q: int) -> IntArray:
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(steps, axis=0)[:-1]])
 
 
+def _placed(
+    own: FloatArray, begin: int, q: int, p: int, size: IntArray, *, may_differ: bool
+) -> tuple[int, int, int, IntArray]:
+    """Where a hole's rectangle begins among its nodes, its cells up and across, and its lower left place.
+
+    Of a round hole (`may_differ`) a cell more or less up, and other corners, are tried: its nodes shall lie as those
+    of the rectangle do, and in the middle of the lattice of `size` cells the rectangle, too. What is half way between
+    two places lies at the one nearer to the lattice's middle: what is symmetric stays so.
+    """
+    middle = own.mean(axis=0)
+    off = own - middle
+    n = len(own)
+    best: tuple[float, int, int, int, IntArray] | None = None
+    for up in (q, q - 1, q + 1) if may_differ else (q,):
+        across = n // 2 - up
+        if min(up, across) < 1:
+            continue
+        half = np.array([across, up]) / 2.0
+        square = places_around(across, up) - half
+        # As seen from its middle, in the shape of the rectangle.
+        seen = off / np.abs(off).max(axis=0) * half
+        shift = middle - half
+        low = np.where(
+            np.abs(shift - np.floor(shift) - 0.5) < _TIE,
+            np.where(middle > size / 2.0 + _TIE, np.floor(shift), np.ceil(shift)),
+            np.round(shift),
+        )
+        aside = float(np.count_nonzero((np.abs(middle - size / 2.0) < _TIE) & (np.abs(low - shift) > _TIE)))
+        for k in range(n) if may_differ else (begin,):
+            apart = float(((np.roll(seen, -k, axis=0) - square) ** 2).sum(axis=1).mean())
+            found = (round(apart + aside, 6), abs(up - q), up, k, low.astype(np.int64))
+            if best is None or found[:4] < best[:4]:
+                best = found
+    assert best is not None
+    return best[3], best[2], n // 2 - best[2], best[4]
+
+
+def _is_round(outline: Outline, loop: int) -> bool:
+    return all(abs(angle - np.pi) <= SMOOTH for angle in outline.angles(outline.loops[loop]))
+
+
 def _hole_corners(outline: Outline, loop: int, places: FloatArray) -> tuple[int, int, int] | None:
     """The hole's node at the lower left of its rectangle, and the segments up and across from there."""
     n, angles = len(places), outline.angles(outline.loops[loop])
     if n % 2:
         return None
-    if all(abs(angle - np.pi) <= SMOOTH for angle in angles):
+    if _is_round(outline, loop):
         off = places - places.mean(axis=0)
         x, y = (off / np.abs(off).max(axis=0)).T
         corners = [int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
@@ -218,8 +259,11 @@ def _hole_corners(outline: Outline, loop: int, places: FloatArray) -> tuple[int,
     return (int(found[0]), sides[0], sides[1]) if sides[:2] == sides[2:] else None
 
 
-def fill_round_core(outline: Outline) -> FaceQuads | None:
-    """Rings around a rectangular core, on a face whose outline has no corners; None where it has some, or holes."""
+def find_round_core(outline: Outline) -> tuple[Chart, int, IntArray] | None:
+    """Rings around a rectangular core, on a face whose outline has no corners; None where it has some, or holes.
+
+    As :func:`find_lattice`.
+    """
     if len(outline.loops) != 1 or outline.grows():
         return None
     n = len(outline.nodes[0])
@@ -234,7 +278,7 @@ def fill_round_core(outline: Outline) -> FaceQuads | None:
     half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
     if not chart.isometric:  # a dome's rim is farther from its middle than it looks from above
         half *= outline.face.area / signed_area(rim)
-    return _relaxed(outline, chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment))))
+    return chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment)))
 
 
 def _turned(rim: FloatArray) -> FloatArray:
@@ -289,15 +333,6 @@ def rectangle(n: int, first: int, p: int) -> IntArray:
     core[0, 1:] = edge[2 * p + q :][::-1]
     core[1:-1, 1:-1] = n + np.arange((p - 1) * (q - 1)).reshape(p - 1, q - 1)
     return core
-
-
-def _relaxed(outline: Outline, chart: Chart, n_inner: int, quads: IntArray) -> FaceQuads:
-    """Quads whose inner nodes stand at the mean of their neighbours in the chart; a curved one's are evened."""
-    rim = np.concatenate(chart.boundary)
-    places = embedded(rim, n_inner, quads)
-    if n_inner and not chart.isometric:
-        places = evened(outline, chart, places, quads)
-    return outline.lift(chart, places[len(rim) :], quads, np.concatenate(outline.nodes))
 
 
 def evened(outline: Outline, chart: Chart, places: FloatArray, quads: IntArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Mirrors of the nodes of an outline in a plane, and the wedge between two of them of which the whole is made.
+"""Mirrors and turns of the nodes of an outline in a plane, and the wedge of which the whole is made.
 
 Place in the flow: :mod:`.symmetric` meshes the wedge and copies it.
 """
@@ -26,7 +26,7 @@ _TURN = 1e-7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Wedge:
-    """A part of the plane between two rays from a centre that mirrors copy all around.
+    """A part of the plane between two rays from a centre that mirrors, or turns alone, copy all around.
 
     Attributes
     ----------
@@ -34,22 +34,27 @@ class Wedge:
     start : float
         Angle of the first ray.
     n : int
-        Half as many copies fill the plane: the angle between the rays is pi / n.
+        Turns that carry the outline to itself, the whole one among them.
+    has_mirrors : bool
+        Whether each ray is a mirror: the angle between them is pi / n then, and 2 pi / n else.
     """
 
     centre: FloatArray
     start: float
     n: int
+    has_mirrors: bool = True
 
     @property
     def angle(self) -> float:
         """Between the two rays."""
-        return np.pi / self.n
+        return (1.0 if self.has_mirrors else 2.0) * np.pi / self.n
 
     def elements(self) -> list[FloatArray]:
         """All rotations and reflections about the centre, (2, 2) matrices, the identity first."""
+        turns = [_rotation(2.0 * np.pi * k / self.n) for k in range(self.n)]
+        if not self.has_mirrors:
+            return turns
         mirror = _reflection(self.start)
-        turns = [_rotation(2.0 * self.angle * k) for k in range(self.n)]
         return [*turns, *(turn @ mirror for turn in turns)]
 
     def carry(self, element: FloatArray, places: FloatArray) -> FloatArray:
@@ -63,35 +68,77 @@ class Wedge:
         return angles, np.linalg.norm(off, axis=1)
 
 
-def find_wedges(loops: Sequence[FloatArray]) -> list[Wedge]:
-    """Wedges between mirrors of an outline's nodes that meet it in nodes only, the smallest first."""
-    points = np.concatenate(loops)
-    size = float(np.max(np.ptp(points, axis=0)))
-    centre = points.mean(axis=0)
-    off = points - centre
-    radius = np.linalg.norm(off, axis=1)
-    if radius.min() < _AT_CENTRE * size:
+def find_wedges(loops: Sequence[FloatArray], *, between: bool = False) -> list[Wedge]:
+    """Wedges between mirrors of an outline's nodes that meet it in nodes only (or `between` them), smallest first."""
+    found = _Nodes.of(loops)
+    if found is None:
         return []
-    classes = np.unique(np.round(radius / (_SAME * size * 100.0)), return_inverse=True)[1].ravel()
-    sizes = np.bincount(classes)
-    group = np.flatnonzero(classes == int(np.argmin(sizes)))
-    if len(group) > _MOST_MIRRORS:
-        return []
-    angles = np.arctan2(off[group, 1], off[group, 0])
-    following = np.concatenate([np.roll(ids, -1) for ids in _ids(loops)])
-    tree = scipy.spatial.cKDTree(off)
     good = []
-    for angle in np.unique(np.mod((angles + angles[0]) / 2.0, np.pi).round(12)):
-        far, image = tree.query(off @ _reflection(angle).T)
+    for angle in np.unique(np.mod((found.angles + found.angles[0]) / 2.0, np.pi).round(12)):
+        image = found.image(_reflection(angle))
+        if image is None:
+            continue
         # Segments go to segments, run backwards; a segment that goes to itself has its middle on the mirror.
-        if far.max() <= _SAME * size and (following[image[following]] == image).all() and (image != following).all():
+        following = found.following
+        if (following[image[following]] == image).all() and (between or (image != following).all()):
             good.append(float(angle))
     wedges = []
     for n in range(len(good), 0, -1):
         beside = [np.mod(start + np.pi / n - np.array(good) + _TURN, np.pi) for start in good]
         starts = [start for start, others in zip(good, beside, strict=True) if (others < 2.0 * _TURN).any()]
-        wedges += [Wedge(centre=centre, start=starts[0], n=n)] if starts else []
+        wedges += [Wedge(centre=found.centre, start=starts[0], n=n)] if starts else []
     return wedges
+
+
+def find_turns(loops: Sequence[FloatArray]) -> Wedge | None:
+    """The wedge that turns copy to all of an outline's nodes, the smallest one; None where only the whole turn does."""
+    found = _Nodes.of(loops)
+    for n in range(0 if found is None else len(found.angles), 1, -1):
+        assert found is not None
+        image = found.image(_rotation(2.0 * np.pi / n))
+        if image is not None and (image[found.following] == found.following[image]).all():
+            return Wedge(centre=found.centre, start=0.0, n=n, has_mirrors=False)
+    return None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Nodes:
+    """Nodes of an outline about their centre, the angles of the fewest at one distance, and the node after each."""
+
+    off: FloatArray
+    centre: FloatArray
+    near: float
+    angles: FloatArray
+    following: IntArray
+    tree: scipy.spatial.cKDTree
+
+    @staticmethod
+    def of(loops: Sequence[FloatArray]) -> _Nodes | None:
+        """None where a node is in the centre, or too many are at one distance."""
+        points = np.concatenate(loops)
+        size = float(np.max(np.ptp(points, axis=0)))
+        centre = points.mean(axis=0)
+        off = points - centre
+        radius = np.linalg.norm(off, axis=1)
+        if radius.min() < _AT_CENTRE * size:
+            return None
+        classes = np.unique(np.round(radius / (_SAME * size * 100.0)), return_inverse=True)[1].ravel()
+        group = np.flatnonzero(classes == int(np.argmin(np.bincount(classes))))
+        if len(group) > _MOST_MIRRORS:
+            return None
+        return _Nodes(
+            off=off,
+            centre=centre,
+            near=_SAME * size,
+            angles=np.arctan2(off[group, 1], off[group, 0]),
+            following=np.concatenate([np.roll(ids, -1) for ids in _ids(loops)]),
+            tree=scipy.spatial.cKDTree(off),
+        )
+
+    def image(self, matrix: FloatArray) -> IntArray | None:
+        """The node that each is carried to; None where one is carried to none."""
+        far, image = self.tree.query(self.off @ matrix.T)
+        return np.asarray(image, dtype=np.int64) if far.max() <= self.near else None
 
 
 def _ids(loops: Sequence[FloatArray]) -> list[IntArray]:

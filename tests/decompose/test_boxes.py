@@ -9,6 +9,15 @@ import numpy as np
 
 from cadsweep import decompose, load
 from cadsweep.cad.edit.boxes import around_features
+from cadsweep.cad.edit.circles import find_outlines
+from cadsweep.cad.edit.cushions import cushion
+from cadsweep.cad.edit.cutting import cut_cell
+from cadsweep.errors import NotSweepableError
+from cadsweep.options import SweepOptions
+from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.decomposing import is_planar, mesh_decomposed
+from cadsweep.pipeline.run import Run, silent
+from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad
 
@@ -48,3 +57,42 @@ def test_cells_beside_the_boxes_are_bricks(cells):
 def test_one_direction_for_all_needs_no_boxes():
     block = cq.Workplane().box(*BLOCK).faces(">Z").workplane().pushPoints([(-10, 0), (10, 0)]).hole(8)
     assert around_features(load(block).solids[0], FLAT) == []
+
+
+OUTLINES = {
+    "triangle": lambda sketch: sketch.polygon(3, 14),
+    "slot": lambda sketch: sketch.slot2D(18, 6),
+}
+
+
+@pytest.mark.parametrize("name", OUTLINES)
+def test_an_outline_of_any_convex_shape_ends_in_a_cushion(name):
+    block = OUTLINES[name](cq.Workplane().box(24, 20, 16).faces(">Z").workplane()).cutBlind(-5)
+    part = load(block)
+    (rim,) = find_outlines(part.solids[0], FLAT)
+    across = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    widths = np.array([[-12.0, 12.0], [-10.0, 10.0]]) / part.scale - (across @ rim.center)[:, None]
+    cells = cut_cell(part, 0, cushion(rim, across, widths, 6.0 / part.scale))
+    assert cells is not None
+    # What is above the floor and below the box, the core, and five cells each between it, the bowl, and the sides.
+    assert len(cells.solids) == 13
+    assert sum(cell.volume for cell in cells.solids) == pytest.approx(part.solids[0].volume, rel=1e-6)
+    ways = [recognise(cell) for cell in cells.solids]
+    assert all(ways)
+    assert make_plan(cells, ways)
+    # The sides of the box know nothing of the outline.
+    for face in (face for cell in cells.solids for face in cell.faces):
+        if abs(face.normal[2]) < 1e-9 and face.known >= 0 and abs(face.center[:2] * part.scale).max() > 9.0:
+            assert len(face.loops[0].edges) == 4
+
+
+def test_planes_that_part_nothing_are_followed_by_boxes():
+    block = cq.Workplane().box(30, 24, 24).faces(">Z").workplane().polygon(6, 12).cutBlind(-6)
+    part = load(block.cut(cq.Workplane("YZ").center(0, -6).polygon(3, 8).extrude(15, both=True)))
+    assert is_planar(part)
+    few = 0.01  # of the budget of a search by planes, which finds nothing then
+    mesh = mesh_decomposed(
+        part, SweepOptions(size=5.0), Run(on_progress=silent), NotSweepableError("no sweep"), share=few
+    )
+    assert mesh.info["quality"].valid
+    assert any("boxes around 2 features" in note for note in mesh.info["notes"])

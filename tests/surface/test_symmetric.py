@@ -66,3 +66,52 @@ def test_one_mirror_is_kept_and_none_is_no_error():
     assert off_mirror(top(cs.sweep_mesh(fish, source="<Z")), 0) < 1e-9
     odd = cq.Workplane().polyline([(0, 0), (10, 7), (25, 1), (12, -4)]).close().extrude(4)
     assert cs.sweep_mesh(odd.faces(">Z").workplane().hole(4), source="<Z").quality().valid
+
+
+def arms(n):
+    part = cq.Workplane().circle(4).extrude(3)
+    for k in range(n):
+        arm = cq.Workplane().center(8, 0).rect(16, 4).extrude(3)
+        part = part.union(arm.rotate((0, 0, 0), (0, 0, 1), 360 * k / n))
+    return part
+
+
+def pinwheel(n):
+    angles = 2 * np.pi * np.arange(n) / n
+    tips, roots = ([(r * np.cos(a), r * np.sin(a)) for a in angles + off] for r, off in ((15, 0), (8, 0.35)))
+    return cq.Workplane().polyline([p for pair in zip(tips, roots, strict=True) for p in pair]).close().extrude(3)
+
+
+def triangle_with_holes():
+    work = cq.Workplane().polygon(3, 30).extrude(3).faces(">Z").workplane(origin=(0, 0, 0))
+    return work.polarArray(7, 0, 360, 3).hole(3)
+
+
+TURNED = {
+    "three arms and a hub": (lambda: arms(3), 3),
+    "five arms and a hub": (lambda: arms(5), 5),
+    "pinwheel, no mirror": (lambda: pinwheel(5), 5),
+    "pinwheel of four": (lambda: pinwheel(4), 4),
+    "octagon": (lambda: cq.Workplane().polygon(8, 20).extrude(3), 8),
+    "triangle with three holes": (triangle_with_holes, 3),
+    "disc with five holes": (lambda: flange(5, 0), 5),
+}
+
+
+@pytest.mark.parametrize("name", TURNED)
+def test_what_turns_carry_to_itself_is_meshed_so(name):
+    make, n = TURNED[name]
+    mesh = cs.sweep_mesh(make(), source="<Z", size=1.0, layers=1)
+    points = top(mesh)
+    c, s = np.cos(2 * np.pi / n), np.sin(2 * np.pi / n)
+    far, _ = cKDTree(points).query(points @ np.array([[c, s], [-s, c]]))
+    assert far.max() < 1e-9 * np.ptp(points)
+    assert mesh.quality().valid
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(2, 2), (3, 1), (3, 2)])
+def test_bolt_holes_in_a_plate_have_both_mirrors(columns, rows):
+    work = cq.Workplane().rect(12 * columns, 12 * rows).extrude(3).faces(">Z").workplane(origin=(0, 0, 0))
+    mesh = cs.sweep_mesh(work.rarray(11, 11, columns, rows).hole(3), source="<Z", size=1.0, layers=1)
+    for angle in (0, np.pi / 2):
+        assert off_mirror(top(mesh), angle) < 1e-9

@@ -18,7 +18,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ...brep import Solid
 from .axial import Cluster, is_across
-from .circles import Rim, find_rims
+from .circles import Rim, find_outlines
 
 CUSHION_WALL = 0.35
 """Material that a box leaves around a cushion, in radii of its circle, where there is room."""
@@ -28,6 +28,8 @@ SHARED = 1.6
 """Material around a cushion, in what it is else, up to which its box reaches a face or a plane that is there."""
 DEPTHS = (0.6, 0.15)
 """Depth of a cushion in radii of its circle, at most and at least."""
+DEEPER = (0.7, 1.1)
+"""Shares of its depth between which a cushion may end on a plane that is there."""
 SHARE = 0.6
 """Share of the gap to the next feature that a cushion takes, at most."""
 TIGHT = 1e-6
@@ -156,7 +158,7 @@ def apart(sites: Sequence[Site], tight: float) -> list[Site]:
 def carried(block: Block, sites: Sequence[Site], fixed: Sequence[Site]) -> list[Site] | None:
     """Blind features carried on along their ways to where the part ends, or to a cushion; None where neither goes."""
     done: list[Site] = []
-    rims = find_rims(block.solid, block.flat)
+    rims = find_outlines(block.solid, block.flat)
     for j, site in enumerate(sites):
         others = [*done, *sites[j + 1 :], *fixed]
         own: Site | None = site
@@ -241,7 +243,8 @@ class Levels:
 def with_walls(block: Block, sites: Sequence[Site], fixed: Sequence[Site], levels: Levels) -> list[Site] | None:
     """Boxes with material around their features; None where two of them would overlap."""
     grown = list(sites)
-    for j, site in enumerate(sites):
+    for j, one in enumerate(sites):
+        site = _levelled(block, one, levels)
         low, high = site.low.copy(), site.high.copy()
         for axis in range(3):
             for sign, side in ((-1, low), (1, high)):
@@ -263,6 +266,19 @@ def with_walls(block: Block, sites: Sequence[Site], fixed: Sequence[Site], level
     return grown
 
 
+def _levelled(block: Block, site: Site, levels: Levels) -> Site:
+    """A cushion that ends on a plane that is there already, where one is near its end: nothing thin is left between."""
+    if site.cushion is None:
+        return site
+    rim, depth = site.cushion
+    start = float(rim.center @ block.normals[site.way])
+    least, most = (start + share * site.down * depth for share in DEEPER)
+    level = levels.near(site.way, least, most)
+    if level is None:
+        return site
+    return replace(_reaching(site, site.down, level), cushion=(rim, abs(level - start)))
+
+
 def _side(
     levels: Levels, site: Site, axis: int, sign: int, *, boxes: Sequence[Site], features: Sequence[Site]
 ) -> float:
@@ -274,16 +290,19 @@ def _side(
     def beside(low: FloatArray, high: FloatArray) -> bool:
         return all(min(site.high[a], high[a]) - max(site.low[a], low[a]) > -block.tight for a in across)
 
-    def nearest(ends: Iterable[float]) -> float:
+    def nearest(ends: Iterable[float], beyond: float = -block.tight) -> float:
         gaps = [sign * (end - start) for end in ends]
-        return min((gap for gap in gaps if gap > -block.tight), default=np.inf)
+        return min((gap for gap in gaps if gap > beyond), default=np.inf)
 
     def ends(others: Sequence[Site]) -> Iterator[float]:
         return (float((o.low if sign > 0 else o.high)[axis]) for o in others if beside(o.low, o.high))
 
     # Round features may reach beyond all corners of the part.
     end = max(sign * start, sign * float((block.low if sign < 0 else block.high)[axis])) * sign
-    face = nearest([end, *(level for a, level, low, high in block.planes if a == axis and beside(low, high))])
+    # A cushion needs material beside the plane walls of its own feature.
+    least = -block.tight if site.cushion is None else block.tight
+    levels_of_faces = (level for a, level, low, high in block.planes if a == axis and beside(low, high))
+    face = nearest([end, *levels_of_faces], least)
     box, feature = nearest(ends(boxes)), nearest(ends(features))
     known = levels.near(axis, start + LEAST_SHARE * sign * feature, start + (1.0 - LEAST_SHARE) * sign * feature)
     half = 0.5 * feature if known is None or not np.isfinite(feature) else sign * (known - start)

@@ -172,7 +172,8 @@ def _inside(block: Block, site: Site) -> list[Any] | None:
         across = [a for a in range(3) if a != site.way]
         center = block.normals @ rim.center
         widths = np.array([[site.low[a] - center[a], site.high[a] - center[a]] for a in across])
-        shares = np.abs(widths) / rim.radius
+        out = np.array([sign * block.normals[a] for a in across for sign in (-1.0, 1.0)])
+        shares = np.abs(widths) / rim.reach(out).reshape(2, 2)
         if shares.min() < LEAST_WIDTH or shares.max() > WIDEST + 0.5:
             return None
         directions = block.normals[across]

@@ -1,6 +1,9 @@
-"""Whole circles at which a solid is re-entrant, or that are imprinted on its plane faces: floors of holes, bosses.
+"""Outlines at which a solid is re-entrant, or that are imprinted on its plane faces: floors of holes, bosses.
 
 Place in the flow: :mod:`.blind` and :mod:`.cushions` put cells under them.
+
+Method: a whole circle is known by its centre and radius; any other outline counts where lines and arcs of it run
+around its middle without a notch: round-ended slots, pockets with rounded corners, hexagons, triangles.
 """
 
 from __future__ import annotations
@@ -25,9 +28,27 @@ ROUND = 1e-3
 IsInside = Callable[[FloatArray], bool]
 
 
+MOST_EDGES = 12
+"""Edges of an outline that is no circle."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rim:
-    """A whole circle on a plane face, the material on the other side of the face."""
+    """A whole circle, or another outline, on a plane face, the material on the other side of the face.
+
+    Attributes
+    ----------
+    center, normal : (3,) float64
+    radius : float
+        Of an outline that is no circle: the least distance from its middle.
+    start : (3,) float64
+        A point of it.
+    length : float
+    face : Face
+    edges : tuple of (Edge, bool)
+        The edges, one after the other counterclockwise about the normal, each with whether it runs that way; none
+        for a circle.
+    """
 
     center: FloatArray
     normal: FloatArray
@@ -35,6 +56,15 @@ class Rim:
     start: FloatArray
     length: float
     face: Face
+    edges: tuple[tuple[Edge, bool], ...] = ()
+
+    def reach(self, directions: FloatArray) -> FloatArray:
+        """How far it reaches (m,) along directions (m, 3), from its middle."""
+        if not self.edges:
+            return np.full(len(directions), self.radius)
+        points = np.concatenate([edge.curve.evaluate(np.linspace(0.0, 1.0, 17)) for edge, _ in self.edges])
+        found: FloatArray = ((points - self.center) @ np.transpose(directions)).max(axis=0)
+        return found
 
 
 def find_rims(solid: Solid, flat: float) -> list[Rim]:
@@ -46,6 +76,44 @@ def find_rims(solid: Solid, flat: float) -> list[Rim]:
         Radians from pi up to which two faces at an edge are one surface.
     """
     return sorted(_rims(solid, flat), key=lambda rim: -rim.radius)
+
+
+def find_outlines(solid: Solid, flat: float) -> list[Rim]:
+    """The circles, and after them all other outlines that run around their middles without a notch."""
+    return [*find_rims(solid, flat), *_outlines(solid, flat)]
+
+
+def _outlines(solid: Solid, flat: float) -> Iterator[Rim]:
+    for face in solid.faces:
+        if face.kind != "plane":
+            continue
+        for number, loop in enumerate(face.loops):
+            edges = [solid.edges[e] for e in loop.edges]
+            kinds = {edge.kind for edge in edges}
+            if kinds == {"circle"} or not kinds <= {"line", "circle"} or not 3 <= len(edges) <= MOST_EDGES:
+                continue
+            if any(edge.dihedral < pi - flat for edge in edges):
+                continue
+            directed = list(loop.directed)
+            if number:  # the outline of a hole in a face runs the other way
+                directed = [(e, not forward) for e, forward in reversed(directed)]
+            points = np.concatenate([
+                solid.edges[e].curve.evaluate(np.linspace(0.0, 1.0, 17) if forward else np.linspace(1.0, 0.0, 17))
+                for e, forward in directed
+            ])  # fmt: skip
+            steps = np.roll(points, -1, axis=0) - points
+            steps = steps[np.linalg.norm(steps, axis=1) > SAME * solid.size]
+            # Convex: it turns to the left everywhere, and the middle is inside.
+            turns = np.cross(steps, np.roll(steps, -1, axis=0)) @ face.normal
+            if turns.min() < -SAME * solid.size**2:
+                continue
+            lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+            center = np.average(0.5 * (points + np.roll(points, -1, axis=0)), axis=0, weights=lengths)
+            yield Rim(
+                center=center, normal=face.normal, radius=float(np.linalg.norm(points - center, axis=1).min()),
+                start=points[0], length=float(lengths.sum()), face=face,
+                edges=tuple((solid.edges[e], forward) for e, forward in directed),
+            )  # fmt: skip
 
 
 def inside_of(solid: Solid) -> IsInside:
@@ -90,4 +158,4 @@ def _circle(edges: Sequence[Edge]) -> tuple[FloatArray, float] | None:
     return (center, radius) if off < ROUND * radius else None
 
 
-__all__ = ["Rim", "find_rims", "inside_of"]
+__all__ = ["Rim", "find_outlines", "find_rims", "inside_of"]

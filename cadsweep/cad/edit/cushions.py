@@ -1,4 +1,4 @@
-"""A box of eleven cells under a circle, so that outside of it every face is a plain rectangle.
+"""A box of eleven cells under a circle or another outline, so that outside of it every face is a plain rectangle.
 
 Place in the flow: candidates of :mod:`.cutters`. The circle at the floor of a hole, or under a boss, divides whatever
 is swept through it, and with it every cell beyond, where other features ask for other divisions. In the box it ends::
@@ -13,14 +13,19 @@ is swept through it, and with it every cell beyond, where other features ask for
 Each cutter carries two sides of the box on through the cell, one pair or the other: between these it has one and the
 same section, and can be swept from one to the other.
 
-Not handled: circles that are not whole, holes that go on below the circle, and where the box would not lie well inside.
+Any outline that runs around its middle without a notch has such cells, too: a corner of it goes to each corner of the
+box, and what is between two of them is one side of the bowl, of as many faces as it has edges.
+
+Not handled: circles that are not whole, outlines with notches, holes that go on below, and where the box would not lie
+well inside.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -52,9 +57,19 @@ SQUARE = 1e-6
 """Cosine of two directions that are square to each other."""
 
 
+SNAP = 0.44
+"""Radians between the directions of a corner of the box and of a corner of an outline, up to which they are joined."""
+PLANE = 1e-9
+"""Distance of a corner from the plane of three others, as a share of their distances, up to which a face is plane."""
+CORNER, WIDE = 0.2, 2.0
+"""Radians by which an outline turns at a corner, at least, and along an arc that is divided twice."""
+Chain = list[tuple[Any, float]]
+"""Pieces of an outline from one corner to the next, each with the share of the way at which it ends."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Box:
-    """Corners (4, 3) by level, in one order around the axis."""
+    """Corners (4, 3) by level, in one order around the axis, and the four pieces of the outline between them."""
 
     rim: FloatArray
     top: FloatArray
@@ -62,25 +77,27 @@ class _Box:
     bowl: FloatArray
     core: FloatArray
     core_bottom: FloatArray
-    middles: FloatArray
+    chains: Sequence[Chain]
 
     def tools(self) -> list[Any]:
         """The faces between its eleven cells, and around them."""
         out = [_polygon(corners) for corners in (self.top, self.bottom, self.bowl, self.core_bottom)]
         for i in range(4):
             j = (i + 1) % 4
-            spoke = (self.core[i], self.top[i], self.bottom[i], self.bowl[i], self.core_bottom[i])
-            out.append(_polygon(spoke))
+            out.append(_polygon((self.core[i], self.rim[i], self.bowl[i], self.core_bottom[i])))
+            out.append(_quad(self.rim[i], self.top[i], self.bottom[i], self.bowl[i]))
             for upper, lower in (
                 (self.top, self.bottom),
                 (self.bowl, self.bottom),
                 (self.core, self.core_bottom),
                 (self.core_bottom, self.bowl),
             ):
-                out.append(_polygon((upper[i], upper[j], lower[j], lower[i])))
-            arc = GC_MakeArcOfCircle(_point(self.rim[i]), _point(self.middles[i]), _point(self.rim[j])).Value()
-            line = BRepBuilderAPI_MakeEdge(_point(self.bowl[i]), _point(self.bowl[j])).Edge()
-            out.append(BRepFill.Face_s(BRepBuilderAPI_MakeEdge(arc).Edge(), line))
+                out.append(_quad(upper[i], upper[j], lower[j], lower[i]))
+            begin = self.bowl[i]
+            for piece, share in self.chains[i]:
+                end = self.bowl[i] + share * (self.bowl[j] - self.bowl[i])
+                out.append(BRepFill.Face_s(piece, BRepBuilderAPI_MakeEdge(_point(begin), _point(end)).Edge()))
+                begin = end
         return out
 
 
@@ -176,25 +193,140 @@ def _box(rim: Rim, across: FloatArray, widths: FloatArray, depth: float) -> _Box
     (left, right), (low, high) = widths
     corners = np.array([(right, high), (left, high), (left, low), (right, low)]) @ across
     reach = np.linalg.norm(corners, axis=1)
-    out = corners / reach[:, None]
-    middles = out + np.roll(out, -1, axis=0)
-    middles /= np.linalg.norm(middles, axis=1)[:, None]
-    # Floors of box, bowl and core are of one shape, so that the faces between their sides are planes.
-    bowl = BOWL * rim.radius / reach.max()
+    if rim.edges:
+        on_rim, chains = _along(rim, across)
+        inner = BOWL * (on_rim - rim.center)
+    else:
+        out = corners / reach[:, None]
+        on_rim, chains = rim.center + rim.radius * out, _arcs(rim, out)
+        # Floors of box, bowl and core are of one shape, so that the faces between their sides are planes.
+        inner = BOWL * rim.radius / reach.max() * corners
 
     def level(places: FloatArray, below: float) -> FloatArray:
         found: FloatArray = rim.center + places - below * rim.normal
         return found
 
     return _Box(
-        rim=level(rim.radius * out, 0.0),
+        rim=on_rim,
         top=level(corners, 0.0),
         bottom=level(corners, depth),
-        bowl=level(bowl * corners, BOWL_DEPTH * depth),
-        core=level(CORE * bowl * corners, 0.0),
-        core_bottom=level(0.9 * CORE * bowl * corners, CORE_DEPTH * depth),
-        middles=level(rim.radius * middles, 0.0),
+        bowl=level(inner, BOWL_DEPTH * depth),
+        core=level(CORE * inner, 0.0),
+        core_bottom=level(0.9 * CORE * inner, CORE_DEPTH * depth),
+        chains=chains,
     )
+
+
+def _arcs(rim: Rim, out: FloatArray) -> list[Chain]:
+    """The four arcs of a circle between directions (4, 3)."""
+    middles = out + np.roll(out, -1, axis=0)
+    middles /= np.linalg.norm(middles, axis=1)[:, None]
+    ends = [_point(rim.center + rim.radius * way) for way in out]
+    tops = [_point(rim.center + rim.radius * way) for way in middles]
+    arcs = [GC_MakeArcOfCircle(ends[i], tops[i], ends[(i + 1) % 4]).Value() for i in range(4)]
+    return [[(BRepBuilderAPI_MakeEdge(arc).Edge(), 1.0)] for arc in arcs]
+
+
+def _along(rim: Rim, across: FloatArray) -> tuple[FloatArray, list[Chain]]:
+    """Points (4, 3) of an outline towards the corners of a box, and its pieces between them.
+
+    What is long is seen as square. A corner of the outline, or the middle of a rounded one, is taken where one lies in
+    about the direction of the box's, so that no short edge is left.
+    """
+    extents = np.maximum(rim.reach(across), rim.reach(-across))
+    at = np.linspace(0.0, 1.0, 65)
+
+    def angles(points: FloatArray) -> FloatArray:
+        x, y = ((points - rim.center) @ across.T / extents).T
+        found: FloatArray = np.arctan2(y, x)
+        return found
+
+    def turned(angle: FloatArray) -> FloatArray:
+        return np.angle(np.exp(1j * angle))
+
+    marks = list(_marks(rim))
+    seen = angles(np.array([_on(rim, k, share) for k, share in marks]))
+    places: list[tuple[int, float]] = []
+    for way in (0.25 * pi, 0.75 * pi, -0.75 * pi, -0.25 * pi):
+        off = np.abs(turned(seen - way))
+        j = int(off.argmin())
+        if off[j] < SNAP and marks[j] not in places:
+            places.append(marks[j])
+            continue
+        for k, (edge, forward) in enumerate(rim.edges):
+            span = turned(angles(edge.curve.evaluate(at if forward else at[::-1])) - way)
+            if span[0] <= 0.0 < span[-1] and span[-1] - span[0] < pi:
+                places.append((k, float(np.interp(0.0, span, at))))
+                break
+        else:
+            raise AssertionError("an outline without a notch is met by every ray from its middle")
+    return np.array([_on(rim, *place) for place in places]), [
+        _pieces(rim, places[i], places[(i + 1) % 4]) for i in range(4)
+    ]
+
+
+def _marks(rim: Rim) -> Iterator[tuple[int, float]]:
+    """Where an outline is best divided, as number of the edge and share of it: at corners, and on its arcs."""
+    ends = [np.diff(edge.curve.evaluate(np.array([0.0, 1e-3, 1.0 - 1e-3, 1.0])), axis=0)[::2] for edge, _ in rim.edges]
+    tangents = [
+        (first, last) if forward else (-last, -first)
+        for (first, last), (_, forward) in zip(ends, rim.edges, strict=True)
+    ]
+    for k, (begin, end) in enumerate(tangents):
+        if _turn(tangents[k - 1][1], begin) > CORNER:
+            yield k, 0.0
+        turn = _turn(begin, end)
+        if turn > CORNER:
+            yield from [(k, 0.25), (k, 0.75)] if turn > WIDE else [(k, 0.5)]
+
+
+def _turn(one: FloatArray, other: FloatArray) -> float:
+    cosine = float(one @ other) / float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _on(rim: Rim, k: int, share: float) -> FloatArray:
+    edge, forward = rim.edges[k]
+    point: FloatArray = edge.curve.evaluate(np.array([share if forward else 1.0 - share]))[0]
+    return point
+
+
+def _pieces(rim: Rim, begin: tuple[int, float], end: tuple[int, float]) -> Chain:
+    """Edges along an outline from one place to another."""
+    cuts = [begin]
+    k = begin[0]
+    while True:
+        last = k == end[0] and (end[1] > cuts[-1][1] or len(cuts) > 1)
+        stop = end[1] if last else 1.0
+        if stop > cuts[-1][1] + 1e-9 or not last:
+            cuts.append((k, stop))
+        if last:
+            break
+        k = (k + 1) % len(rim.edges)
+        cuts.append((k, 0.0))
+        if (k, 0.0) == end:
+            break
+    pieces: list[tuple[Any, float]] = []
+    for (i, low), (j, high) in pairwise(cuts):
+        if i == j and high > low:
+            a, middle, b = (_on(rim, i, share) for share in (low, 0.5 * (low + high), high))
+            if rim.edges[i][0].kind == "line":
+                made = BRepBuilderAPI_MakeEdge(_point(a), _point(b)).Edge()
+            else:
+                arc = GC_MakeArcOfCircle(_point(a), _point(middle), _point(b)).Value()
+                made = BRepBuilderAPI_MakeEdge(arc).Edge()
+            pieces.append((made, (high - low) * rim.edges[i][0].length))
+    ends = np.cumsum([length for _, length in pieces])
+    return [(made, float(e / ends[-1])) for (made, _), e in zip(pieces, ends, strict=True)]
+
+
+def _quad(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Any:
+    """A face between four corners: plane where they are, else ruled from `ab` to `dc`."""
+    normal = np.cross(c - a, b - d)
+    if abs(float((b - a) @ normal)) <= PLANE * float(np.linalg.norm(normal)) * float(np.linalg.norm(c - a)):
+        return _polygon((a, b, c, d))
+    lines = (BRepBuilderAPI_MakeEdge(_point(p), _point(q)).Edge() for p, q in ((a, b), (d, c)))
+    return BRepFill.Face_s(*lines)
 
 
 def _fits(rim: Rim, across: FloatArray, widths: FloatArray, depth: float, is_inside: IsInside) -> bool:
