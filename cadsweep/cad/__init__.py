@@ -168,8 +168,8 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
     return find(solid, coincident=coincident)
 
 
-def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Sequence[Cutter]":
-    """List surfaces that may part a cell (:func:`cadsweep.cad.edit.cutters.find_cutters`)."""
+def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Iterator[Cutter]":
+    """Surfaces that may part a cell (:func:`cadsweep.cad.edit.cutters.find_cutters`)."""
     from .edit.cutters import find_cutters as find
 
     return find(part, cell, faces)

@@ -144,12 +144,23 @@ def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
     return np.array(box.Get()).reshape(2, 3)
 
 
+FINE = 1e-6
+"""Share up to which OpenCASCADE refines its integral over a face, for :func:`fine_volume`."""
+
+
 def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
     """Volume and centroid (3,) of a solid, by OpenCASCADE."""
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)
     center = properties.CentreOfMass()
     return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
+
+
+def fine_volume(shape: Any) -> float:
+    """Volume of a solid to a share of :data:`FINE` of each face's, some 0.1 s where faces are curved."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, FINE, False, False)
+    return abs(float(properties.Mass()))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import heapq
 import logging
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -94,7 +94,7 @@ class Tools:
 
     recognise: Callable[[Solid], list[Fill]]
     make_plan: Callable[[Part, list[list[Fill]]], Any]
-    find_cutters: Callable[[Part, int, Sequence[int]], Sequence[Cutter]]
+    find_cutters: Callable[[Part, int, Sequence[int]], Iterable[Cutter]]
     split: Callable[[Part, int, Any, Sequence[int]], Parted | None]
     on_progress: Callable[[int], None] = lambda n: None
     is_late: Callable[[], bool] = lambda: False

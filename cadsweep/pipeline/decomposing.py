@@ -7,7 +7,7 @@ mesh does well is taken, and of several that do worse the best.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -120,7 +120,7 @@ def _boxed(part: Part, options: SweepOptions, run: Run) -> AnyMesh | None:
     if not boxes:
         return None
 
-    def find_cutters(now: Part, cell: int, faces: Sequence[int]) -> Sequence[cad.Cutter]:
+    def find_cutters(now: Part, cell: int, faces: Sequence[int]) -> Iterable[cad.Cutter]:
         return boxes if now is part else cad.find_cutters(now, cell, faces)
 
     with run.stage("decomposition"):

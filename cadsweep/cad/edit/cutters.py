@@ -9,8 +9,9 @@ What belongs together is tried together first: all floors across one direction, 
 A neighbour's faces at such an edge are extended, too: an arm that ends on a round post imprints a patch on its one
 side, and the post gives no surface there that would part it.
 
-Planes through the middle of round faces (:mod:`.central`) come first where those end in a point, else last; planes at
-crossings (:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
+What goes across the axis of a turned body is parted first, all at once (:mod:`.strips`). Planes through the middle of
+round faces (:mod:`.central`) come next where those end in a point, else last; planes at crossings (:mod:`.crossings`)
+before what faces give, cones under circles (:mod:`.blind`) after it.
 
 Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
 """
@@ -38,6 +39,7 @@ from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
 from .regions import into_boxes
+from .strips import along_features
 
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface: OpenCASCADE's own tangency is about 1e-4."""
@@ -72,8 +74,8 @@ def extended_face(solid: Solid, face: int) -> tuple[Any, ...]:
     return () if made is None else made.tools
 
 
-def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> list[Cutter]:
-    """List what may part a cell, the most promising first.
+def find_cutters(part: Part, cell: int, faces: Collection[int] = ()) -> Iterator[Cutter]:
+    """What may part a cell, the most promising first; the others are made when they are asked for.
 
     Parameters
     ----------
@@ -107,8 +109,11 @@ class _Cutters:
         self.faces = faces
         self.found: dict[tuple[float, ...], _Found] = {}
 
-    def all(self) -> list[Cutter]:
-        """Planes between holes that go different ways, then batches, then single ones by the edges they resolve."""
+    def all(self) -> Iterator[Cutter]:
+        """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
+        is_whole = all(face.key for face in self.solid.faces)
+        if is_whole:
+            yield from along_features(self.solid, FLAT)
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
@@ -135,14 +140,14 @@ class _Cutters:
         closed = [*under_rims(self.solid, FLAT), *under_circles(self.solid, FLAT)]
         parted, is_well = into_boxes(self.solid, FLAT)
         boxes = [*self.between(), *parted]
-        if all(face.key for face in self.solid.faces):
+        if is_whole:
             around = around_features(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
         first = [*through_centers(self.solid), *boxes, *at_crossings(self.solid)]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
-        return [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
+        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""

@@ -1,0 +1,69 @@
+"""What goes across the axis of a turned body is parted by strips, rings and levels into cells that all agree."""
+
+import pytest
+
+pytest.importorskip("cadquery")
+
+import cadquery as cq
+
+from cadsweep import load
+from cadsweep.cad.edit.cutting import cut_cell
+from cadsweep.cad.edit.strips import along_features
+from cadsweep.pipeline.complexes import recognise
+from cadsweep.plan import make_plan
+
+pytestmark = pytest.mark.cad
+
+FLAT = 1e-4
+
+
+def rod(radius, length, *, start=0.0):
+    return cq.Workplane(origin=(0, 0, start)).circle(radius).extrude(length)
+
+
+def drilled(radius, z, *, plane="YZ"):
+    return cq.Workplane(plane).center(0, z).circle(radius).extrude(50, both=True)
+
+
+def keyway(width, length, floor, z):
+    return cq.Workplane("YZ", origin=(floor, 0, 0)).center(0, z).slot2D(length, width, 90).extrude(50)
+
+
+def piston():
+    groove = rod(40, 4, start=50).cut(rod(31, 4, start=50))
+    return rod(35, 60).cut(rod(26, 46)).cut(groove).cut(drilled(9, 24))
+
+
+def keyed_and_drilled():
+    """A hole across, and a keyway square to it."""
+    shaft = rod(16, 30).union(rod(12, 55, start=30))
+    return shaft.cut(keyway(6, 24, 8.5, 62)).cut(drilled(4, 14, plane="XZ"))
+
+
+def drilled_sleeve():
+    """The hole lies within faces, on which OpenCASCADE's quick integrals are not exact."""
+    return rod(18, 80).cut(rod(11, 80)).cut(drilled(4, 25)).cut(drilled(4, 55))
+
+
+@pytest.mark.parametrize("make", [piston, keyed_and_drilled, drilled_sleeve])
+def test_all_cells_sweep_and_agree_without_a_search(make):
+    part = load(make())
+    (cutter,) = along_features(part.solids[0], FLAT)
+    cells = cut_cell(part, 0, cutter.tools)
+    plan = make_plan(cells, [recognise(cell) for cell in cells.solids])
+    assert sorted(plan.order) == list(range(len(cells.solids)))
+    assert sum(cell.volume for cell in cells.solids) == pytest.approx(part.solids[0].volume, rel=1e-5)
+
+
+def test_nothing_is_parted_where_nothing_goes_across_or_there_is_no_room():
+    wide = rod(10, 40).cut(drilled(9.5, 20))
+    assert all(along_features(load(body).solids[0], FLAT) == [] for body in (rod(10, 40), wide))
+
+
+def test_faces_divided_next_to_one_point_share_it(tmp_path):
+    """The wall of the hole and the rod's are divided where they meet: one vertex, no edge of no length."""
+    groove = rod(40, 2.5, start=48).cut(rod(32, 2.5, start=48))
+    hole = cq.Workplane(cq.Solid.makeCylinder(9, 100, cq.Vector(-50, 0, 28), cq.Vector(1, 0, 0)))
+    cq.exporters.export(rod(35, 60).cut(groove).cut(hole), str(tmp_path / "drilled.step"))
+    (solid,) = load(tmp_path / "drilled.step").solids
+    assert min(edge.length for edge in solid.edges) > 1.0
