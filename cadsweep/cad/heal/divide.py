@@ -33,6 +33,7 @@ from OCP.TopLoc import TopLoc_Location
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
 from ..shapes import EDGE, FACE, VERTEX, explore, index_map, mapped, space_range, subshapes
+from .crowded import is_valid_apart
 from .tracing import Traced
 from .validate import place
 
@@ -127,6 +128,8 @@ def _mend(traced: Traced, old_faces: Any) -> None:
 
 def _is_sound(face: Any) -> bool:
     """Whether OpenCASCADE finds no fault with a face as a whole, such as wires that do not bound it."""
+    if is_valid_apart(face):
+        return True
     checked = BRepCheck_Analyzer(face)
     return checked.IsValid() or all(s == BRepCheck_Status.BRepCheck_NoError for s in checked.Result(face).Status())
 

@@ -22,6 +22,7 @@ from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, bounds, space_range, subshapes
+from .crowded import is_valid_apart
 
 MOST = 1e15
 """Greatest coordinate that is believed; OpenCASCADE takes 1e100 for infinite."""
@@ -127,6 +128,8 @@ def place(edge: Any) -> str:
 
 def faults(shape: Any) -> list[str]:
     """What OpenCASCADE's own check finds wrong with the shape and its parts, harmless findings left out."""
+    if is_valid_apart(shape):
+        return []
     analyzer = BRepCheck_Analyzer(shape)
     if analyzer.IsValid():
         return []

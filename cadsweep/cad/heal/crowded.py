@@ -1,0 +1,128 @@
+"""Plane faces of many holes checked in time that grows with their number.
+
+OpenCASCADE's check of a face intersects all pairs of its wires, and looks for each wire which of the others it lies in:
+seconds for a thousand holes. Holes whose boxes are apart cannot meet, nor lie in each other.
+
+Place in the flow: :mod:`.validate` and :mod:`.divide` ask here first, and OpenCASCADE where this finds nothing sure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.BRepCheck import BRepCheck_Analyzer, BRepCheck_Shell, BRepCheck_Status
+from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
+from OCP.Geom import Geom_Plane
+from OCP.gp import gp_Trsf
+from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopLoc import TopLoc_Location
+
+from ...arrays import FloatArray
+from ...polygons import is_inside
+from ..shapes import EDGE, FACE, SHELL, WIRE, explore, subshapes, typed
+
+MANY = 32
+"""Wires of a face from which on pairs of them take longer than what is done here."""
+_FINE = BRepCheck_Status.BRepCheck_NoError
+_SAMPLES = 9
+"""Points of an edge by which the course of a wire is judged."""
+
+
+def is_valid_apart(shape: Any) -> bool:
+    """Whether a shape is sure to be valid, though it has plane faces of many holes; False where that cannot be told."""
+    faces = subshapes(shape, FACE)
+    crowded = [face for face in faces if _is_crowded(face)]
+    if not crowded or not all(_are_apart(face) for face in crowded):
+        return False
+    shells = [BRepCheck_Shell(shell) for shell in subshapes(shape, SHELL)]
+    if any(status != _FINE for shell in shells for status in (shell.Closed(), shell.Orientation())):
+        return False
+    others = (face for face in faces if not any(face.IsSame(own) for own in crowded))
+    return len(shells) <= 1 and all(BRepCheck_Analyzer(face).IsValid() for face in others)
+
+
+def _is_crowded(face: Any) -> bool:
+    return isinstance(BRep_Tool.Surface_s(face), Geom_Plane) and len(subshapes(face, WIRE)) >= MANY
+
+
+def _are_apart(face: Any) -> bool:
+    """Whether the wires of a plane face are sound each by itself, and the holes lie inside and away from each other."""
+    plane = BRep_Tool.Surface_s(face)
+    outer = BRepTools.OuterWire_s(face)
+    wires = subshapes(face, WIRE)
+    holes = [wire for wire in wires if not wire.IsSame(outer)]
+    position = plane.Pln().Position()
+    frame = np.array([_row(position.XDirection()), _row(position.YDirection())])
+    upright = gp_Trsf()
+    upright.SetTransformation(position)
+    there = TopLoc_Location(upright)
+    low, high = _boxes([wire.Moved(there) for wire in holes])
+    rim_low, rim_high = _boxes([edge.Moved(there) for edge in explore(outer, EDGE)])
+    origin = frame @ _row(position.Location())
+    if _meet(low, high, rim_low, rim_high).any() or np.count_nonzero(_meet(low, high, low, high)) > len(holes):
+        return False
+    course = _course(outer, face) @ frame.T - origin
+    if not is_inside([course], (low + high) / 2.0).all():
+        return False
+    areas = [_area(course), *(_area(_course(wire, face) @ frame.T) for wire in holes)]
+    if any(area * areas[0] >= 0.0 for area in areas[1:]):
+        return False
+    return all(_is_sound_alone(plane, wire, area) for wire, area in zip((outer, *holes), areas, strict=True))
+
+
+def _is_sound_alone(plane: Any, wire: Any, area: float) -> bool:
+    """Whether a wire bounds a face by itself, turned so that this lies inside of it."""
+    maker = BRepBuilderAPI_MakeFace(plane.Pln(), typed(wire if area > 0.0 else wire.Reversed(), WIRE), False)
+    return bool(maker.IsDone() and BRepCheck_Analyzer(maker.Face()).IsValid())
+
+
+def _meet(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> np.ndarray:
+    """Which boxes (m, n) of two rows of them have something in common."""
+    return np.asarray(
+        ((low[:, None] <= other_high[None]) & (high[:, None] >= other_low[None])).all(axis=2), dtype=np.bool_
+    )
+
+
+def _boxes(shapes: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
+    """Least and greatest coordinates (m, 2) of shapes of the plane z = 0."""
+    found = []
+    for shape in shapes:
+        box = Bnd_Box()
+        BRepBndLib.Add_s(shape, box)
+        found.append(box.Get())
+    ends = np.array(found)
+    return ends[:, :2], ends[:, 3:5]
+
+
+def _course(wire: Any, face: Any) -> FloatArray:
+    """Points (m, 3) along a wire, in its direction."""
+    points = []
+    walk = BRepTools_WireExplorer(typed(wire, WIRE), typed(face, FACE))
+    while walk.More():
+        edge = walk.Current()
+        curve = BRepAdaptor_Curve(edge)
+        at = np.linspace(curve.FirstParameter(), curve.LastParameter(), _SAMPLES)[:-1]
+        if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            at = np.linspace(curve.LastParameter(), curve.FirstParameter(), _SAMPLES)[:-1]
+        points += [_row(curve.Value(t)) for t in at.tolist()]
+        walk.Next()
+    return np.array(points)
+
+
+def _area(course: FloatArray) -> float:
+    x, y = course.T
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0)
+
+
+def _row(point: Any) -> FloatArray:
+    return np.array([point.X(), point.Y(), point.Z()])
+
+
+__all__ = ["is_valid_apart"]
