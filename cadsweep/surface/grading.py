@@ -39,13 +39,14 @@ def graded_fractions(n: int, *, start: float = 1.0, end: float = 1.0) -> FloatAr
     Parameters
     ----------
     start, end : float
-        Length of the longest segment that there could be over that at the start, and at the end. With one of them 1
-        the row is geometric from end to end.
+        Length of the longest segment over that at the start, and at the end. With one of them 1 the row is geometric
+        from end to end; with neither, an even number of segments has two longest ones in the middle.
     """
     at = np.linspace(0.0, 1.0, n) if n > 1 else np.zeros(1)
     knots, logs = ([0.0, 1.0], [-np.log(start), -np.log(end)])
     if start != 1.0 and end != 1.0:
-        knots, logs = [0.0, 0.5, 1.0], [logs[0], 0.0, logs[1]]
+        middle = 0.5 if n % 2 or n < 4 else (n / 2 - 1) / (n - 1)
+        knots, logs = [0.0, middle, 1.0 - middle, 1.0], [logs[0], 0.0, 0.0, logs[1]]
     return _fractions(np.exp(np.interp(at, knots, logs)))
 
 

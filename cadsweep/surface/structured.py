@@ -207,15 +207,19 @@ def _placed(
     middle = own.mean(axis=0)
     off = own - middle
     n = len(own)
-    best: tuple[float, int, int, int, IntArray] | None = None
-    for up in (q, q - 1, q + 1) if may_differ else (q,):
+    best: tuple[float, float, int, int, IntArray] | None = None
+    extents = np.abs(off).max(axis=0)
+    # Holes that are alike have the same choice, whatever rounding made of their corners.
+    wanted = n / 2.0 * float(extents[1] / extents.sum()) if may_differ else float(q)
+    first, last = int(np.ceil(wanted - 1.0 - _TIE)), int(np.floor(wanted + 1.0 + _TIE))
+    for up in range(first, last + 1) if may_differ else (q,):
         across = n // 2 - up
         if min(up, across) < 1:
             continue
         half = np.array([across, up]) / 2.0
         square = places_around(across, up) - half
         # As seen from its middle, in the shape of the rectangle.
-        seen = off / np.abs(off).max(axis=0) * half
+        seen = off / extents * half
         shift = middle - half
         low = np.where(
             np.abs(shift - np.floor(shift) - 0.5) < _TIE,
@@ -225,7 +229,7 @@ def _placed(
         aside = float(np.count_nonzero((np.abs(middle - size / 2.0) < _TIE) & (np.abs(low - shift) > _TIE)))
         for k in range(n) if may_differ else (begin,):
             apart = float(((np.roll(seen, -k, axis=0) - square) ** 2).sum(axis=1).mean())
-            found = (round(apart + aside, 6), abs(up - q), up, k, low.astype(np.int64))
+            found = (round(apart + aside, 6), round(abs(up - wanted), 6), up, k, low.astype(np.int64))
             if best is None or found[:4] < best[:4]:
                 best = found
     assert best is not None

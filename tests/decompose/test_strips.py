@@ -67,3 +67,16 @@ def test_faces_divided_next_to_one_point_share_it(tmp_path):
     cq.exporters.export(rod(35, 60).cut(groove).cut(hole), str(tmp_path / "drilled.step"))
     (solid,) = load(tmp_path / "drilled.step").solids
     assert min(edge.length for edge in solid.edges) > 1.0
+
+
+def test_pipes_of_unequal_width_that_cross_are_divided(tmp_path):
+    """The seams of two bores meet in one point, at which both are divided."""
+
+    def along_and_up(radius, other):
+        along = cq.Solid.makeCylinder(radius, 100, cq.Vector(-50, 0, 0), cq.Vector(1, 0, 0))
+        return cq.Workplane(along), cq.Workplane(cq.Solid.makeCylinder(other, 90, cq.Vector(0, 0, -45)))
+
+    (along, up), (bore, other) = along_and_up(18, 11), along_and_up(14, 7.5)
+    cq.exporters.export(along.union(up).cut(bore).cut(other), str(tmp_path / "cross.step"))
+    (solid,) = load(tmp_path / "cross.step").solids
+    assert min(edge.length for edge in solid.edges) > 1.0

@@ -64,7 +64,13 @@ def test_the_middle_and_points_and_vertices_are_places_to_go_towards():
     middle = steps(cs.sweep_mesh(box, size=5, biases={"edges:|X": {"towards": "middle", "ratio": 4}}), "x", y=10, z=5)
     assert middle == pytest.approx(middle[::-1])
     assert np.argmin(middle) in (9, 10)
-    assert middle[0] == middle.max()
+    assert middle[0] / middle.min() == pytest.approx(4)  # also where the middle is a node
+    for count in (19, 20):
+        counts = {"edges:|X": count}
+        ends = cs.sweep_mesh(box, size=5, counts=counts, biases={"edges:|X": {"towards": "both", "ratio": 5}})
+        both = steps(ends, "x", y=10, z=5)
+        assert both == pytest.approx(both[::-1])
+        assert (len(both), both.max() / both[0]) == (count, pytest.approx(5))
     for towards in ((49, 0, 0), "vertices:>X", "faces:>X"):
         along = steps(cs.sweep_mesh(box, size=5, biases={"edges:|X": {"towards": towards, "ratio": 4}}), "x", y=10, z=5)
         assert along[0] / along[-1] == pytest.approx(4)

@@ -64,8 +64,6 @@ def make_part(model: Model) -> Part:
     with stage(model, "dividing closed faces"):
         part_surfaces(traced)
         notes += divide_closed(traced)
-        # Two faces may be divided next to the same point of their common edge.
-        merge_slivers(traced, size)
         solid = subshapes(traced.shape, SOLID)[0]
         check_closed(solid)
     face_origins = traced.face_origins(index_map(solid, FACE))

@@ -24,7 +24,8 @@ from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Curve, GeomAdaptor_Surface
 from OCP.gp import gp_Vec
 from OCP.GProp import GProp_GProps
-from OCP.ShapeFix import ShapeFix_Face
+from OCP.ShapeBuild import ShapeBuild_ReShape
+from OCP.ShapeFix import ShapeFix_Face, ShapeFix_Wireframe
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges
 from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_Orientation
@@ -32,10 +33,13 @@ from OCP.TopLoc import TopLoc_Location
 
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
-from ..shapes import EDGE, FACE, VERTEX, explore, index_map, mapped, space_range, subshapes
+from ..shapes import EDGE, FACE, VERTEX, bounds, explore, index_map, mapped, space_range, subshapes
 from .crowded import is_valid_apart
 from .tracing import Traced
 from .validate import place
+
+TINY = 1e-6
+"""Length of a new edge, as a share of the shape's size, below which it is none: two curves that meet were cut apart."""
 
 
 def divide_closed(traced: Traced) -> list[str]:
@@ -56,11 +60,34 @@ def divide_closed(traced: Traced) -> list[str]:
         if tool.Perform():
             context = tool.GetContext()
             traced.replace(context.Apply(traced.shape), context.Apply)
+    _drop_tiny(traced, old_edges)
     _make_exact(traced.shape, old_edges)
     _mend(traced, old_faces)
     _check_divided(traced.shape, old_faces)
     n_new = len(subshapes(traced.shape, FACE)) - n_faces
     return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
+
+
+def _drop_tiny(traced: Traced, old_edges: Any) -> None:
+    """Drop new edges of no length: two faces that are divided at one point of their common edge do not agree on it."""
+    longest = TINY * float(np.linalg.norm(np.diff(bounds(traced.shape), axis=0)))
+    new = (edge for edge in subshapes(traced.shape, EDGE) if not old_edges.Contains(edge))
+    if not any(_length(edge) < longest for edge in new):
+        return
+    context = ShapeBuild_ReShape()
+    wires = ShapeFix_Wireframe(traced.shape)
+    wires.SetContext(context)
+    wires.SetPrecision(longest)
+    wires.SetMaxTolerance(longest)
+    wires.ModeDropSmallEdges = True
+    if wires.FixSmallEdges():
+        traced.replace(wires.Shape(), context.Apply)
+
+
+def _length(edge: Any) -> float:
+    properties = GProp_GProps()
+    BRepGProp.LinearProperties_s(edge, properties)
+    return float(properties.Mass())
 
 
 def _quarter_whole_surfaces(traced: Traced) -> None:
