@@ -170,13 +170,17 @@ class _Body:
             radii=self.radii(),
         )
         levels = self.levels()
-        spans = [feature.points[:, 2] for own in across for feature in own]
-        if any(span.min() + self.near < level < span.max() - self.near for level in levels for span in spans):
-            return []
-        widths = section.widths()
+        widths = section.widths() if all(self.has_room(f, levels) for own in across for f in own) else None
         if widths is None:
             return []
         return [*self.planes(frame, widths, section), *self.turned_tools(levels)]
+
+    def has_room(self, feature: Feature, levels: Sequence[float]) -> bool:
+        """Whether no shoulder runs through a feature, and it is no boss: a strip would not part that from the body."""
+        along = feature.points[:, 2]
+        if any(along.min() + self.near < level < along.max() - self.near for level in levels):
+            return False
+        return float(np.hypot(*feature.points[:, :2].T).max()) < self.radius() + self.near
 
     def features(self) -> list[Feature]:
         """What is not turned, as it hangs together by its vertices."""
@@ -255,6 +259,13 @@ class _Body:
             ],
             self.near,
         )
+
+    def radius(self) -> float:
+        """How far the turned faces reach from the axis."""
+        at = np.linspace(0.0, 1.0, 9)
+        edges = {e for face in self.solid.faces if self.is_turned(face) for e in face.edges}
+        points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) - self.line.place
+        return float(np.linalg.norm(np.cross(points, self.line.direction), axis=1).max())
 
     def turned_tools(self, levels: Sequence[float]) -> Iterator[Any]:
         """The planes of all levels, and the cylinders of rings that end on one."""
