@@ -19,6 +19,7 @@ FOUNDATION = {
     "brep",
     "sweep",
     "stack",
+    "stack_mesh",
     "cells",
     "corner_blocks",
     "mesh",

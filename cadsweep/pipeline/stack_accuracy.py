@@ -17,7 +17,8 @@ from ..blocks.joined import JoinedMesh
 from ..brep import Part
 from ..mesh import QuadMesh
 from ..options import SweepOptions
-from ..stack import Placed, Stack
+from ..stack import Stack
+from ..stack_mesh import Placed
 from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, measure
 from .run import Run
 from .stack_hints import StackHints

@@ -21,7 +21,8 @@ from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..stack import Stack, StackMesh
+from ..stack import Stack
+from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
 from .candidates import COARSE, GOOD_ENOUGH
 from .cell_periodic import with_cell_pairs

@@ -7,7 +7,8 @@ import numpy as np
 from ..blocks.cells import CellBlocks, SweptCell
 from ..projection import FactoredSweep
 from ..projection.factored import make_basis
-from ..stack import Stack, StraightColumn, StraightStack
+from ..stack import Stack
+from ..stack_mesh import StraightColumn, StraightStack
 
 
 def blocks_of(stack: Stack, built: StraightStack) -> CellBlocks:

@@ -8,7 +8,7 @@ from ..arrays import BoolArray, FloatArray, IntArray
 
 
 class Slides(Protocol):
-    """Nodes on faces of a part that may move on these: :class:`cadsweep.stack.Slides` is one kind."""
+    """Nodes on faces of a part that may move on these: :class:`cadsweep.stack_mesh.Slides` is one kind."""
 
     @property
     def mask(self) -> BoolArray:

@@ -15,7 +15,8 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
-from ..stack import Levels, Stack, StackMesh
+from ..stack import Levels, Stack
+from ..stack_mesh import StackMesh
 from .lines import nodes_on_edges
 from .nodes import Heights, place_nodes, quads_by_cell
 from .places import find_places

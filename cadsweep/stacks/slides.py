@@ -12,7 +12,8 @@ import numpy as np
 
 from ..arrays import IntArray
 from ..mesh import QuadMesh
-from ..stack import Levels, Placed, Slides, Stack
+from ..stack import Levels, Stack
+from ..stack_mesh import Placed, Slides
 from .graph import find_claims
 from .places import edge_levels
 

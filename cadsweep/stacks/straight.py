@@ -18,7 +18,8 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..mesh import QuadMesh
-from ..stack import Levels, Stack, StraightColumn, StraightStack
+from ..stack import Levels, Stack
+from ..stack_mesh import StraightColumn, StraightStack
 from .blocks import find_material, find_walls
 from .harmonic import carried
 from .lines import nodes_on_edges

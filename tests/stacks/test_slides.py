@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cadsweep.stack import Slides
+from cadsweep.stack_mesh import Slides
 
 
 def test_what_may_not_rise_keeps_its_height_and_what_may_does_not():
