@@ -233,7 +233,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     hints = walls.added_to(hints)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
-        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
+        # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.
+        least = 2 if options.size is None and options.layers is None else 1
+        levels = stacks.assign_levels(
+            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, least=least
+        )
         levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
