@@ -283,7 +283,9 @@ def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memo
     raise InputError(f"the mesh would have {expected}, beyond the limit of {limit}; " + ", or ".join(ways))
 
 
-def check_refined(n_hexes: int, levels: int, *, max_hexes: float | None = None, max_memory: float | None = None) -> None:
+def check_refined(
+    n_hexes: int, levels: int, *, max_hexes: float | None = None, max_memory: float | None = None
+) -> None:
     """Refuse to halve a mesh so often that it is too large.
 
     Parameters

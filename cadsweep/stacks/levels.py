@@ -56,7 +56,9 @@ def assign_levels(
     """
     _check_order(stack, sheets)
     n = len(sheets.heights)
-    pairs = [(a, b, max(h / size, float(least)), w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)]
+    pairs = [
+        (a, b, max(h / size, float(least)), w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)
+    ]
     # Columns: levels 0 .. n - 1, then one deviation a pair.
     n_pairs = len(pairs)
     price = np.concatenate([np.full(n, _ORDER), [w / max(wish, 1.0) for _, _, wish, w in pairs]])
