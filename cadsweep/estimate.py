@@ -317,8 +317,8 @@ def check_refined(
     ways = [f"try refine={fewer} ({_count(n_hexes * 8**fewer)} hexes)"] if fewer else ["leave refine out"]
     raise InputError(
         f"refine={levels} would make {_count(n_fine)} hexes of {_count(n_hexes)}, "
-        f"{_memory(_bytes(0, n_fine, streamed=False))}, more than {beyond}; {ways[0]}, or raise the limit where so many "
-        "are meant: max_hexes=... (--max-hexes N, or --yes)"
+        f"{_memory(_bytes(0, n_fine, streamed=False))}, more than {beyond}; {ways[0]}, "
+        "or raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)"
     )
 
 
