@@ -268,9 +268,11 @@ def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memo
         return
     if by_itself and expected.n_hexes > most:
         tenth = max(1.0, TENTH * expected.n_hexes)
-        ways = _ways_out(expected, budget, min(tenth, most))[:-1]
-        if tenth <= most:
-            ways = [way.replace("or more", "for a tenth of it") for way in ways]
+        ways = []
+        if max(expected.n_quads, expected.n_layers) < LARGEST_COUNT:  # beyond it the number says nothing
+            ways = [way.replace("or more", "for a tenth of it") for way in _ways_out(expected, math.inf, tenth)[:-1]]
+        if tenth > most:  # a tenth would be refused again
+            ways = _ways_out(expected, budget, most)[:-1] + ways[:1]
         ways.append("raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)")
         raise InputError(
             f"the mesh would have {expected}, more than the {MOST_HEXES:,} that are made without asking; "
@@ -279,6 +281,45 @@ def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memo
     limit = f"{_count(int(most))} hexes" if expected.n_hexes > most else f"{_memory(budget)} of memory"
     ways = _ways_out(expected, budget, most)
     raise InputError(f"the mesh would have {expected}, beyond the limit of {limit}; " + ", or ".join(ways))
+
+
+def check_refined(
+    n_hexes: int, levels: int, *, max_hexes: float | None = None, max_memory: float | None = None
+) -> None:
+    """Refuse to halve a mesh so often that it is too large.
+
+    Parameters
+    ----------
+    n_hexes : int
+        Before.
+    levels : int
+        Each makes eight of every hexahedron.
+    max_hexes, max_memory : float or None
+        As for `check_budget`.
+
+    Raises
+    ------
+    InputError
+        With the figures, and the levels that would fit.
+    """
+    budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
+    most = MOST_HEXES if max_hexes is None else max_hexes
+
+    def fits(level: int) -> bool:
+        return n_hexes * 8**level <= most and _bytes(0, n_hexes * 8**level, streamed=False) <= budget
+
+    if fits(levels):
+        return
+    n_fine = n_hexes * 8**levels
+    beyond = f"{_count(int(most))} hexes" if n_fine > most else f"{_memory(budget)} of memory"
+    beyond = f"the {MOST_HEXES:,} that are made without asking" if max_hexes is None and n_fine > most else beyond
+    fewer = max((level for level in range(levels) if fits(level)), default=0)
+    ways = [f"try refine={fewer} ({_count(n_hexes * 8**fewer)} hexes)"] if fewer else ["leave refine out"]
+    raise InputError(
+        f"refine={levels} would make {_count(n_fine)} hexes of {_count(n_hexes)}, "
+        f"{_memory(_bytes(0, n_fine, streamed=False))}, more than {beyond}; {ways[0]}, "
+        "or raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)"
+    )
 
 
 def _ways_out(expected: Estimate, budget: float, most: float) -> list[str]:

@@ -130,7 +130,7 @@ class SweepOptions:
         Cut a solid that no sweep fits into cells.
     cuts : sequence or None
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
-        CadQuery shapes.
+        CadQuery planes, faces and solids. A shape cuts as far as it reaches, a face of the part itself is extended.
     decompose_time : float or None
         Seconds after which no more cuts are looked for; the best found until then are taken, and a note says so. None:
         the search ends by its own count, so that the same part always gets the same cuts.

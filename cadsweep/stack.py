@@ -104,6 +104,22 @@ class Arrangement:
     claims: dict[int, tuple[Claim, ...]] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, kw_only=True)
+class StackLimit:
+    """What a part allows the hexahedra of its columns.
+
+    Attributes
+    ----------
+    value : float
+        Scaled Jacobian that none can exceed at the place; 1 where nothing limits.
+    reason : str
+        What is there, and where; empty where nothing limits.
+    """
+
+    value: float
+    reason: str
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stack:
     """One way to mesh a solid as columns between caps at any number of levels.
@@ -128,6 +144,10 @@ class Stack:
         For each cell, the caps (in, out) of its columns, lowest first.
     score : float
         Expected quality, best 1; candidates are listed best first.
+    limit : StackLimit
+        By the edges of the part, whatever the mesh.
+    upright_limit : StackLimit
+        By its outlines and caps while columns are upright; smoothing may go beyond it.
     notes : tuple of str
 
     Examples
@@ -149,6 +169,8 @@ class Stack:
     plan: Sweep
     columns: tuple[tuple[tuple[int, int], ...], ...]
     score: float = 0.0
+    limit: StackLimit = StackLimit(value=1.0, reason="")
+    upright_limit: StackLimit = StackLimit(value=1.0, reason="")
     notes: tuple[str, ...] = ()
 
     @property

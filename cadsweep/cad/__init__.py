@@ -42,6 +42,7 @@ __all__ = [
     "imprint",
     "load",
     "merge_faces",
+    "name_of_cut",
     "part_apart",
     "rearrange",
     "select_edges",
@@ -95,6 +96,13 @@ def apply_cuts(part: "Part", cuts: "Sequence[Any]") -> "Part":
     from .edit.user_cuts import apply_cuts as cut
 
     return cut(part, cuts)
+
+
+def name_of_cut(cut: "Any") -> str:
+    """What a message calls a user's cut (:func:`cadsweep.cad.edit.user_cuts.name_of_cut`)."""
+    from .edit.user_cuts import name_of_cut as name
+
+    return name(cut)
 
 
 def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":

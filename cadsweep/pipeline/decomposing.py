@@ -247,7 +247,8 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
     run = Run(on_progress=silent)
     if cuts:
         part = replace(
-            cad.apply_cuts(part, cuts), cuts=tuple(Cut(kind="asked", reason=f"asked for: {cut}") for cut in cuts)
+            cad.apply_cuts(part, cuts),
+            cuts=tuple(Cut(kind="asked", reason=f"asked for: {cad.name_of_cut(cut)}") for cut in cuts),
         )
     elif len(part.solids) == 1:
         try:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import smoothing
+from .. import estimate, smoothing
 from ..blocks.block import FactoredMesh
 from ..blocks.halves import Halved, halve, halved_surfaces
 from ..blocks.reference import make_reference
@@ -139,6 +139,7 @@ def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:
     """The mesh as often refined as the options ask."""
     if not options.refine:
         return mesh
+    estimate.check_refined(mesh.n_hexes, options.refine, max_hexes=options.max_hexes, max_memory=options.max_memory)
     with run.stage("refine"):
         return refine(mesh, options.refine)
 

@@ -35,6 +35,7 @@ from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import elevate
 from ..plan import Fill
 from ..quality import QualityReport, check_mesh
+from ..quality.thickness import single_share
 from ..smoothing import Blocks, Slides
 from ..sweep import Intervals
 from .accuracy import COARSE, coarse
@@ -45,6 +46,12 @@ from .complexes import Complex
 from .origin import CellsOrigin, made_of
 from .refusing import refusal
 from .run import Run, measured
+
+_THIN_SHARE = 0.2
+"""Part of the boundary's area with one hexahedron to the other side from which on the mesh's notes say so."""
+
+_MOST_OPENED = 10**6
+"""Hexahedra of a mesh in blocks up to which it is opened to see how thick it is; memory is what blocks are to save."""
 
 
 def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh | BlockMesh:
@@ -133,7 +140,25 @@ def finish(
         off = report.volume / volume - 1.0
         if abs(off) > COARSE:
             raise coarse(f"its volume is {off:+.1%} off the CAD's")
-    return mesh
+    if options.refine:
+        return mesh
+    if isinstance(cells, CellBlocks) and run.in_blocks:
+        if cells.n_hexes > _MOST_OPENED:
+            return mesh
+        joined = cells.joined()
+    return _with_thickness(mesh, to_hex_mesh(part, joined, names, {}))
+
+
+def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:
+    """The mesh, with a note where much of it, as it was before smoothing, is one hexahedron thick."""
+    share = single_share(placed.points, placed.hexes, placed.boundaries.values())
+    if share <= _THIN_SHARE:
+        return mesh
+    note = (
+        f"between {share:.0%} of the boundary there is one hexahedron from side to side: too stiff to bend, "
+        "take a smaller size or more layers"
+    )
+    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
 
 
 def checked_blocks(

@@ -24,7 +24,7 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
-from .candidates import COARSE, GOOD_ENOUGH
+from .candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
 from .origin import AnyMesh
 from .parts import only_solid
@@ -233,7 +233,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     hints = walls.added_to(hints)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
-        levels = stacks.assign_levels(stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers)
+        # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.
+        least = 2 if options.size is None and options.layers is None else 1
+        levels = stacks.assign_levels(
+            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, least=least
+        )
         levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
@@ -266,17 +270,32 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
                 "target": [faces[i].name or i for i in stack.target],
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
-                "limit": round(stack.score, 3),
+                "limit": round(stack.limit.value, 3),
             }
         ],
     )
     if isinstance(mesh, HexMesh):
         mesh = with_cell_pairs(mesh)
-    off = mesh.info["quality"].volume / mesh.info["cad_volume"] - 1.0
+    report, notes = mesh.info["quality"], list(mesh.info["notes"])
+    off = report.volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:
-        note = f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size"
-        return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
-    return mesh
+        notes.append(f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size")
+    if report.min_scaled_jacobian < SMOOTH_BELOW:
+        notes += _limits(stack)
+    return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _limits(stack: Stack) -> list[str]:
+    """What a poor mesh of a stack is told of its part."""
+    said = "no hexahedron there has a scaled Jacobian above"
+    if stack.limit.value < SMOOTH_BELOW:
+        return [f"the part limits its columns: {stack.limit.reason}, so {said} {stack.limit.value:.2g}"]
+    upright = stack.upright_limit
+    if upright.value < SMOOTH_BELOW:
+        return [
+            f"the part limits its columns: {upright.reason}, so {said} {upright.value:.2g} while columns are upright"
+        ]
+    return []
 
 
 def _joined(stack: Stack, built: StackMesh) -> JoinedMesh:

@@ -10,6 +10,7 @@ normals    of all faces, and the directions that they suggest
 sides      faces along a direction, faces across it, and those that are neither
 along      heights of faces and edges over places on a plane
 columns    cells and caps put in order: the stack, and the sweep of its prism
+limits     what sharp outlines and steep caps allow the worst hexahedron, and where
 graph      the lines of an arrangement as a planar graph that can be changed
 steps      where outlines nearly coincide in plan
 merging    those outlines laid together, where `outline_crossings` finds no new crossing by it

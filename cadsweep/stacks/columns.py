@@ -12,6 +12,7 @@ from ..errors import CadError
 from ..stack import Arrangement, Stack
 from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .along import heights_on_face
+from .limits import find_limit, find_upright_limit
 from .sides import Sides
 
 
@@ -64,11 +65,13 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
         plan=prism_sweep(arrangement, sides),
         columns=tuple(columns),
         score=_score(arrangement, sides),
+        limit=find_limit(solid, sides),
+        upright_limit=find_upright_limit(solid, sides, arrangement),
     )
 
 
 def _score(arrangement: Arrangement, sides: Sides) -> float:
-    """Worst scaled Jacobian that the corners of the cells and the lean of the caps allow."""
+    """Worst scaled Jacobian to expect: as if the sharpest corner lay under the steepest cap."""
     faces = arrangement.prism.faces
     angles = [angle for f in arrangement.bottoms for loop in faces[f].loops for angle in loop.angles]
     sharpest = min([*angles, np.pi / 2])

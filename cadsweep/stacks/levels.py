@@ -30,6 +30,7 @@ def assign_levels(
     size: float,
     layers: int | None = None,
     demands: Mapping[tuple[int, int], int] | None = None,
+    least: int = 1,
 ) -> Levels:
     """Choose the level of every cap and station.
 
@@ -43,6 +44,8 @@ def assign_levels(
         Layers demanded from the lowest cap to the highest.
     demands : mapping of (int, int) to int, optional
         Layers demanded between two sheets.
+    least : int
+        Layers wished for between two sheets, however near they are.
 
     Raises
     ------
@@ -53,7 +56,9 @@ def assign_levels(
     """
     _check_order(stack, sheets)
     n = len(sheets.heights)
-    pairs = [(a, b, h / size, w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)]
+    pairs = [
+        (a, b, max(h / size, float(least)), w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)
+    ]
     # Columns: levels 0 .. n - 1, then one deviation a pair.
     n_pairs = len(pairs)
     price = np.concatenate([np.full(n, _ORDER), [w / max(wish, 1.0) for _, _, wish, w in pairs]])

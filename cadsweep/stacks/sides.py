@@ -47,6 +47,8 @@ class Sides:
     walls : tuple of int
     steepest : float
         Least cosine between a cap's normal and the direction: 1 where all caps are flat.
+    steepest_cap : int or None
+        The cap that has it; None where all caps are flat.
     rounded : tuple of int
         The caps that turn until they run along the direction, at an edge.
     """
@@ -55,6 +57,7 @@ class Sides:
     caps: dict[int, int]
     walls: tuple[int, ...]
     steepest: float
+    steepest_cap: int | None = None
     rounded: tuple[int, ...] = ()
 
 
@@ -80,7 +83,7 @@ def read_sides(normals: Normals, direction: FloatArray) -> Sides:
     caps: dict[int, int] = {}
     walls: list[int] = []
     candidates: list[Face] = []
-    steepest = 1.0
+    leans: dict[int, float] = {}
     # Planes first: they cost nothing, and one that leans ends it.
     for face in sorted(solid.faces, key=lambda face: face.kind != "plane"):
         low, high = _range(normals, face, direction)
@@ -88,7 +91,7 @@ def read_sides(normals: Normals, direction: FloatArray) -> Sides:
             walls.append(face.id)
         elif low >= STEEPEST or high <= -STEEPEST:
             caps[face.id] = 1 if low > 0 else -1
-            steepest = min(steepest, max(low, -high))
+            leans[face.id] = max(low, -high)
         elif low < -ROUNDED and high > ROUNDED:
             raise NotSweepableError(_turns(face))
         elif face.kind == "plane":
@@ -98,7 +101,10 @@ def read_sides(normals: Normals, direction: FloatArray) -> Sides:
             candidates.append(face)
     for face in candidates:
         caps[face.id] = _rounding(normals, face, direction)
-        steepest = min(steepest, ROUNDED_LEAN)
+        leans[face.id] = ROUNDED_LEAN
+    steepest_cap = min(leans, key=lambda f: leans[f], default=None)
+    if steepest_cap is not None and leans[steepest_cap] >= 1.0 - _SAME:
+        steepest_cap = None
     for edge in solid.edges:
         a, b = edge.faces
         if caps.get(a, 0) * caps.get(b, 0) < 0 and edge.dihedral < np.pi:
@@ -110,7 +116,8 @@ def read_sides(normals: Normals, direction: FloatArray) -> Sides:
         direction=direction,
         caps=dict(sorted(caps.items())),
         walls=tuple(sorted(walls)),
-        steepest=steepest,
+        steepest=min([*leans.values(), 1.0]),
+        steepest_cap=steepest_cap,
         rounded=tuple(face.id for face in candidates),
     )
 

@@ -1,6 +1,7 @@
 """Every part of this folder, without a hint: recognised, counted and meshed, or refused as a sweep with a reason."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
 from cadsweep import load, sweep_mesh
-from cadsweep.errors import NotSweepableError
+from cadsweep.errors import CadError, NotSweepableError
 from cadsweep.intervals import assign_intervals
 from cadsweep.pipeline import attempts
 from cadsweep.pipeline.attempts import open_and_find
@@ -33,7 +34,14 @@ CORNERED = (
     "sphere",
     "tetrahedron",
 )
-UNSWEEPABLE = [*sorted((HERE / "unsweepable").glob("*.py")), *(HERE / "decomposed" / f"{name}.py" for name in CORNERED)]
+SHARP_OR_SMOOTH = ("flat_pyramid", "lens", "pebble")
+"""Parts that cuts do not help either."""
+NO_BODY = "touching_pockets"
+"""The part that is no body, so that it is refused before a sweep is looked for."""
+UNSWEEPABLE = [
+    *sorted(path for path in (HERE / "unsweepable").glob("*.py") if path.stem != NO_BODY),
+    *(HERE / "decomposed" / f"{name}.py" for name in CORNERED),
+]
 
 
 def name_of(path):
@@ -43,7 +51,7 @@ def name_of(path):
 
 def test_there_are_enough_parts():
     assert len(SWEEPABLE) >= 40
-    assert len(UNSWEEPABLE) >= 12
+    assert len(UNSWEEPABLE) >= 15
 
 
 @pytest.mark.parametrize("path", SWEEPABLE, ids=name_of)
@@ -77,3 +85,18 @@ def test_unsweepable_part_is_refused_with_reasons(path):
     for face, reason in zip(solid.faces, own, strict=True):
         assert reason.startswith(face.label())
     assert all(reason.startswith("with ") for reason in besides)
+
+
+@pytest.mark.parametrize("name", SHARP_OR_SMOOTH)
+def test_part_that_nothing_fits_is_refused_whole_with_the_cell_and_a_face(name):
+    part = load(HERE / "unsweepable" / f"{name}.py")
+    (solid,) = part.solids
+    with pytest.raises(NotSweepableError, match="no re-entrant edge") as caught:
+        sweep_mesh(part)
+    assert any(f"because of {face.label()}" in str(caught.value) for face in solid.faces)
+    assert re.search(f"a cell at .* of {len(solid.faces)} faces has no sweep", str(caught.value))
+
+
+def test_pockets_that_touch_along_an_edge_are_no_body_and_the_edge_is_named():
+    with pytest.raises(CadError, match=r"not manifold: 1 edges .* first at \(0, 0, 0\) by 4"):
+        load(HERE / "unsweepable" / f"{NO_BODY}.py")

@@ -84,9 +84,50 @@ def test_a_plane_of_the_user_cuts_where_it_says():
 
 
 def test_a_face_of_the_user_is_extended():
-    step = cq.Workplane().box(10, 10, 10).cut(cq.Workplane().box(5, 10, 5).translate((2.5, 0, 2.5)))
-    cells = cs.decompose(step, cuts=["<Z[-2]"])
+    cells = cs.decompose(step(), cuts=["<Z[-2]"])
     assert sorted(solid.volume for solid in cells.solids) == pytest.approx([250.0, 500.0])
+
+
+def step():
+    """Two blocks, 250 on 500."""
+    return cq.Workplane().box(10, 10, 10).cut(cq.Workplane().box(5, 10, 5).translate((2.5, 0, 2.5)))
+
+
+@pytest.mark.parametrize(
+    ("cut", "volumes", "reason"),
+    [
+        (cq.Plane.XY(), [250, 500], "asked for: 'plane 0.0,0.0,1.0,0.0'"),
+        (cq.Plane((0, 0, 0), (0, 1, 0), (1, 0, 0)), [250, 500], "asked for: 'plane 1.0,0.0,0.0,0.0'"),
+        (cq.Plane((7, 7, -1), (1, 0, 0), (0, 0, 1)), [350, 400], None),
+        (cq.Face.makePlane(40, 40, (0, 0, 0), (1, 0, 0)), [250, 500], "asked for: a shape (Face)"),
+        (step().faces("<Z[-2]").val(), [250, 500], "asked for: a shape (Face)"),  # one of the part itself
+        (cq.Workplane().box(20, 20, 9).translate((0, 0, -5.5)), [350, 400], None),
+    ],
+)
+def test_planes_faces_and_solids_of_cadquery_cut(cut, volumes, reason):
+    cells = cs.decompose(step(), cuts=[cut])
+    assert sorted(solid.volume for solid in cells.solids) == pytest.approx(volumes)
+    if reason:
+        assert [made.reason for made in cells.cuts] == [reason]
+    mesh = cs.sweep_mesh(step(), cuts=[cut], size=5.0)
+    assert mesh.info["quality"].valid
+    assert mesh.info["quality"].volume == pytest.approx(750.0)
+
+
+@pytest.mark.parametrize(
+    ("cuts", "says"),
+    [
+        ("plane z=0", r"write cuts=\[...\] around 'plane z=0'"),
+        (cq.Plane.XY(), r"write cuts=\[...\]"),
+        (cq.Workplane().box(1, 1, 1).val(), r"write cuts=\[...\] around a shape \(Solid\)"),
+        ([cq.Edge.makeLine((0, 0, 0), (1, 0, 0))], r"a shape \(Edge\) has no face"),
+        ([3], r"cut a shape \(int\): cadsweep cannot load"),
+        ([cq.Plane((0, 0, 50))], "'plane 0.0,0.0,1.0,50.0' parts no solid"),
+    ],
+)
+def test_what_cannot_cut_is_refused_in_words(cuts, says):
+    with pytest.raises(cs.InputError, match=says):
+        cs.sweep_mesh(step(), cuts=cuts)
 
 
 @pytest.mark.parametrize(

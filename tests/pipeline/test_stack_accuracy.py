@@ -40,3 +40,13 @@ def test_cells_take_the_place_of_columns_that_cross_a_bore_sharply(columns):
     mesh = cs.sweep_mesh(saddle(), size=2.0)
     assert mesh.quality().min_scaled_jacobian > max(0.3, columns.quality().min_scaled_jacobian)
     assert len(mesh.boundaries) == len(columns.boundaries)
+
+
+def test_a_thin_plate_under_a_boss_bends_by_default_and_a_note_says_where_it_does_not():
+    plate = cq.Workplane().box(60, 40, 1).faces(">Z").workplane().rect(10, 10).extrude(10)
+    mesh = cs.sweep_mesh(plate, decompose=False)
+    assert np.isclose(mesh.points[:, 2], 0.0).any()
+    assert not any("too stiff" in note for note in mesh.info["notes"])
+    coarse = cs.sweep_mesh(plate, decompose=False, size=8.0)
+    assert not np.isclose(coarse.points[:, 2], 0.0).any()
+    assert any("too stiff" in note for note in coarse.info["notes"])

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import cadsweep
 from cadsweep.errors import InputError
-from cadsweep.estimate import Estimate, check_budget, estimate, estimate_size, free_memory
+from cadsweep.estimate import Estimate, check_budget, check_refined, estimate, estimate_size, free_memory
 
 
 def plate_sweep(width=10.0, height=2.0):
@@ -96,6 +97,29 @@ def test_beyond_five_million_a_size_for_a_tenth_is_named(layers):
         check_budget(expected, max_hexes=limit, max_memory=math.inf)
     with pytest.raises(InputError, match="beyond the limit"):
         check_budget(expected, max_hexes=expected.n_hexes - 1, max_memory=math.inf)
+
+
+def test_where_a_tenth_is_too_much_the_size_that_is_made_is_named_too():
+    # 25,000,000 quads and 1,000 layers: a tenth is 2.5e9.
+    expected = estimate_size(plate_sweep(), size=0.002)
+    with pytest.raises(InputError, match="for a tenth of it") as caught:
+        check_budget(expected, max_memory=16.0)
+    made, tenth = re.search(r"try size (\S+) or more.*try size (\S+) for a tenth", str(caught.value)).groups()
+    assert 0.05 * expected.n_hexes < estimate_size(plate_sweep(), size=float(tenth)).n_hexes <= 0.1 * expected.n_hexes
+    check_budget(estimate_size(plate_sweep(), size=float(made)), max_memory=16.0)
+
+
+def test_halving_is_counted_before_it_is_done():
+    check_refined(24, 5, max_memory=math.inf)  # 786,432
+    with pytest.raises(InputError, match=r"24, .* GB, more than the 5,000,000 .* refine=5 \(786,432 hexes\)"):
+        check_refined(24, 7, max_memory=math.inf)
+    check_refined(24, 7, max_hexes=math.inf, max_memory=math.inf)
+    with pytest.raises(InputError, match="more than 4 GB of memory; try refine="):
+        check_refined(24, 8, max_hexes=math.inf, max_memory=4.0)
+    pytest.importorskip("gmsh")
+    box = pytest.importorskip("cadquery").Workplane().box(4, 3, 2)
+    with pytest.raises(InputError, match=r"more than 1,000 hexes; try refine=1 \(192 hexes\)"):
+        cadsweep.sweep_mesh(box, size=1.0, layers=2, refine=2, max_hexes=1000)
 
 
 def test_a_streamed_mesh_has_no_limit_of_its_own():

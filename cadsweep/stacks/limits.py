@@ -1,0 +1,124 @@
+"""What the part itself allows the worst hexahedron of a stack, and where: sharp corners of outlines, and steep caps.
+
+Place in the flow: beside :mod:`.columns`, for who is told of the mesh; candidates are ranked by the stack's score.
+
+Method: two kinds of limits, of which the first holds whatever smoothing does.
+
+* Nodes on faces stay there. Where two edges of a face hold one quad between them, or two faces one hexahedron, its
+  scaled Jacobian is at most the sine of the angle between them: at sharp corners of caps and sharp edges between walls,
+  and, as layers go on to the rim, at every convex edge between a cap and a wall.
+* While columns are upright, a corner of two outlines in plan, at whatever heights, allows the sine of its angle, and a
+  cap that leans the cosine between its normal and the direction. Smoothing draws columns aside and goes beyond these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..arrays import FloatArray
+from ..brep import Solid
+from ..stack import Arrangement, StackLimit
+from .along import heights_on_edge
+from .sides import ROUNDED_LEAN, Sides
+
+_NONE = StackLimit(value=1.0, reason="")
+_SHARP = ("plane", "cone")
+"""Caps that meet a wall at their own angle all along: others turn, and their chords meet it at a blunter one."""
+
+
+def find_limit(solid: Solid, sides: Sides) -> StackLimit:
+    """Find what edges and corners of the part allow any mesh of its columns whose nodes are on its faces.
+
+    Parameters
+    ----------
+    solid : Solid
+    sides : Sides
+    """
+    return min([_NONE, *_sharp_edges(solid, sides), *_sharp_caps(solid, sides)], key=lambda limit: limit.value)
+
+
+def _sharp_edges(solid: Solid, sides: Sides) -> Iterator[StackLimit]:
+    """Convex edges with one hexahedron between their faces."""
+    for edge in solid.edges:
+        faces = [solid.faces[f] for f in edge.faces]
+        own = [face for face in faces if face.id in sides.caps]
+        if len(own) == 1:
+            one = own[0].kind in _SHARP and edge.dihedral < np.pi
+        else:
+            one = not own and all(face.kind == "plane" for face in faces) and edge.dihedral < np.pi / 2
+        if one:
+            angle = np.degrees(edge.dihedral)
+            reason = f"{faces[0].label()} and {faces[1].label()} meet at {angle:.3g} degrees at {edge.label()}"
+            yield StackLimit(value=float(np.sin(edge.dihedral)), reason=reason)
+
+
+def _sharp_caps(solid: Solid, sides: Sides) -> Iterator[StackLimit]:
+    """Sharp corners of straight edges of caps."""
+    for f in sides.caps:
+        for loop in solid.faces[f].loops:
+            for j, angle in enumerate(loop.angles):
+                pair = [solid.edges[loop.edges[j - 1]], solid.edges[loop.edges[j]]]
+                if angle < np.pi / 2 and all(edge.kind == "line" for edge in pair):
+                    vertex = solid.vertices[pair[1].start if loop.forward[j] else pair[1].end]
+                    where = f"{np.degrees(angle):.3g} degrees at ({solid.units.place(vertex)})"
+                    reason = f"edges of {solid.faces[f].label()} meet at {where}"
+                    yield StackLimit(value=float(np.sin(angle)), reason=reason)
+
+
+def find_upright_limit(solid: Solid, sides: Sides, arrangement: Arrangement) -> StackLimit:
+    """Find the worst of the corners of all cells and of the caps, for columns that are upright.
+
+    Parameters
+    ----------
+    solid : Solid
+    sides : Sides
+    arrangement : Arrangement
+        The one that is meshed: outlines that were laid together meet elsewhere than those of the part.
+    """
+    corner = _sharpest_corner(solid, sides, arrangement)
+    cap = _steepest_cap(solid, sides)
+    return min(corner, cap, key=lambda limit: limit.value)
+
+
+def _sharpest_corner(solid: Solid, sides: Sides, arrangement: Arrangement) -> StackLimit:
+    prism = arrangement.prism
+    corners = [
+        (angle, loop.directed[j])
+        for f, caps in zip(arrangement.bottoms, arrangement.caps, strict=True)
+        if caps
+        for loop in prism.faces[f].loops
+        for j, angle in enumerate(loop.angles)
+    ]
+    angle, (edge, forward) = min(corners, default=(np.pi / 2, (0, True)), key=lambda corner: corner[0])
+    if angle >= np.pi / 2:
+        return _NONE
+    vertex = prism.vertices[prism.edges[edge].start if forward else prism.edges[edge].end]
+    place = _on_part(solid, sides.direction, vertex, arrangement.over[edge])
+    return StackLimit(
+        value=float(np.sin(angle)),
+        reason=f"two outlines of caps meet at {np.degrees(angle):.3g} degrees at ({solid.units.place(place)})",
+    )
+
+
+def _on_part(solid: Solid, direction: FloatArray, place: FloatArray, over: tuple[int, ...]) -> FloatArray:
+    """The lowest point over a place that an edge of the part has there."""
+    height = min(
+        (float(heights_on_edge(solid.edges[e], direction, place[None])[0]) for e in over),
+        default=float(place @ direction),
+    )
+    return np.asarray(place + (height - place @ direction) * direction)
+
+
+def _steepest_cap(solid: Solid, sides: Sides) -> StackLimit:
+    if sides.steepest_cap is None:
+        return _NONE
+    label = solid.faces[sides.steepest_cap].label()
+    if sides.steepest_cap in sides.rounded:
+        return StackLimit(value=ROUNDED_LEAN, reason=f"{label} turns until it runs along the columns")
+    lean = np.degrees(np.arcsin(sides.steepest))
+    return StackLimit(value=sides.steepest, reason=f"{label} leans {lean:.3g} degrees from the columns at its steepest")
+
+
+__all__ = ["find_limit", "find_upright_limit"]
