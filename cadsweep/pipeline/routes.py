@@ -165,8 +165,8 @@ def _worst(mesh: AnyMesh) -> float:
 
 
 def _limit(mesh: AnyMesh) -> float:
-    """What the outlines of columns and the lean of their caps allow a hexahedron; 1 of other meshes."""
-    return min((sweep.get("limit", 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
+    """What the outlines of columns and the lean of their caps allow upright ones; 1 of other meshes."""
+    return min((sweep.get("upright_limit", 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:

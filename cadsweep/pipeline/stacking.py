@@ -271,6 +271,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
                 "limit": round(stack.limit.value, 3),
+                "upright_limit": round(stack.upright_limit.value, 3),
             }
         ],
     )
