@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arrays import FloatArray
 from ..polygons import is_inside
@@ -136,7 +136,7 @@ def _within_reach(points: FloatArray, starts: FloatArray, ends: FloatArray, near
     """Of each point the segments, in order, that may be nearer than `near`: seen from the segments, as few are long."""
     reach = near + np.linalg.norm(ends - starts, axis=1) / 2.0
     found: list[list[int]] = [[] for _ in points]
-    for k, own in enumerate(cKDTree(points).query_ball_point((starts + ends) / 2.0, reach)):
+    for k, own in enumerate(scipy.spatial.cKDTree(points).query_ball_point((starts + ends) / 2.0, reach)):
         for j in own:
             found[j].append(k)
     return found
