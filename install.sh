@@ -79,6 +79,10 @@ editable=""
 [ "$extra" = test ] && editable="--editable"
 # shellcheck disable=SC2086
 .venv/bin/python -m pip install --quiet --disable-pip-version-check $editable ".${extra:+[$extra]}"
+# Of a copy that was installed before, pip leaves the folders with its compiled kernels, which would hide the sources.
+for left in .venv/lib/python*/site-packages/cadsweep; do
+    [ -e "$left/__init__.py" ] || rm -rf "$left"
+done
 say "compiling kernels, so that the first mesh need not"
 .venv/bin/python scripts/compile_kernels.py || say "they are compiled when they are first used"
 say "done: .venv/bin/cadsweep"
