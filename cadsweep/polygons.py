@@ -38,3 +38,9 @@ def is_inside(loops: Sequence[FloatArray], places: FloatArray) -> BoolArray:
     inside = np.empty(len(places), dtype=bool)
     inside[order] = crossings % 2 == 1
     return inside
+
+
+def signed_area(polygon: FloatArray) -> float:
+    """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
+    x, y = (polygon - polygon.mean(axis=0)).T
+    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

@@ -22,7 +22,7 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from ..arrays import FloatArray
+from ..arrays import BoolArray, FloatArray
 from ..brep import Solid
 from ..errors import CadError
 
@@ -142,6 +142,15 @@ def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
     if box.IsVoid():
         raise CadError("The shape is empty: it has no vertex, edge or face.")
     return np.array(box.Get()).reshape(2, 3)
+
+
+def near_boxes(first: FloatArray, second: FloatArray, reach: float) -> BoolArray:
+    """Which boxes (n, 2, d) come nearer than `reach` to which others (m, 2, d), (n, m)."""
+    near = np.ones((len(first), len(second)), dtype=np.bool_)
+    for axis in range(first.shape[2]):
+        near &= first[:, None, 0, axis] <= second[None, :, 1, axis] + reach
+        near &= second[None, :, 0, axis] <= first[:, None, 1, axis] + reach
+    return near
 
 
 FINE = 1e-6

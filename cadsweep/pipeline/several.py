@@ -142,15 +142,16 @@ def finish(
             raise coarse(f"its volume is {off:+.1%} off the CAD's")
     if options.refine:
         return mesh
-    if isinstance(cells, CellBlocks) and run.in_blocks:
-        if cells.n_hexes > _MOST_OPENED:
-            return mesh
-        joined = cells.joined()
-    return _with_thickness(mesh, to_hex_mesh(part, joined, names, {}))
+    if isinstance(mesh, HexMesh):
+        return _with_thickness(mesh, mesh)
+    assert isinstance(cells, CellBlocks), "what is in blocks was made of them"
+    if cells.n_hexes > _MOST_OPENED:
+        return mesh
+    return _with_thickness(mesh, to_hex_mesh(part, cells.joined(), names, {}))
 
 
 def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:
-    """The mesh, with a note where much of it, as it was before smoothing, is one hexahedron thick."""
+    """The mesh, with a note where much of it, `placed` in memory, is one hexahedron thick."""
     share = single_share(placed.points, placed.hexes, placed.boundaries.values())
     if share <= _THIN_SHARE:
         return mesh

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..cells import HEX_FACES
+from .conformity import row_keys
 
 _OPPOSITE = ((0, 1), (2, 4), (3, 5))
 """Rows of ``HEX_FACES`` that have no corner in common."""
@@ -43,16 +44,10 @@ def single_share(points: FloatArray, hexes: IntArray, boundaries: Iterable[IntAr
     if not len(corners):
         return 0.0
     faces = corners[:, HEX_FACES].reshape(-1, 4)
-    keys = np.sort(np.concatenate([quads, faces]), axis=1)
-    _, number = np.unique(keys, axis=0, return_inverse=True)
-    number = number.reshape(-1)
-    known = np.zeros(int(number.max()) + 1, dtype=bool)
-    known[number[: len(quads)]] = True
-    own = number[len(quads) :].reshape(-1, 6)
-    single = np.zeros(len(known), dtype=bool)
-    for a, b in _OPPOSITE:
-        both = known[own[:, a]] & known[own[:, b]]
-        single[own[both, a]] = single[own[both, b]] = True
+    keys = row_keys(quads)
+    own = row_keys(faces).reshape(-1, 6)
+    on_skin = np.isin(own, keys)
+    single = [own[on_skin[:, pair].all(axis=1)][:, pair] for pair in map(list, _OPPOSITE)]
     p = points[quads]
     areas = np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1) / 2
-    return float(areas[single[number[: len(quads)]]].sum() / areas.sum())
+    return float(areas[np.isin(keys, np.concatenate(single))].sum() / areas.sum())

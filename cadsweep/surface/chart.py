@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
-from ..polygons import is_inside
+from ..polygons import is_inside, signed_area
 from .background import GROWTH, Background, make_background
 from .crossings import loops_cross
 
@@ -55,12 +55,6 @@ class Chart:
         e, f, g = (by_x**2).sum(axis=1), (by_x * by_y).sum(axis=1), (by_y**2).sum(axis=1)
         mean, spread = (e + g) / 2, np.hypot((e - g) / 2, f)
         return np.sqrt(np.stack([np.maximum(mean - spread, 0.0), mean + spread], axis=1))
-
-
-def signed_area(polygon: FloatArray) -> float:
-    """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
-    x, y = (polygon - polygon.mean(axis=0)).T
-    return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
 def is_simple(loops: Sequence[FloatArray]) -> bool:

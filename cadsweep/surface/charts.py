@@ -17,8 +17,9 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
+from ..polygons import signed_area
 from ..sweep import DirectedEdge
-from .chart import Chart, inner_places, is_simple, signed_area, worst_squeeze
+from .chart import Chart, inner_places, is_simple, worst_squeeze
 from .conformal import SQUEEZED, conformal_chart
 from .transfinite import join_chains
 

@@ -24,7 +24,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from .chart import Chart, signed_area
+from ..polygons import signed_area
+from .chart import Chart
 from .kites import ROUNDEST, kites
 from .outline import FaceQuads, Outline
 from .relax import corner_sines

@@ -21,9 +21,10 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
+from ..polygons import signed_area
 from .annulus import THIN, fill_wall, wall_thickness
 from .background import count_interpolated, segment_lengths
-from .chart import Chart, signed_area
+from .chart import Chart
 from .disc_lattice import fill_disc
 from .fan import fan_of
 from .gmsh_quads import Setting, mesh_polygon, settings_for

@@ -20,8 +20,8 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
+from ..polygons import signed_area
 from .background import Background
-from .chart import signed_area
 from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles

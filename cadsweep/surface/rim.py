@@ -20,8 +20,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..polygons import signed_area
 from ..sweep import DirectedEdge, Sweep
-from .chart import signed_area
 from .crossings import loops_cross
 from .spacing import SMOOTH
 

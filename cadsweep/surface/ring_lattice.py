@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from .chart import Chart, signed_area
+from ..polygons import signed_area
+from .chart import Chart
 from .outline import FaceQuads, Outline
 from .structured import SMOOTH, embedded, evened, places_around
 from .symmetric import carried_by_mirrors

@@ -27,7 +27,8 @@ import scipy
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..brep import quarter_turns
-from .chart import Chart, signed_area
+from ..polygons import signed_area
+from .chart import Chart
 from .outline import Outline
 
 SMOOTH = np.pi / 6 + 1e-6

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..asked import WallLayers, growth_sum, layer_heights
-from .chart import signed_area
+from ..polygons import signed_area
 from .crossings import loops_cross
 from .wall_columns import Columns, Wall, cross, firsts, make_columns, norm
 

@@ -21,8 +21,9 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..polygons import is_inside, signed_area
 from .background import GROWTH
-from .chart import Chart, is_simple, signed_area
+from .chart import Chart, is_simple
 from .kites import ROUNDEST, kites
 from .structured import embedded
 from .symmetry import Wedge
@@ -85,12 +86,7 @@ class Core:
 
     def is_centre_inside(self, wedge: Wedge) -> bool:
         """Whether the middle lies in what is left."""
-        turns = 0.0
-        for ids in self.loops:
-            off = self.points[ids] - wedge.centre
-            after = np.roll(off, -1, axis=0)
-            turns += np.arctan2(off[:, 0] * after[:, 1] - off[:, 1] * after[:, 0], (off * after).sum(axis=1)).sum()
-        return bool(turns > np.pi)
+        return bool(is_inside([self.points[ids] for ids in self.loops], wedge.centre[None])[0])
 
     def with_kites(self, wedge: Wedge, largest: float) -> Core | None:
         """The same with a core of kites in the middle; None where no number of them fits, or they would be small."""
@@ -143,7 +139,7 @@ def cut_turned(core: Core, wedge: Wedge, largest: float) -> Domain | None:
     None where the middle has no loop about it, or no straight line between two nodes goes.
     """
     points = core.points
-    about = [j for j, ids in enumerate(core.loops[1:], start=1) if _winds(points[ids] - wedge.centre)]
+    about = [j for j, ids in enumerate(core.loops[1:], start=1) if is_inside([points[ids]], wedge.centre[None])[0]]
     if not about:
         return None
     outer, inner = core.loops[0], core.loops[about[0]]
@@ -171,19 +167,12 @@ def cut_turned(core: Core, wedge: Wedge, largest: float) -> Domain | None:
         if signed_area(rim) <= 0 or not is_simple([rim]):
             continue
         holes = [ids for j, ids in enumerate(core.loops[1:], start=1) if j != about[0]]
-        inside = [ids for ids in holes if _winds(rim - points[ids[0]])]
+        inside = [ids for ids in holes if is_inside([rim], points[ids[:1]])[0]]
         if len(inside) * wedge.n != len(holes):
             continue
         domain.loops += [ids.tolist() for ids in inside]
         return domain
     return None
-
-
-def _winds(off: FloatArray) -> bool:
-    """Whether a closed polygon (n, 2) winds around the origin."""
-    after = np.roll(off, -1, axis=0)
-    turn = np.arctan2(off[:, 0] * after[:, 1] - off[:, 1] * after[:, 0], (off * after).sum(axis=1)).sum()
-    return bool(abs(turn) > np.pi)
 
 
 def _meets(a: FloatArray, b: FloatArray, edges: FloatArray) -> bool:

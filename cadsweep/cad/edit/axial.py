@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -75,12 +76,19 @@ def direction_of(solid: Solid, face: Face) -> FloatArray | None:
     if face.kind == "plane":
         return face.normal
     holder = shapes_of(solid)
-    adaptor = BRepAdaptor_Surface(holder.faces[face.id])
+    line = round_axis(holder.faces[face.id])
+    return None if line is None else line[1]
+
+
+def round_axis(shape: Any) -> tuple[FloatArray, FloatArray] | None:
+    """A point of the axis of a cylinder, cone or torus, and its direction; None for any other face."""
+    adaptor = BRepAdaptor_Surface(shape)
     read = _AXES.get(adaptor.GetType())
     if read is None:
         return None
-    axis = read(adaptor).Axis().Direction()
-    return np.array([axis.X(), axis.Y(), axis.Z()])
+    axis = read(adaptor).Axis()
+    place, direction = axis.Location(), axis.Direction()
+    return np.array([place.X(), place.Y(), place.Z()]), np.array([direction.X(), direction.Y(), direction.Z()])
 
 
 def main_normals(solid: Solid, axes: Sequence[FloatArray | None]) -> FloatArray:

@@ -18,7 +18,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ...brep import Edge, Solid
 from .central import Cutter, plane_tool
-from .crossings import FLAT, Axis, find_axes
+from .crossings import FLAT, Axis, find_axes, is_hollow
 
 CLEAR = 1.05
 """Distance of a plane from the axis, in radii, from which on it leaves the hole alone."""
@@ -83,10 +83,7 @@ def _normals(axis: Axis, inner: Sequence[Edge]) -> list[FloatArray]:
 def _is_hole(solid: Solid, axis: Axis) -> bool:
     """Whether the cylinder is seen from inside."""
     face = solid.faces[min(axis.faces)]
-    point = solid.edges[face.edges[0]].midpoint
-    arm = point - axis.place
-    arm -= (arm @ axis.direction) * axis.direction
-    return bool(face.surface.normals(face.surface.project(point[None]))[0] @ arm < 0.0)
+    return is_hollow(face, solid.edges[face.edges[0]].midpoint, axis.place, axis.direction)
 
 
 __all__ = ["beside_holes"]

@@ -27,7 +27,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.GeomAbs import GeomAbs_Cylinder
 
 from ...arrays import FloatArray
-from ...brep import Solid
+from ...brep import Face, Solid
 from ..shapes import shapes_of
 from .central import Cutter, plane_tool
 
@@ -281,6 +281,13 @@ def find_axes(solid: Solid) -> list[Axis]:
     return [axis for axis in found if axis.turn > WHOLE]
 
 
+def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:
+    """Whether a round face about an axis, with a point of it, is seen from inside: that of a hole."""
+    arm = point - place
+    arm -= (arm @ direction) * direction
+    return bool(face.surface.normals(face.surface.project(point[None]))[0] @ arm < 0.0)
+
+
 def _off(axis: Axis, place: FloatArray) -> float:
     """Distance of a point from an axis."""
     return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
@@ -307,4 +314,4 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     return (on_axes, square, (low, high)) if reached else None
 
 
-__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings"]
+__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow"]

@@ -25,6 +25,7 @@ from ...brep import Part, Solid
 from ...errors import InputError
 from ..names.selection import select_faces
 from ..shapes import shapes_of
+from .crossings import is_hollow
 
 TANGENT = 1e-3
 """Radians from pi up to which a rounding runs tangent into its neighbour."""
@@ -112,11 +113,7 @@ def find_holes(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Featu
             0.5 * (adaptor.FirstVParameter() + adaptor.LastVParameter()),
         )
         at = adaptor.Value(u, v)
-        point = np.array([[at.X(), at.Y(), at.Z()]])
-        arm = (point - place)[0]
-        arm -= (arm @ along) * along
-        normal = face.surface.normals(face.surface.project(point))[0]
-        if normal @ arm < 0:
+        if is_hollow(face, np.array([at.X(), at.Y(), at.Z()]), place, along):
             walls[face.id] = adaptor.LastUParameter() - adaptor.FirstUParameter()
     for faces in _together(solid, walls):
         if sum(walls[f] for f in faces) < 2.0 * pi - TANGENT:

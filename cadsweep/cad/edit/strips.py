@@ -30,12 +30,12 @@ from typing import Any
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
+from .axial import round_axis
 from .central import Cutter
 from .strip_widths import Feature, Section
 
@@ -45,11 +45,6 @@ MEET = 1e-4
 """Distance of two axes, as a share of the cell's size, up to which they are one: what CAD programs round to."""
 MOSTLY = 0.5
 """Share of the cell's area that is about one axis, or square to it, at least."""
-_AXES = {
-    GeomAbs_Cylinder: lambda adaptor: adaptor.Cylinder(),
-    GeomAbs_Cone: lambda adaptor: adaptor.Cone(),
-    GeomAbs_Torus: lambda adaptor: adaptor.Torus(),
-}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -328,12 +323,8 @@ def _unlike(values: Sequence[float], near: float) -> list[float]:
 
 def _line_of(shape: Any) -> _Line | None:
     """The axis of a round face; None for any other."""
-    adaptor = BRepAdaptor_Surface(shape)
-    read = _AXES.get(adaptor.GetType())
-    if read is None:
-        return None
-    axis = read(adaptor).Axis()
-    return _Line(place=_array(axis.Location()), direction=_array(axis.Direction()))
+    line = round_axis(shape)
+    return None if line is None else _Line(place=line[0], direction=line[1])
 
 
 def _array(thing: Any) -> FloatArray:

@@ -25,8 +25,8 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
 from ...arrays import FloatArray
-from ...polygons import is_inside
-from ..shapes import EDGE, FACE, SHELL, WIRE, explore, subshapes, typed
+from ...polygons import is_inside, signed_area
+from ..shapes import EDGE, FACE, SHELL, WIRE, explore, near_boxes, subshapes, typed
 
 MANY = 32
 """Wires of a face from which on pairs of them take longer than what is done here."""
@@ -63,15 +63,15 @@ def _are_apart(face: Any) -> bool:
     upright = gp_Trsf()
     upright.SetTransformation(position)
     there = TopLoc_Location(upright)
-    low, high = _boxes([wire.Moved(there) for wire in holes])
-    rim_low, rim_high = _boxes([edge.Moved(there) for edge in explore(outer, EDGE)])
+    boxes = _boxes([wire.Moved(there) for wire in holes])
+    rim = _boxes([edge.Moved(there) for edge in explore(outer, EDGE)])
     origin = frame @ _row(position.Location())
-    if _meet(low, high, rim_low, rim_high).any() or np.count_nonzero(_meet(low, high, low, high)) > len(holes):
+    if near_boxes(boxes, rim, 0.0).any() or np.count_nonzero(near_boxes(boxes, boxes, 0.0)) > len(holes):
         return False
     course = _course(outer, face) @ frame.T - origin
-    if not is_inside([course], (low + high) / 2.0).all():
+    if not is_inside([course], boxes.mean(axis=1)).all():
         return False
-    areas = [_area(course), *(_area(_course(wire, face) @ frame.T) for wire in holes)]
+    areas = [signed_area(course), *(signed_area(_course(wire, face) @ frame.T) for wire in holes)]
     if any(area * areas[0] >= 0.0 for area in areas[1:]):
         return False
     return all(_is_sound_alone(plane, wire, area) for wire, area in zip((outer, *holes), areas, strict=True))
@@ -83,22 +83,14 @@ def _is_sound_alone(plane: Any, wire: Any, area: float) -> bool:
     return bool(maker.IsDone() and BRepCheck_Analyzer(maker.Face()).IsValid())
 
 
-def _meet(low: FloatArray, high: FloatArray, other_low: FloatArray, other_high: FloatArray) -> np.ndarray:
-    """Which boxes (m, n) of two rows of them have something in common."""
-    return np.asarray(
-        ((low[:, None] <= other_high[None]) & (high[:, None] >= other_low[None])).all(axis=2), dtype=np.bool_
-    )
-
-
-def _boxes(shapes: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest coordinates (m, 2) of shapes of the plane z = 0."""
+def _boxes(shapes: Sequence[Any]) -> FloatArray:
+    """Least and greatest coordinates (m, 2, 2) of shapes of the plane z = 0."""
     found = []
     for shape in shapes:
         box = Bnd_Box()
         BRepBndLib.Add_s(shape, box)
         found.append(box.Get())
-    ends = np.array(found)
-    return ends[:, :2], ends[:, 3:5]
+    return np.array(found).reshape(-1, 2, 3)[:, :, :2]
 
 
 def _course(wire: Any, face: Any) -> FloatArray:
@@ -114,11 +106,6 @@ def _course(wire: Any, face: Any) -> FloatArray:
         points += [_row(curve.Value(t)) for t in at.tolist()]
         walk.Next()
     return np.array(points)
-
-
-def _area(course: FloatArray) -> float:
-    x, y = course.T
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0)
 
 
 def _row(point: Any) -> FloatArray:

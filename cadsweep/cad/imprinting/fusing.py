@@ -18,7 +18,7 @@ from OCP.BOPAlgo import BOPAlgo_Builder
 
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
-from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, listed, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, listed, near_boxes, subshapes, typed
 from .whole_faces import WholeFaces, share_whole_faces
 
 
@@ -90,12 +90,3 @@ def neighbours(boxes: FloatArray, reach: float) -> list[IntArray]:
     n_groups, group = scipy.sparse.csgraph.connected_components(near, directed=False)
     order = np.argsort(group, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if n_groups else []
-
-
-def near_boxes(first: FloatArray, second: FloatArray, reach: float) -> Any:
-    """Which boxes (n, 2, 3) come nearer than `reach` to which others (m, 2, 3), (n, m) bool."""
-    near = np.ones((len(first), len(second)), dtype=bool)
-    for axis in range(3):
-        near &= first[:, None, 0, axis] <= second[None, :, 1, axis] + reach
-        near &= second[None, :, 0, axis] <= first[:, None, 1, axis] + reach
-    return near

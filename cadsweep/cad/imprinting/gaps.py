@@ -26,8 +26,7 @@ from OCP.TopAbs import TopAbs_State
 
 from ...arrays import FloatArray
 from ...brep import Face, Part
-from ..shapes import bounds, shapes_of
-from .fusing import near_boxes
+from ..shapes import bounds, near_boxes, shapes_of
 
 WIDEST = 1e-3
 """Gap, as a share of the part's size, below which it is asked whether it was meant."""
