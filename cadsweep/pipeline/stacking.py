@@ -127,8 +127,8 @@ def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str,
         rows.append(
             {
                 "direction": stack.direction + 0.0,
-                "source": [faces[f].name or f for f in stack.source],
-                "target": [faces[f].name or f for f in stack.target],
+                "source": [faces[f].shown for f in stack.source],
+                "target": [faces[f].shown for f in stack.target],
                 "n_walls": len(stack.walls),
                 "levels": heights,
                 "n_cells": len(stack.columns),
@@ -270,8 +270,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         else partial(stacks.find_slides, stack, levels, made.quads, made.placed),
         sweeps=[
             {
-                "source": [faces[i].name or i for i in stack.source],
-                "target": [faces[i].name or i for i in stack.target],
+                "source": [faces[i].shown for i in stack.source],
+                "target": [faces[i].shown for i in stack.target],
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
                 "limit": round(stack.limit.value, 3),
