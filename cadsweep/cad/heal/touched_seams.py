@@ -48,8 +48,8 @@ _TOUCHES = 1e-3
 """Radians between a loop's outermost point and a line of the face below which it touches it."""
 _CLEAR = 0.05
 """Radians that a loop must keep from the new lines: about three degrees."""
-_ANGLES = [radians(angle) for angle in (90, 45, 135, 60, 120, 30, 150)]
-"""Angles from the old seam that are tried; opposite to it the face is divided as well."""
+_ANGLES = [radians(angle) for angle in (45, 135, 30, 60, 120, 150, 90)]
+"""Angles from the old seam that are tried, first those off the planes along which bores are cut further."""
 _SAMPLES = 129
 """Points of a loop's curve between which its outermost ones are found."""
 _SAME_VOLUME = 1e-6
