@@ -169,7 +169,7 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             plane_tool(solid, normal, place)
             for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors)
         ]
-        if _is_joint(solid, a, b):
+        if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
         tools += [tool for axis, own in zip((a, b), floors, strict=True) if own for tool in _extended(solid, axis)]
         through.append(
@@ -227,7 +227,7 @@ def _sides(
     return [(normal / np.linalg.norm(normal), place) for normal, place in found]
 
 
-def _is_joint(solid: Solid, a: Axis, b: Axis) -> bool:
+def is_joint(solid: Solid, a: Axis, b: Axis) -> bool:
     """Whether bars meet in an inner corner: there is material on the inner side of both cylinders."""
     return any(
         edge.dihedral > pi + FLAT and any(edge.faces[k] in a.faces and edge.faces[1 - k] in b.faces for k in (0, 1))
@@ -341,4 +341,4 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     return (on_axes, square, (low, high)) if reached else None
 
 
-__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow"]
+__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow", "is_joint"]
