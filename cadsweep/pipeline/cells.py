@@ -25,9 +25,9 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads, turn_grid
+from ..surface import CellBoundary, Division, Skeleton, divided, graded_together, lay_star, match_quads, turn_grid
 from ..sweep import Intervals, Sweep
-from .biases import single_segments
+from .biases import say_graded
 from .cell_asks import resolve_asks
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
@@ -99,7 +99,7 @@ def mesh_cells(  # noqa: PLR0917
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    single = single_segments([len(skeleton.edges[key]) - 1 for key in asks.biased])
+    single = say_graded(divisions, asks.biased, {key: len(nodes) - 1 for key, nodes in skeleton.edges.items()})
     return builder.built(), counts, [*finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
@@ -115,7 +115,7 @@ def _graded(
         return {}
     with_counts = list(zip(part.solids, counts, strict=True))
     n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
-    asked = {key: division(n[key]) for key, division in divisions.items()}
+    asked = divided(divisions, n)
     sweeps = {
         cell: (own.fill, counts[cell])
         for cell, own in enumerate(cell_sweeps(part, plan))

@@ -174,7 +174,7 @@ def _best_of(
         if found is None:
             break
         try:
-            mesh = mesh_complex(found, options, run, resolve_wishes(found.part, options))
+            mesh = mesh_complex(found, options, run, resolve_wishes(found.part, options, found.model))
         except InputError:
             raise
         except CadSweepError as error:
@@ -209,7 +209,7 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     with run.stage("decomposition"):
         found = plan_cells(cad.apply_cuts(part, options.cuts or ()), run, decompose=options.decompose)
     options = for_all_solids(part, options)
-    return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options))
+    return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
 
 
 def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
