@@ -167,7 +167,7 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         floors = _floors(solid, a, b, crossing), _floors(solid, b, a, replace(crossing, on_axes=crossing.on_axes[::-1]))
         tools = [
             plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors)
+            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
@@ -201,7 +201,7 @@ def _is_across(face: Face, axis: Axis) -> bool:
 
 
 def _sides(
-    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, floors: Sequence[list[FloatArray]]
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[list[FloatArray]]
 ) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes.
 
