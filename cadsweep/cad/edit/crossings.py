@@ -171,7 +171,7 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         floors = [[at for own in one.values() for at in own] for one in ends]
         tools = [
             plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors)
+            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
@@ -204,8 +204,13 @@ def _is_across(face: Face, axis: Axis) -> bool:
     return face.kind == "plane" and abs(float(face.normal @ axis.direction)) > 1.0 - 1e-9
 
 
+<<<<<<< HEAD
 def _sides(  # noqa: PLR0917
     a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, floors: Sequence[Sequence[FloatArray]]
+=======
+def _sides(
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[list[FloatArray]]
+>>>>>>> main
 ) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes.
 
