@@ -204,13 +204,8 @@ def _is_across(face: Face, axis: Axis) -> bool:
     return face.kind == "plane" and abs(float(face.normal @ axis.direction)) > 1.0 - 1e-9
 
 
-<<<<<<< HEAD
-def _sides(  # noqa: PLR0917
-    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, floors: Sequence[Sequence[FloatArray]]
-=======
 def _sides(
-    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[list[FloatArray]]
->>>>>>> main
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[Sequence[FloatArray]]
 ) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes.
 
