@@ -14,7 +14,6 @@ from cadsweep.recognition.layout import _Graph
 from .recognition_solids import (
     bevelled_bar,
     box_with_split_side,
-    plate_with_square_holes,
     prism,
     regular,
     sharp_bracket,
