@@ -20,9 +20,6 @@ from .base import make_base
 from .study import Case, Study
 from .work import claimed_case
 
-TIMES_LOST = 3
-"""Workers that a case may lose before it is taken for what kills them."""
-
 PATIENCE = 20.0
 """Seconds in which the scheduler must answer."""
 

@@ -232,6 +232,11 @@ class Face:
         return self.id if self.number is None else self.number
 
     @property
+    def shown(self) -> str | int:
+        """What a table calls the face: its name, else the number that a user knows it by."""
+        return self.name or ("a cut" if self.known < 0 else self.known)
+
+    @property
     def edges(self) -> tuple[int, ...]:
         """Ids of all edges of the face."""
         return tuple(e for loop in self.loops for e in loop.edges)

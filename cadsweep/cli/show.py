@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from itertools import count
 from typing import Any
 
@@ -27,15 +28,8 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
         lines.append(f"volume: {summary['volume']:.6g}, CAD {summary['cad_volume']:.6g} ({off:+.2%})")
     if summary.get("distance") is not None:
         lines.append(f"boundary: at most {summary['distance']:.3g} off the CAD faces")
-    for sweep in summary["sweeps"]:
-        if "corners" in sweep:
-            lines.append(f"a block of hexahedra at each of {sweep['corners']} corners")
-            continue
-        spans = sweep.get("span_layers", [])
-        parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
-        lines.append(f"sweep: {_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}")
+    lines += _sweep_lines(summary["sweeps"])
     notes = summary.get("notes", ())
-    lines = list(dict.fromkeys(lines))  # cells that are filled alike are one line
     lines += [f"note: {note}" for note in (notes if verbose else few_notes(notes))]
     for row in summary.get("family", ())[1:]:
         worst = _number(row["min_scaled_jacobian"])
@@ -48,8 +42,24 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
     return lines
 
 
+def _sweep_lines(sweeps: Sequence[dict[str, Any]]) -> list[str]:
+    """How the cells were filled, in the part's own names and numbers; those that are filled alike are one line."""
+    solids = {sweep.get("solid") for sweep in sweeps}
+    cells = Counter(_filling(sweep, of_several=len(solids) > 1) for sweep in sweeps)
+    return [line + (f", {n} cells" if n > 1 else "") for line, n in cells.items()]
+
+
+def _filling(sweep: dict[str, Any], *, of_several: bool) -> str:
+    solid = f"'{sweep['solid']}', " if of_several and "solid" in sweep else ""
+    if "corners" in sweep:
+        return f"{solid or 'cell: '}a block of hexahedra at each of {sweep['corners']} corners"
+    spans = sweep.get("span_layers", [])
+    parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
+    return f"sweep: {solid}{_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}"
+
+
 def _names(caps: Any) -> str:
-    return ", ".join(map(str, caps)) if isinstance(caps, list | tuple) else str(caps)
+    return ", ".join(dict.fromkeys(map(str, caps))) if isinstance(caps, list | tuple) else str(caps)
 
 
 def _number(value: float | None) -> str:
@@ -113,6 +123,9 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
         else:
             console.print(f"No sweep: {in_command_words(solid['error'])}", markup=False, highlight=False)
         _print_stacks(console, data, index, swept=bool(sweeps))
+        if not sweeps and not any(row["solid"] == index for row in data["stacks"]):
+            line = "'cadsweep mesh' tries to cut it into cells that sweep; 'cadsweep cut' shows them"
+            console.print(line, markup=False, highlight=False)
         if rejected and sweeps and not verbose:
             line = f"{len(rejected)} other faces are no caps: -v says why of each"
             console.print(line, markup=False, highlight=False)

@@ -101,7 +101,6 @@ class Search:
     pool: Pool = field(init=False)
     best: State = field(init=False)
     n_states: int = 0
-    n_plans: int = 0
     seen: dict[Cell, Seen] = field(default_factory=dict)
     known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
 
@@ -180,7 +179,6 @@ class Search:
         blocked = sorted((j for j, one in enumerate(seen) if not one.sweeps), key=lambda j: -seen[j].cost)
         state = State(cells=cells, cuts=cuts, cost=cost, blocked=tuple(blocked), narrow=narrow)
         if not blocked:
-            self.n_plans += 1
             part = Part(solids=tuple(one.solid for one in seen))
             try:
                 state.plan = self.make_plan(part, [one.sweeps for one in seen])

@@ -65,7 +65,7 @@ def factor_sweep(
             "material": sweep.solid.material,
             "cad_volume": sweep.solid.volume * part.scale**3,
             "cad_volume_doubt": volume_doubt(sweep.solid) * part.scale**3,
-            "sweeps": [_describe(sweep, counts)],
+            "sweeps": [_describe(sweep, counts) | {"solid": name}],
             "names": dict(part.names),
             "colors": find_colors(sweep, name),
             "distance": boundary.deviation.distance * part.scale,
@@ -81,8 +81,8 @@ def _describe(sweep: Sweep, counts: Intervals) -> dict[str, Any]:
     """What a report says of a sweep: faces by name, or by id where they have none; layers in all, and by span."""
     faces = sweep.solid.faces
     return {
-        "source": [faces[i].name or i for i in sweep.source],
-        "target": [faces[i].name or i for i in sweep.target],
+        "source": [faces[i].shown for i in sweep.source],
+        "target": [faces[i].shown for i in sweep.target],
         "layers": counts.n_layers,
         "span_layers": list(counts.span_layers[0]),
     }

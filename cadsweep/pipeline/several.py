@@ -73,8 +73,10 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         run,
         notes=notes,
         sweeps=[
-            _described(solid, way.fill, own) | {"cell": cell}
-            for cell, (solid, way, own) in enumerate(zip(part.solids, plan.ways, counts, strict=True))
+            _described(solid, way.fill, own) | {"cell": cell, "solid": part.models[owner].name}
+            for cell, (solid, way, own, owner) in enumerate(
+                zip(part.solids, plan.ways, counts, part.owners, strict=True)
+            )
         ],
     )
     return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
@@ -85,7 +87,8 @@ def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
     if isinstance(fill, CornerBlocks):
         return {"source": [], "target": [], "layers": 0, "corners": len(fill.corners)}
     caps = {"source": fill.source, "target": fill.target}
-    return {name: [solid.faces[f].name or f for f in own] for name, own in caps.items()} | {"layers": counts.n_layers}
+    shown = {name: [solid.faces[f].shown for f in own] for name, own in caps.items()}
+    return shown | {"layers": counts.n_layers}
 
 
 def finish(

@@ -24,6 +24,7 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
+from .biases import splits_of
 from .candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
 from .origin import AnyMesh
@@ -126,8 +127,8 @@ def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str,
         rows.append(
             {
                 "direction": stack.direction + 0.0,
-                "source": [faces[f].name or f for f in stack.source],
-                "target": [faces[f].name or f for f in stack.target],
+                "source": [faces[f].shown for f in stack.source],
+                "target": [faces[f].shown for f in stack.target],
                 "n_walls": len(stack.walls),
                 "levels": heights,
                 "n_cells": len(stack.columns),
@@ -210,7 +211,10 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
-            assign = partial(intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes)
+            splits = splits_of(hints.divisions)
+            assign = partial(
+                intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes, splits=splits
+            )
             counts = assign(edge_counts=hints.counts)
             tied = tied_counts(stack.plan, matches, counts, hints.counts)
             if tied:
@@ -266,8 +270,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         else partial(stacks.find_slides, stack, levels, made.quads, made.placed),
         sweeps=[
             {
-                "source": [faces[i].name or i for i in stack.source],
-                "target": [faces[i].name or i for i in stack.target],
+                "source": [faces[i].shown for i in stack.source],
+                "target": [faces[i].shown for i in stack.target],
                 "layers": levels.n_layers,
                 "columns": stack.n_columns,
                 "limit": round(stack.limit.value, 3),

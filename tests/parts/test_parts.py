@@ -32,6 +32,7 @@ CORNERED = (
     "octahedron",
     "pyramid",
     "sphere",
+    "t_pipe",
     "tetrahedron",
 )
 SHARP_OR_SMOOTH = ("flat_pyramid", "lens", "pebble")

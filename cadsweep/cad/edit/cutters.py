@@ -39,6 +39,7 @@ from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
+from .mitres import at_mitres
 from .regions import into_boxes
 from .strips import along_features
 
@@ -144,7 +145,8 @@ class _Cutters:
         if is_whole:
             around = around_features(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
-        first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *at_crossings(self.solid)]
+        joints = [*at_mitres(self.solid), *at_crossings(self.solid)]
+        first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *joints]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed

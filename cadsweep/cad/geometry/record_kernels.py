@@ -14,7 +14,6 @@ from .spline_kernels import callee, functions, into_knots, kernel, surface_at
 
 ROOM = (5, 32)
 """Numbers that an evaluation needs room for; OpenCASCADE's splines have a degree of 25 at most."""
-CURVE_HEAD = 4
 _EXTRUDED_CURVE = 6
 _REVOLVED_CURVE = 9
 
