@@ -1,8 +1,8 @@
-"""Draw the caps of ``docs/hints.md``: flanges with the mirrors of their holes, and a plate fine around a place.
+"""Draw the caps of ``docs/hints.md``: flanges with the mirrors of their holes, and plates that are fine somewhere.
 
     python docs/draw_caps.py
 
-Writes ``docs/images/caps.png``; inner nodes at which not four quads meet are red.
+Writes ``docs/images/caps.png`` and ``growth.png``; inner nodes at which not four quads meet are red.
 """
 
 from __future__ import annotations
@@ -56,6 +56,17 @@ def main() -> None:
     draw(panels[2], cs.sweep_mesh(plate, source="<Z", size=fine), "fine around a place")
     figure.tight_layout()
     figure.savefig(HERE / "images" / "caps.png", dpi=80)
+    wall = cq.Workplane().box(100, 60, 10)
+    wall.faces("<X").tag("wall")
+    fine = cs.sweep_mesh(wall, source=">Z", size=5, sizes={"wall": 1})
+    bored = wall.faces(">Z").workplane().center(20, 10).hole(16)
+    bored.faces("%CYLINDER").tag("bore")
+    figure, panels = plt.subplots(1, 3, figsize=(12, 2.9))
+    draw(panels[0], fine, '"wall": 1, at size 5')
+    draw(panels[1], cs.sweep_mesh(bored, source=">Z", size=5, sizes={"wall": 1}), "the same with a bore")
+    draw(panels[2], cs.sweep_mesh(bored, source=">Z", size=5, sizes={"bore": 1}), '"bore": 1, at size 5')
+    figure.tight_layout()
+    figure.savefig(HERE / "images" / "growth.png", dpi=80)
 
 
 if __name__ == "__main__":

@@ -12,12 +12,13 @@ Not handled: counts that change from layer to layer (a hex mesh swept from one q
 from .assign import assign_intervals
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .rails import rail_chains, span_chain
-from .sizes import default_size
+from .sizes import Split, default_size
 from .whole import assign_shared_intervals, cell_sizes
 
 __all__ = [
     "CellSweep",
     "KeyDemand",
+    "Split",
     "Wishes",
     "assign_intervals",
     "assign_shared_intervals",

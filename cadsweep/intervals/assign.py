@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from numbers import Integral, Real
 from typing import Any
@@ -16,7 +16,17 @@ from .demands import Demand
 from .layers import assign_layers
 from .loops import assign_loops, loop_edges
 from .naming import name_edges
-from .sizes import TURN_LAYER, TURN_SIZED, default_layers, default_size, path_length, turning, wanted_counts
+from .sizes import (
+    TURN_LAYER,
+    TURN_SIZED,
+    Split,
+    default_layers,
+    default_size,
+    path_length,
+    split_counts,
+    turning,
+    wanted_counts,
+)
 
 log = logging.getLogger(__name__)
 
@@ -31,6 +41,7 @@ def assign_intervals(
     layers: int | None = None,
     edge_sizes: Mapping[int, float] | None = None,
     edge_counts: Mapping[tuple[int, ...], int] | None = None,
+    splits: Sequence[Split] = (),
 ) -> Intervals:
     """Choose the number of segments of every edge of a sweep.
 
@@ -47,6 +58,8 @@ def assign_intervals(
         its span wants; a total that is not demanded follows.
     edge_counts : mapping of tuple of int to int, optional
         Demanded counts of edges together: of one, of a chain of rails, of the pieces of a divided edge.
+    splits : sequence of (edges, callable)
+        Edges around the loops that are graded together, and how they share their segments.
 
     Returns
     -------
@@ -101,8 +114,10 @@ def assign_intervals(
     for demand in demands_around:
         total = sum(solid.edges[e].length for e in demand.edges)
         wanted |= {e: max(1.0, demand.count * solid.edges[e].length / total) for e in demand.edges}
+    shared = split_counts(wanted, splits)
+    wanted |= shared
     _check_division(sweep, wanted, sizes, target_size)
-    wished = sizes.keys() | {e for demand in demands_around for e in demand.edges}
+    wished = sizes.keys() | shared.keys() | {e for demand in demands_around for e in demand.edges}
     loop_counts = assign_loops(sweep, wanted=wanted, wished=wished, demands=demands_around)
     counts = np.zeros(len(solid.edges), dtype=np.int64)
     for e, n in loop_counts.items():

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from ..brep import Solid
 from ..corner_blocks import CornerBlocks
 from ..sweep import LinkingSide, Sweep
+from .sizes import Split
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,6 +64,8 @@ class Wishes:
     demands : sequence of KeyDemand
     alike : sequence of (int, int, bool)
         Edges with as many segments as each other, by key, and whether they run alike.
+    splits : sequence of (edge keys, callable)
+        Edges that are graded together, and how they share their segments.
     """
 
     size: float | None = None
@@ -73,3 +76,4 @@ class Wishes:
     least_counts: Mapping[int, int] = field(default_factory=dict)
     demands: Sequence[KeyDemand] = ()
     alike: Sequence[tuple[int, int, bool]] = ()
+    splits: Sequence[Split] = ()

@@ -5,11 +5,12 @@ Place in the flow: first step of :mod:`cadsweep.intervals`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import cos, pi, sqrt
 
 import numpy as np
 
+from ..arrays import FloatArray
 from ..brep import Edge, Solid
 from ..sweep import Sweep
 from .patterns import symmetric_counts
@@ -32,10 +33,22 @@ TURN_LAYER = 0.13
 """Greatest turn of the sweep over one layer, where the user names no size: chords lose 0.3 % of a bend's volume."""
 LOST_AREA = 0.004
 """Part of the source cap that the chords of its curved edges may lose, where the user names no size."""
+Split = tuple[tuple[int, ...], Callable[[float], FloatArray]]
+"""Edges one after another, and ``shares(n)``: the parts (len(edges),) of their n segments that each should get."""
 SAMPLES = 65
 """Places along an edge for its turn: finer than any count that the turn could ask for."""
 WINDING = 1.3
 """Length over chords above which an edge winds too much to be judged by its middle."""
+
+
+def split_counts(wanted: dict[int, float], splits: Iterable[Split]) -> dict[int, float]:
+    """Wanted counts of edges that are graded together: what they want in all, in the shares that the grading gives."""
+    found: dict[int, float] = {}
+    for edges, shares in splits:
+        if all(e in wanted for e in edges):
+            total = sum(wanted[e] for e in edges)
+            found |= {e: max(1.0, total * float(s)) for e, s in zip(edges, shares(total), strict=True)}
+    return found
 
 
 def path_length(sweep: Sweep) -> float:

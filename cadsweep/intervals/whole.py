@@ -34,6 +34,7 @@ from .sizes import (
     WANTED_HEXES,
     path_length,
     size_for,
+    split_counts,
     turning,
     wanted_counts,
 )
@@ -129,9 +130,12 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
                 wanted[key] = max(1.0, edge.length / wishes.edge_sizes[key])
                 firm.add(key)
     for demand in wishes.demands:
-        for key in demand.keys:
-            wanted[key] = max(1.0, demand.count / len(demand.keys))
-            firm.add(key)
+        total = sum(wanted[key] for key in demand.keys)
+        wanted |= {key: max(1.0, demand.count * wanted[key] / total) for key in demand.keys}
+        firm.update(demand.keys)
+    shared = split_counts(wanted, wishes.splits)
+    wanted |= shared
+    firm.update(shared)
     return wanted, firm
 
 

@@ -118,7 +118,7 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     with run.stage("recognition"):
         found = plan_cells(part, run, decompose=options.decompose)
-        wishes = resolve_wishes(found.part, options)
+        wishes = resolve_wishes(found.part, options, found.model)
     return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
 
 

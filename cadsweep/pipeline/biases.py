@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
 
 from .. import cad
-from ..arrays import FloatArray
 from ..asked import SYMMETRIC, EdgeBias, edge_bias
 from ..brep import Edge, Part, Solid
-from ..errors import InputError, SurfaceMeshError
+from ..errors import InputError
+from ..intervals import Split
 from ..options import SweepOptions
-from ..surface import Division, fractions_from, graded_fractions, turned_round
+from ..surface import Chain, ChainPiece, Division, chains_of, say_chains
+from .edge_pieces import pieces_along
 from .subsets import subset
 
 _T = TypeVar("_T")
@@ -22,8 +23,8 @@ _SAME = 1e-6
 """Distances that differ by less than this part of an edge's length count as the same."""
 
 
-def resolve_biases(part: Part, options: SweepOptions) -> dict[int, Division]:
-    """How the edges of a part divide themselves, by their keys in the whole part.
+def resolve_biases(part: Part, options: SweepOptions, model: Part | None = None) -> list[Chain]:
+    """How edges are graded, as chains of pieces by their keys in the whole part; `model` is the part before it was cut.
 
     Raises
     ------
@@ -31,16 +32,49 @@ def resolve_biases(part: Part, options: SweepOptions) -> dict[int, Division]:
         Nothing has such a name, an edge is asked for in two ways, or an end of an edge is no nearer to what it is to be
         fine towards than the other.
     """
-    found: dict[int, tuple[Division, EdgeBias, str]] = {}
+    model = part if model is None else model
+    found: list[Chain] = []
+    known: dict[tuple[int, int], tuple[EdgeBias, str]] = {}
     for word, value in (options.biases or {}).items():
         bias = edge_bias(f"the bias of '{word}'", value)
-        edges = dict(everywhere(part, word, cad.select_edges, lambda solid, e: (solid.edge_keys[e], solid.edges[e])))
-        near = _nearness(part, bias.towards)
-        for key, division in _divisions(part, edges, bias, near):
-            _, known, by = found.setdefault(key, (division, bias, word))
-            if known != bias:
-                raise InputError(f"{edges[key].label()}: biases of '{by}' and of '{word}' ask for different things")
-    return {key: division for key, (division, _, _) in found.items()}
+        places = named(model, word, cad.select_edges)
+        near = _nearness(model, bias.towards)
+        for cell, edge in places:
+            asked, by = known.setdefault((cell, edge), (bias, word))
+            if asked != bias:
+                label = model.solids[cell].edges[edge].label()
+                raise InputError(f"{label}: biases of '{by}' and of '{word}' ask for different things")
+        for whole in _whole_chains(model, places):
+            chain = _chain(part, model, bias, near, whole)
+            if chain is not None:
+                found.append(chain)
+    return found
+
+
+def divisions_of(chains: Sequence[Chain]) -> dict[int, Division]:
+    """How the edges of chains divide themselves; one that is in two, as where solids touch, goes with the longer."""
+    found: dict[int, Division] = {}
+    for chain in sorted(chains, key=lambda own: -sum(own.lengths)):
+        for place, (edge, _) in enumerate(chain.edges):
+            found.setdefault(edge, ChainPiece(chain=chain, place=place))
+    return found
+
+
+def splits_of(divisions: Mapping[int, Division]) -> list[Split]:
+    """How the pieces of the chains among divisions share their segments, for the counts."""
+    return [(tuple(e for e, _ in own.edges), own.shares) for own in chains_of(divisions) if len(own.edges) > 1]
+
+
+def say_graded(divisions: Mapping[int, Division], edges: Iterable[int], counts: Mapping[int, int]) -> list[str]:
+    """Notes on edges to be graded that are one segment, and on chains whose counts do not allow what is asked."""
+    own = [edge for edge in edges if edge in divisions]
+    n = sum(counts[edge] == 1 and not _is_piece(divisions[edge]) for edge in own)
+    notes = [f"biases: {n} of {len(own)} edges are one segment long, and so not graded"] if n else []
+    return notes + say_chains(chains_of({edge: divisions[edge] for edge in own}), counts)
+
+
+def _is_piece(division: Division) -> bool:
+    return isinstance(division, ChainPiece) and len(division.chain.edges) > 1
 
 
 def names_edges(part: Part, word: Any) -> bool:
@@ -51,10 +85,26 @@ def names_edges(part: Part, word: Any) -> bool:
         return False
 
 
-def biases_of(solid: Solid, by_key: Mapping[int, Division]) -> dict[int, Division]:
-    """The same by the ids of one solid's edges."""
-    keys = solid.edge_keys.tolist()
-    return {e: by_key[key] for e, key in enumerate(keys) if key in by_key}
+def biases_of(solid: Solid, chains: Sequence[Chain]) -> list[Chain]:
+    """Those of the chains that are on one solid, by the ids of its edges."""
+    ids = {key: e for e, key in enumerate(solid.edge_keys.tolist())}
+    return [
+        replace(own, edges=tuple((ids[key], forward) for key, forward in own.edges))
+        for own in chains
+        if all(key in ids for key, _ in own.edges)
+    ]
+
+
+def named(part: Part, word: Any, select: Callable[[Part, Any], Iterable[int]]) -> list[tuple[int, int]]:
+    """Solid and id of all that a word names in any of them.
+
+    Raises
+    ------
+    InputError
+        It names nothing in any of them.
+    """
+    cells = {id(solid): cell for cell, solid in enumerate(part.solids)}
+    return [place for _, place in everywhere(part, word, select, lambda solid, j: (0, (cells[id(solid)], j)))]
 
 
 def everywhere(
@@ -83,79 +133,81 @@ def everywhere(
         raise refused
 
 
-def single_segments(counts: Collection[int]) -> list[str]:
-    """A note on edges to be graded that are one segment, from their counts."""
-    n = sum(count == 1 for count in counts)
-    return [f"biases: {n} of {len(counts)} edges are one segment long, and so not graded"] if n else []
+Nearness = Callable[[int, int], float]
+"""``near(solid, vertex)``: how far a vertex is from what a bias goes towards, working units."""
 
 
-Nearness = Callable[[FloatArray, int], float]
-"""``near(point, vertex key)``: how far a vertex is from what a bias goes towards, working units."""
+def _nearness(model: Part, towards: Any) -> Nearness | None:
+    """How near vertices are to a face, a vertex or a point; None where a bias has no side.
 
-
-def _nearness(part: Part, towards: Any) -> Nearness | None:
-    """How near vertices are to a face, a vertex or a point; None where a bias has no side."""
+    What a word names on the edge's own solid goes before what it names on others.
+    """
     if towards in SYMMETRIC:
         return None
+    solids = model.solids
     if not isinstance(towards, str | int):
-        target = (np.asarray(towards, dtype=float) - part.offset) / part.scale
-        return lambda point, key: float(np.linalg.norm(point - target))
+        target = (np.asarray(towards, dtype=float) - model.offset) / model.scale
+        return lambda cell, v: float(np.linalg.norm(solids[cell].vertices[v] - target))
     if str(towards).startswith("vertices:"):
-        chosen = everywhere(part, towards, cad.select_vertices, lambda s, v: (s.vertex_keys[v], s.vertices[v]))
-        places = np.array(list(dict(chosen).values()))
-        return lambda point, key: float(np.linalg.norm(places - point, axis=1).min())
-    faces = dict(everywhere(part, towards, cad.select_faces, lambda s, f: (s.face_keys[f], (s, s.faces[f]))))
-    on = {
-        int(solid.vertex_keys[v])
-        for solid, face in faces.values()
-        for e in face.edges
-        for v in (solid.edges[e].start, solid.edges[e].end)
-    }
+        corners = named(model, towards, cad.select_vertices)
 
-    def distance(point: FloatArray, key: int) -> float:
-        if key in on:
+        def to_vertices(cell: int, v: int) -> float:
+            own = [j for j in corners if j[0] == cell] or corners
+            places = np.array([solids[c].vertices[j] for c, j in own])
+            return float(np.linalg.norm(places - solids[cell].vertices[v], axis=1).min())
+
+        return to_vertices
+    faces = named(model, towards, cad.select_faces)
+
+    def to_faces(cell: int, v: int) -> float:
+        own = [solids[c].faces[f] for c, f in ([j for j in faces if j[0] == cell] or faces)]
+        if any(c == cell for c, _ in faces) and any(v in _ends(solids[cell], e) for face in own for e in face.edges):
             return 0.0
-        return min(float(face.surface.distance(point[None])[0]) for _, face in faces.values())
+        return min(float(face.surface.distance(solids[cell].vertices[v][None])[0]) for face in own)
 
-    return distance
+    return to_faces
 
 
-def _divisions(
-    part: Part, edges: Mapping[int, Edge], bias: EdgeBias, near: Nearness | None
-) -> Iterator[tuple[int, Division]]:
-    """Divisions of edges by key, the pieces of one edge of the input together."""
-    ends, places = {}, {}
-    for solid in part.solids:
-        for edge in solid.edges:
-            start, end = int(solid.vertex_keys[edge.start]), int(solid.vertex_keys[edge.end])
-            ends[int(solid.edge_keys[edge.id])] = (start, end)
-            places[start], places[end] = solid.vertices[edge.start], solid.vertices[edge.end]
-    groups: dict[str | int, list[int]] = {}
-    for key, edge in edges.items():
-        groups.setdefault(edge.key or key, []).append(key)
-    for pieces in groups.values():
-        chain = _open_chain(pieces, ends)
-        # A closed edge has no ends: each piece by itself.
-        for one in [[(piece, True)] for piece in pieces] if chain is None else [chain]:
-            (first, ahead), (last, on) = one[0], one[-1]
-            length = sum(edges[key].length for key, _ in one)
-            fine = (bias.towards == "both", bias.towards == "both")
-            if near is not None:
-                distances = [near(places[key], key) / length for key in (ends[first][not ahead], ends[last][on])]
-                fine = _nearer_end(edges[first], bias, distances)
-            if len(one) == 1:
-                yield first, _one_edge(part, edges[first], bias, fine)
-                continue
-            if bias.ratio is None:
-                raise InputError(
-                    f"{edges[first].label()} is one of {len(one)} pieces that an edge of the model is divided into "
-                    "here: ask for a ratio instead of a first length"
-                )
-            run = 0.0
-            for key, forward in one:
-                low, high = run / length, (run + edges[key].length) / length
-                yield key, partial(_portion, begin=low, end=high, forward=forward, ratio=bias.ratio, fine=fine)
-                run += edges[key].length
+def _ends(solid: Solid, edge: int) -> tuple[int, int]:
+    return solid.edges[edge].start, solid.edges[edge].end
+
+
+Whole = tuple[int, list[tuple[int, bool]]]
+"""A solid, and edges of it one after another, with whether they run along."""
+
+
+def _whole_chains(model: Part, places: Sequence[tuple[int, int]]) -> Iterator[Whole]:
+    """Edges as the user knows them: the pieces of one edge of the input that are named, from end to end."""
+    for cell in dict.fromkeys(cell for cell, _ in places):
+        solid = model.solids[cell]
+        for pieces in whole_edges(solid, tuple(e for c, e in places if c == cell)):
+            chain = _open_chain(pieces, {e: _ends(solid, e) for e in pieces})
+            # A closed edge has no ends: each piece by itself.
+            yield from [(cell, [(e, True)]) for e in pieces] if chain is None else [(cell, chain)]
+
+
+def _chain(part: Part, model: Part, bias: EdgeBias, near: Nearness | None, whole: Whole) -> Chain | None:
+    """The pieces that an edge became in the part; None where it is there no more (merged, say)."""
+    cell, edges = whole
+    solid = model.solids[cell]
+    (first, ahead), (last, on) = edges[0], edges[-1]
+    length = sum(solid.edges[e].length for e, _ in edges)
+    fine = (bias.towards == "both", bias.towards == "both")
+    if near is not None:
+        ends = _ends(solid, first)[not ahead], _ends(solid, last)[on]
+        fine = _nearer_end(solid.edges[first], bias, [near(cell, v) / length for v in ends])
+    pieces = [piece for e, forward in edges for piece in pieces_along(part, model, cell, e, forward=forward)]
+    if not pieces:
+        return None
+    return Chain(
+        edges=tuple((key, forward) for key, forward, _ in pieces),
+        lengths=tuple(own for _, _, own in pieces),
+        fine=fine,
+        ratio=bias.ratio,
+        share=None if bias.first is None else bias.first / part.scale / length,
+        first=bias.first,
+        label=solid.edges[first].label(),
+    )
 
 
 def whole_edges(solid: Solid, edges: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -197,42 +249,3 @@ def _nearer_end(edge: Edge, bias: EdgeBias, distances: Sequence[float]) -> tuple
             "fewer edges, or say 'both' or 'middle'"
         )
     return (start < end, end < start)
-
-
-def _one_edge(part: Part, edge: Edge, bias: EdgeBias, fine: tuple[bool, bool]) -> Division:
-    if bias.ratio is not None:
-        return partial(_by_ratio, ratio=bias.ratio, fine=fine)
-    assert bias.first is not None
-    share = bias.first / part.scale / edge.length
-    return partial(_by_first, share=share, fine=fine, label=edge.label(), first=bias.first)
-
-
-def _by_ratio(n: int, *, ratio: float, fine: tuple[bool, bool]) -> FloatArray:
-    if fine == (False, False):
-        return graded_fractions(n, start=1 / ratio, end=1 / ratio)
-    return graded_fractions(n, start=ratio if fine[0] else 1.0, end=ratio if fine[1] else 1.0)
-
-
-def _by_first(n: int, *, share: float, fine: tuple[bool, bool], label: str, first: float) -> FloatArray:
-    try:
-        fractions = fractions_from(n, share, both=fine == (True, True))
-    except SurfaceMeshError as error:
-        raise InputError(
-            f"{label} gets {n} segments, of which the first cannot be {first:g} long ({error}): ask for another count "
-            "or size there"
-        ) from error
-    return fractions if fine[0] else turned_round(fractions)
-
-
-def _portion(n: int, *, begin: float, end: float, forward: bool, ratio: float, fine: tuple[bool, bool]) -> FloatArray:
-    """Division of a piece that is a portion of a whole edge, so that segments go on across its ends."""
-    whole = _by_ratio(_FINE, ratio=ratio, fine=fine)
-    at = np.linspace(0.0, 1.0, _FINE + 1)
-    a, b = np.interp([begin, end], whole, at)
-    fractions = (np.interp(np.linspace(a, b, n + 1), at, whole) - begin) / (end - begin)
-    fractions[0], fractions[-1] = 0.0, 1.0
-    return fractions if forward else turned_round(fractions)
-
-
-_FINE = 1000
-"""Steps by which the division of a whole edge is known between its pieces."""

@@ -12,7 +12,7 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..surface import Division, Partners
 from ..sweep import Sweep
-from .biases import resolve_biases
+from .biases import divisions_of, resolve_biases, splits_of
 from .cell_periodic import find_cell_matches, partners_of
 from .cell_walls import CellWalls, plan_cell_walls
 from .local_sizes import Field, size_field
@@ -59,7 +59,8 @@ def resolve_asks(  # noqa: PLR0917
     """
     partners = partners_of(part, find_cell_matches(part, model, options))
     wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
-    biases = resolve_biases(part, options)
+    biases = divisions_of(resolve_biases(part, options, model))
+    wishes = replace(wishes, splits=splits_of(biases))
     divisions, field = dict(biases), None
     if options.local_sizes is not None:
         if options.layers is not None:

@@ -43,8 +43,8 @@ class CellMatch:
     motion: Motion
 
 
-def faces_called(part: Part, model: Part, word: str | int) -> frozenset[Place]:
-    """The outer faces of a part's cells that are pieces of what a word names in the part before it was cut.
+def faces_called(part: Part, model: Part, word: str | int, *, outer: bool = True) -> frozenset[Place]:
+    """The (outer) faces of a part's cells that are pieces of what a word names in the part before it was cut.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def faces_called(part: Part, model: Part, word: str | int) -> frozenset[Place]:
         (cell, face.id)
         for cell, solid in enumerate(part.solids)
         for face in solid.faces
-        if (part.models[part.owners[cell]].name, face.key) in wanted and (cell, face.id) not in beyond
+        if (part.models[part.owners[cell]].name, face.key) in wanted and not (outer and (cell, face.id) in beyond)
     )
 
 

@@ -25,9 +25,9 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..projection import project_layers
 from ..projection.caps import PlacedCap, place_target
-from ..surface import CellBoundary, Division, Skeleton, graded_together, lay_star, match_quads, turn_grid
+from ..surface import CellBoundary, Division, Skeleton, divided, graded_together, lay_star, match_quads, turn_grid
 from ..sweep import Intervals, Sweep
-from .biases import single_segments
+from .biases import say_graded
 from .cell_asks import resolve_asks
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
@@ -56,7 +56,8 @@ def mesh_cells(  # noqa: PLR0917
     asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
     wishes, divisions = asks.wishes, asks.divisions
     asked = wishes
-    _check_budget(part, cell_sweeps(part, plan), options, wishes, streamed=run.in_blocks)
+    expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
+    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
@@ -99,7 +100,7 @@ def mesh_cells(  # noqa: PLR0917
         wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **shorter})
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
-    single = single_segments([len(skeleton.edges[key]) - 1 for key in asks.biased])
+    single = say_graded(divisions, asks.biased, {key: len(nodes) - 1 for key, nodes in skeleton.edges.items()})
     return builder.built(), counts, [*finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
@@ -115,7 +116,7 @@ def _graded(
         return {}
     with_counts = list(zip(part.solids, counts, strict=True))
     n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
-    asked = {key: division(n[key]) for key, division in divisions.items()}
+    asked = divided(divisions, n)
     sweeps = {
         cell: (own.fill, counts[cell])
         for cell, own in enumerate(cell_sweeps(part, plan))
@@ -137,13 +138,16 @@ def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
     return found
 
 
-def _check_budget(
-    part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes, *, streamed: bool
-) -> None:
-    """Refuse a size that is a slip before anything is made of it."""
-    fills, sizes = [cell.fill for cell in cells], cell_sizes(cells, wishes)
-    expected = estimate.estimate_cells(fills, sizes, layers=wishes.layers, scale=part.scale, streamed=streamed)
-    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+def expected_cells(part: Part, plan: Plan, wishes: Wishes, *, streamed: bool = False) -> estimate.Estimate:
+    """What the mesh of all cells will be, before anything is made of it."""
+    cells = cell_sweeps(part, plan)
+    return estimate.estimate_cells(
+        [cell.fill for cell in cells],
+        cell_sizes(cells, wishes),
+        layers=wishes.layers,
+        scale=part.scale,
+        streamed=streamed,
+    )
 
 
 def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], asked: Wishes) -> dict[int, float]:

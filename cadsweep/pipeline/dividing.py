@@ -15,7 +15,7 @@ from ..errors import InputError, SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
-from .biases import single_segments
+from .biases import say_graded, splits_of
 from .hints import Hints
 from .periodic import cap_motion, side_motions, tied_counts
 from .run import Run
@@ -104,7 +104,10 @@ def mesh_boundary(
         check(made)
         finer = sum(e not in hints.sizes or wished[e] < hints.sizes[e] for e in wished)
         notes = [f"{finer} edges at narrow places divided finer than their size asks"] if finer else []
-        notes += [*dict.fromkeys(walls.notes), *single_segments([int(counts.counts[e]) for e in hints.divisions])]
+        notes += [
+            *dict.fromkeys(walls.notes),
+            *say_graded(hints.divisions, hints.divisions, dict(enumerate(counts.counts.tolist()))),
+        ]
         return counts, surfaces, notes
     assert first is not None
     raise first
@@ -127,7 +130,12 @@ def _count(part: Part, sweep: Sweep, options: SweepOptions, run: Run, hints: Hin
         if rough is not None:
             estimate.check_budget(rough, max_hexes=options.max_hexes, max_memory=options.max_memory)
         counts = intervals.assign_intervals(
-            sweep, size=size, layers=layers, edge_sizes=hints.sizes, edge_counts=hints.counts
+            sweep,
+            size=size,
+            layers=layers,
+            edge_sizes=hints.sizes,
+            edge_counts=hints.counts,
+            splits=splits_of(hints.divisions),
         )
         expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)

@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
-from .biases import biases_of, resolve_biases, whole_edges
+from .biases import biases_of, divisions_of, resolve_biases, whole_edges
 from .local_sizes import GROWTH, size_field
 from .periodic import Match, find_matches, with_images
 from .size_divisions import divide_by_sizes, least_along
@@ -159,7 +159,7 @@ def _grown_back(
 
 
 def _graded(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, Division]:
-    found = biases_of(sweep.solid, resolve_biases(part, options))
+    found = divisions_of(biases_of(sweep.solid, resolve_biases(part, options)))
     rails = sorted(found.keys() & set(sweep.rails))
     if rails and options.fractions is not None:
         raise InputError(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import scipy
@@ -20,7 +19,7 @@ from ..brep import Edge, Face, Part, Solid
 from ..errors import InputError, SurfaceMeshError
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..surface import Division, Motion, turned_round
+from ..surface import Division, Motion, turned
 from ..sweep import Intervals, Sweep
 
 SAME = 1e-5
@@ -172,12 +171,8 @@ def with_images(matches: Sequence[Match], divisions: Mapping[int, Division]) -> 
         for a, (b, same) in match.edges.items():
             for one, other in ((a, b), (b, a)):
                 if one in divisions and other not in divisions:
-                    found[other] = divisions[one] if same else partial(_turned, divisions[one])
+                    found[other] = divisions[one] if same else turned(divisions[one])
     return found
-
-
-def _turned(division: Division, n: int) -> FloatArray:
-    return turned_round(division(n))
 
 
 def side_motions(sweep: Sweep, matches: Sequence[Match]) -> list[tuple[frozenset[int], frozenset[int], Motion]]:

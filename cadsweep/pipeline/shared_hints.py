@@ -12,6 +12,8 @@ from ..errors import InputError, did_you_mean
 from ..intervals import KeyDemand, Wishes
 from ..options import SweepOptions
 from .biases import names_edges
+from .cell_periodic import faces_called
+from .edge_pieces import pieces_along
 from .subsets import subset
 
 
@@ -75,8 +77,11 @@ def local_biases(part: Part, options: SweepOptions) -> dict[str, Any]:
     return {word: bias for word, bias in (options.biases or {}).items() if names_edges(part, word)}
 
 
-def resolve_wishes(part: Part, options: SweepOptions) -> Wishes:
-    """Find the cells and edges that the user means, by key, sizes in working units."""
+def resolve_wishes(part: Part, options: SweepOptions, model: Part) -> Wishes:
+    """Find the cells and edges that the user means, by key, sizes in working units.
+
+    The words are about `model`, the part before it was cut: its names, ids and selectors are those that the user knows.
+    """
     sizes = options.sizes or {}
     owners = {model.name: j for j, model in enumerate(part.models)}
     by_owner = {owners[word]: size / part.scale for word, size in sizes.items() if word in owners}
@@ -84,18 +89,16 @@ def resolve_wishes(part: Part, options: SweepOptions) -> Wishes:
     for word, size in sizes.items():
         if word in owners:
             continue
-        for kind, cell, edge in _edges(part, word):
-            key = int(part.solids[cell].edge_keys[edge])
+        for kind, key, _ in _pieces(part, model, word):
             found[kind][key] = min(found[kind].get(key, size), size)
+        for key in _across(part, model, word):
+            found["face"][key] = min(found["face"].get(key, size), size)
     demands = []
     for word, count in (options.counts or {}).items():
         pieces: dict[str, set[int]] = {}
-        for _, cell, edge in _edges(part, word):
-            solid = part.solids[cell]
+        for _, key, whole in _pieces(part, model, word):
             # The pieces of one edge of the input get the count together: it is the edge that the user knows.
-            pieces.setdefault(solid.edges[edge].key or f"key {solid.edge_keys[edge]}", set()).add(
-                int(solid.edge_keys[edge])
-            )
+            pieces.setdefault(whole, set()).add(key)
         demands += [
             KeyDemand(keys=tuple(sorted(keys)), count=count, label=f"{count} on '{word}'") for keys in pieces.values()
         ]
@@ -106,6 +109,22 @@ def resolve_wishes(part: Part, options: SweepOptions) -> Wishes:
         edge_sizes={key: size / part.scale for key, size in (found["face"] | found["edge"]).items()},
         demands=demands,
     )
+
+
+def _across(part: Part, model: Part, word: str) -> Iterator[int]:
+    """Keys of the edges along which cuts divide the faces that a word names: they are as fine as the face."""
+    if part is not model and any(kind == "face" for kind, _, _ in _edges(model, word)):
+        for cell, face in faces_called(part, model, word, outer=False):
+            solid = part.solids[cell]
+            yield from (int(solid.edge_keys[e]) for e in solid.faces[face].edges)
+
+
+def _pieces(part: Part, model: Part, word: str) -> Iterator[tuple[str, int, str]]:
+    """What the word names, the keys of the edges of the cells there, and the edge of the input that each is of."""
+    for kind, cell, edge in _edges(model, word):
+        own = model.solids[cell].edges[edge]
+        for key, _, _ in pieces_along(part, model, cell, edge):
+            yield kind, key, own.key or f"solid {cell} edge {edge}"
 
 
 def _edges(part: Part, word: str) -> Iterator[tuple[str, int, int]]:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from ..errors import InputError
 from ..options import SweepOptions
 from ..stack import Levels, Stack
 from ..stacks import Sheets
-from ..surface import Division, turned_round
-from .biases import biases_of, resolve_biases, whole_edges
+from ..surface import Chain, Division, turned
+from .biases import biases_of, divisions_of, resolve_biases, whole_edges
 
 _SAMPLES = 1000
 """Places along an edge among which the ends of its pieces on the plane are found."""
@@ -83,54 +82,48 @@ def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: Sweep
         for word, count in (words or {}).items():
             for edges in whole_edges(part.solids[0], cad.select_edges(part, word)):
                 _demand(stack, sheets, pieces, edges, count, f"{option} of '{word}'", known, found, option)
-    for edge, division in biases_of(stack.solid, resolve_biases(part, options)).items():
-        pair = _between(stack, sheets, edge)
-        if pair is not None:
-            line = stack.solid.edges[edge]
-            up = float((stack.solid.vertices[line.end] - stack.solid.vertices[line.start]) @ stack.direction) > 0
-            found.gradings[pair] = division if up else partial(_turned, division)
-        elif edge in pieces:
-            found.divisions.update(_divisions_below(stack, edge, pieces[edge], division))
+    on_plane = []
+    for chain in biases_of(stack.solid, resolve_biases(part, options)):
+        edge = chain.edges[0][0]
+        if _between(stack, sheets, edge) is not None:
+            found.gradings.update(_gradings(stack, sheets, chain))
+        elif all(e in pieces for e, _ in chain.edges):
+            on_plane.append(_below(stack, chain, pieces))
         else:
             raise InputError(
                 f"{stack.solid.edges[edge].label()} neither bounds a cap nor runs along the direction of the columns "
                 "that the part is meshed in: a bias cannot grade it"
             )
+    found.divisions.update(divisions_of(on_plane))
     return found
 
 
-def _turned(division: Division, n: int) -> FloatArray:
-    return turned_round(division(n))
+def _gradings(stack: Stack, sheets: Sheets, chain: Chain) -> Iterator[tuple[tuple[int, int], Division]]:
+    """How the layers beside edges along the direction divide the heights of these, from the lower end."""
+    for e, division in divisions_of([chain]).items():
+        line, pair = stack.solid.edges[e], _between(stack, sheets, e)
+        if pair is not None:
+            up = float((stack.solid.vertices[line.end] - stack.solid.vertices[line.start]) @ stack.direction) > 0
+            yield pair, division if up else turned(division)
 
 
-def _divisions_below(
-    stack: Stack, edge: int, pieces: Sequence[int], division: Division
-) -> Iterator[tuple[int, Division]]:
-    """Divisions of the edges of the arrangement under an edge: each has its portion of the whole one's."""
+def _below(stack: Stack, chain: Chain, pieces: Mapping[int, Sequence[int]]) -> Chain:
+    """The chain of the edges of the arrangement under a chain of edges."""
+    prism = stack.arrangement.prism
     across = np.eye(3) - np.outer(stack.direction, stack.direction)
     at = np.linspace(0.0, 1.0, _SAMPLES + 1)
-    shadow = stack.solid.edges[edge].curve.evaluate(at) @ across
-    for piece in pieces:
-        own = stack.arrangement.prism.edges[piece]
-        ends = stack.arrangement.prism.vertices[[own.start, own.end]] @ across
-        begin, end = (float(at[np.argmin(np.linalg.norm(shadow - point, axis=1))]) for point in ends)
-        if (begin, end) == (0.0, 1.0):
-            yield piece, division
-        elif (begin, end) == (1.0, 0.0):
-            yield piece, partial(_turned, division)
-        elif begin != end:
-            yield piece, partial(_portion, division=division, begin=begin, end=end)
-
-
-def _portion(n: int, *, division: Division, begin: float, end: float) -> FloatArray:
-    """The division of an edge between two fractions of its length, in n segments, run from `begin` to `end`."""
-    n_whole = max(2, round(n / abs(end - begin)))
-    places = division(n_whole)
-    steps = np.linspace(0.0, 1.0, n_whole + 1)
-    first, last = np.interp([begin, end], places, steps)
-    fractions = (np.interp(np.linspace(first, last, n + 1), steps, places) - begin) / (end - begin)
-    fractions[0], fractions[-1] = 0.0, 1.0
-    return np.asarray(fractions)
+    edges: list[tuple[int, bool]] = []
+    for edge, forward in chain.edges:
+        shadow = stack.solid.edges[edge].curve.evaluate(at) @ across
+        own: list[tuple[float, float, int]] = []
+        for piece in pieces[edge]:
+            ends = prism.vertices[[prism.edges[piece].start, prism.edges[piece].end]] @ across
+            begin, end = (float(at[np.argmin(np.linalg.norm(shadow - point, axis=1))]) for point in ends)
+            if begin != end:
+                own.append((begin, end, piece))
+        own.sort(key=lambda one: min(one[:2]), reverse=not forward)
+        edges += [(piece, (end > begin) == forward) for begin, end, piece in own]
+    return replace(chain, edges=tuple(edges), lengths=tuple(prism.edges[e].length for e, _ in edges))
 
 
 def grade_levels(levels: Levels, sheets: Sheets, hints: StackHints) -> Levels:

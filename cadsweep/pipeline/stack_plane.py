@@ -9,6 +9,7 @@ from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, SurfaceMesh
 from ..stack import Levels, Stack
 from ..sweep import Intervals
+from .biases import say_graded
 from .dividing import MOST_HALVINGS
 from .run import Run
 from .stack_hints import StackHints
@@ -90,7 +91,7 @@ def mesh_plane(
         best, judged, known = mended, found, counts
         poor, whole = _to_halve(judged)
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
-    return best, notes
+    return best, [*notes, *say_graded(hints.divisions, hints.divisions, dict(enumerate(known.counts.tolist())))]
 
 
 def _gained(stack: Stack, before: stacks.Judged, after: stacks.Judged, shorter: Collection[int]) -> set[int]:

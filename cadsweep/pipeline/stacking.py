@@ -24,6 +24,7 @@ from ..options import SweepOptions
 from ..stack import Stack
 from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
+from .biases import splits_of
 from .candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
 from .origin import AnyMesh
@@ -210,7 +211,10 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
 
     def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
-            assign = partial(intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes)
+            splits = splits_of(hints.divisions)
+            assign = partial(
+                intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes, splits=splits
+            )
             counts = assign(edge_counts=hints.counts)
             tied = tied_counts(stack.plan, matches, counts, hints.counts)
             if tied:

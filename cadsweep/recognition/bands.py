@@ -7,10 +7,10 @@ crosses are all linking sides and close to a band. So every class is a candidate
 together have as many edges as the solid, and nothing is searched: the cost grows with the number
 of faces. A class is rejected where it meets a face that is no rectangle, or crosses itself.
 
-Where some faces have several readings, the classes that meet them are settled together by one
-small integer programme: a state for every such face (no linking side, or one reading in one of
-two directions), edges agreeing on both their faces, least total deviation of the angles. What one
-class along the sweep settles by itself (:mod:`.narrowing`) is left out of the programme.
+Where some faces have several readings, the classes that meet them are settled together: a state for
+every such face (no linking side, or one reading in one of two directions), edges agreeing on both
+their faces, least total deviation of the angles. What one class along the sweep settles by itself
+(:mod:`.narrowing`) is taken as it is, and of the rest the cheapest choices are followed (:mod:`.choices`).
 """
 
 from __future__ import annotations

@@ -1,115 +1,102 @@
-"""The cheapest choices of what faces of several readings are: small integer programmes.
+"""The cheapest choices of what faces of several readings are, followed one face at a time.
 
 Place in the flow: :mod:`.bands` asks it for what :mod:`.narrowing` leaves open.
+
+Method: of what is left, the face with the fewest states is given each of them, and what follows is narrowed
+again (:meth:`.Narrowed.taken`). What costs least so far goes first, the least that open faces still need included, so
+that the first choice with nothing left open is the cheapest there is, the next one the second, and so on.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
+from heapq import heappop, heappush
+from itertools import count
+from math import inf
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-import scipy
-
-from ..arrays import FloatArray
 from .corners import Reading
-from .narrowing import Narrowed
+from .narrowing import Narrowed, State
+
+log = logging.getLogger(__name__)
 
 STEP_COST = 1e-3
 """Price of one more class in a band: nothing joins a band that is not needed there."""
 TIE = 0.5
 """Right angles by which another choice of corners may be worse than the best and is still tried."""
 MAX_SOLUTIONS = 4
-"""Ways to read the sides of one band that are kept, the cheapest first; each costs an integer programme."""
+"""Ways to read the sides of one band that are kept, the cheapest first."""
+MAX_TRIED = 5_000
+"""Partial choices that are followed for one band before what was found so far is taken for all there is; no part that
+is known needs more than some hundred."""
+
+Choice = dict[int, tuple[Reading, int] | None]
 
 
-def cheapest(
-    left: Narrowed,
-) -> Iterator[tuple[set[int], dict[int, tuple[Reading, int] | None]]]:
+def cheapest(left: Narrowed) -> Iterator[tuple[set[int], Choice]]:
     """Classes along the sweep, and what each open face is, of the cheapest choices among what is left open.
 
-    A programme has the faces that must be linking sides, and those only that its own answers run into: what no class
-    along the sweep meets is no linking side, and costs nothing.
+    Faces that must be linking sides are chosen, and those that their own classes run into: what no class
+    along the sweep meets is no linking side, and costs nothing. No choice has all the linking sides of one before it.
     """
-    faces = dict.fromkeys(left.linking_faces())
-    forbidden: list[list[tuple[int, int]]] = []
-    best = np.inf
-    while len(forbidden) < MAX_SOLUTIONS:
-        answer = _choose(left, list(faces), forbidden)
-        if answer is None or answer.cost > best + TIE:
+    found: list[set[tuple[int, State]]] = []
+    best = inf
+    numbers = count()
+    # A choice waits twice: as what is to be narrowed, by the least it can cost, and narrowed. Of the same price that
+    # goes first in which less is open, then the one that was made first.
+    start = _Step(left, frozenset(left.linking_faces()))
+    waiting: list[tuple[float, float, int, _Step, tuple[int, State] | None]] = [
+        (_least(left, start), 0, next(numbers), start, None)
+    ]
+    for _ in range(MAX_TRIED):
+        if not waiting:
             return
-        beside = {f: None for k in answer.along for f in left.at_class[k] if len(left.states[f]) > 1}
-        if beside.keys() - faces.keys():
-            faces |= beside
+        cost, _, number, step, taken = heappop(waiting)
+        if cost > best + TIE:
+            return
+        if taken is not None:
+            after = _taken(left, step, *taken)
+            if after is not None:
+                n_open = sum(len(after.at.states[f]) - len(left.states[f]) for f in after.reached)
+                heappush(waiting, (_least(left, after), n_open, number, after, None))
             continue
-        best = min(best, answer.cost)
-        reads = {f: left.states[f][j].read for f, j in answer.states}
-        yield answer.along, reads
-        # next time one of these faces must be read otherwise
-        forbidden.append([(f, j) for f, j in answer.states if reads[f] is not None])
-        if not forbidden[-1]:
-            return
+        own = {f: step.at.states[f] for f in sorted(step.reached)}
+        sides = {f: states[0] for f, states in own.items() if len(states) == 1 and states[0].read is not None}
+        if any(before <= sides.items() for before in found):
+            continue
+        must = [f for f, states in own.items() if len(states) > 1 and all(s.read is not None for s in states)]
+        if not must:
+            best = min(best, cost)
+            found.append(set(sides.items()))
+            yield step.at.along - left.along, {f: state.read for f, state in sides.items()}
+            if len(found) == MAX_SOLUTIONS or not sides:
+                return
+            continue
+        face = min(must, key=lambda f: len(own[f]))
+        least = min(state.cost for state in own[face])
+        for state in own[face]:
+            heappush(waiting, (cost - least + state.cost, -inf, next(numbers), step, (face, state)))
+    log.debug("choices of %d faces are not followed to the end", len(left.states))
 
 
-class _Answer(NamedTuple):
-    """Classes along the sweep, the number of each face's state, and what that costs."""
+class _Step(NamedTuple):
+    """What is left after some choices, and the faces that were open at first and are, or may be, linking sides now."""
 
-    along: set[int]
-    states: list[tuple[int, int]]
-    cost: float
+    at: Narrowed
+    reached: frozenset[int]
 
 
-def _choose(left: Narrowed, faces: list[int], forbidden: list[list[tuple[int, int]]]) -> _Answer | None:
-    """The cheapest states of some faces, but for choices that are forbidden as a whole; None where there are none."""
-    if not faces:
-        return None if forbidden else _Answer(set(), [], 0.0)
-    known = left.along | left.across
-    classes = sorted({k for f in faces for k in left.states[f][0].on_face} - known)
-    column = {k: j for j, k in enumerate(classes)}
-    cost = [STEP_COST] * len(classes)
-    unknown: dict[tuple[int, int], int] = {}
-    rows: list[dict[int, float]] = []
-    right: list[float] = []
-    for f in faces:
-        agree = {k: {column[k]: -1.0} for k in sorted(left.states[f][0].on_face - known)}
-        one: dict[int, float] = {}
-        for j, state in enumerate(left.states[f]):
-            at = unknown[f, j] = len(cost)
-            one[at] = 1.0
-            for k in state.along & agree.keys():
-                agree[k][at] = 1.0
-            cost.append(state.cost)
-        rows += [one, *agree.values()]
-        right += [1.0] + [0.0] * len(agree)
-    n_equal = len(rows)
-    rows += [{column[a]: 1.0, column[b]: 1.0} for a in classes for b in left.rivals.get(a, []) if a < b and b in column]
-    right += [1.0] * (len(rows) - n_equal)
-    rows += [{unknown[choice]: 1.0 for choice in choices} for choices in forbidden]
-    right += [len(choices) - 1.0 for choices in forbidden]
-    prices = np.array(cost)
-    on = _solve(prices, rows, np.array(right), n_equal)
-    if on is None:
+def _taken(left: Narrowed, step: _Step, face: int, state: State) -> _Step | None:
+    """A step further: one face is what one of its states says; None where that cannot be."""
+    at = step.at.taken(face, state)
+    if at is None:
         return None
-    return _Answer(
-        {k for k in classes if on[column[k]]}, [c for c, at in unknown.items() if on[at]], float(prices @ on)
-    )
+    known = (at.along - step.at.along) | (at.across - step.at.across)
+    return _Step(at, step.reached.union(f for k in known for f in left.at_class[k] if len(left.states[f]) > 1))
 
 
-def _solve(
-    cost: FloatArray, rows: list[dict[int, float]], bound: FloatArray, n_equal: int
-) -> npt.NDArray[np.bool_] | None:
-    """Least cost of binary unknowns: the first `n_equal` rows equal their bound, others stay below."""
-    entries = [(r, c, v) for r, row in enumerate(rows) for c, v in row.items()]
-    r, c, v = (np.array(x) for x in zip(*entries, strict=True))
-    result = scipy.optimize.milp(
-        cost,
-        integrality=np.ones(len(cost)),
-        bounds=scipy.optimize.Bounds(0.0, 1.0),
-        constraints=scipy.optimize.LinearConstraint(
-            scipy.sparse.csr_array((v, (r, c)), shape=(len(rows), len(cost))),
-            np.where(np.arange(len(rows)) < n_equal, bound, -np.inf),
-            bound,
-        ),
-    )
-    return None if result.x is None else result.x > 0.5
+def _least(left: Narrowed, step: _Step) -> float:
+    """What a choice costs at least, compared with what was left at first."""
+    states = sum(min(state.cost for state in step.at.states[f]) for f in step.reached)
+    return states + STEP_COST * (len(step.at.along) - len(left.along))

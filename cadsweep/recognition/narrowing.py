@@ -1,6 +1,6 @@
 """What one class of rails settles by itself: states of faces that cannot be, and classes that must be along or across.
 
-Place in the flow: :mod:`.bands` narrows the choices of each class before it asks an integer programme for the rest.
+Place in the flow: :mod:`.bands` narrows the choices of each class, and :mod:`.choices` does with each state it tries.
 
 Method: a state of a face names the classes that it has along the sweep; all others that meet the face run across it.
 A state that says otherwise than what is known of a class is taken out, and a class that all states left of a face say
@@ -63,6 +63,11 @@ class Narrowed:
     def linking_faces(self) -> list[int]:
         """Faces of several states that must be linking sides."""
         return [f for f, own in self.states.items() if len(own) > 1 and all(state.read is not None for state in own)]
+
+    def taken(self, face: int, state: State) -> Narrowed | None:
+        """What is left where a face is what one of its states says; None where nothing is."""
+        one = replace(self, states=self.states | {face: [state]})
+        return one.told((k, k in state.along) for k in state.on_face)
 
     def told(self, news: Iterable[tuple[int, bool]]) -> Narrowed | None:
         """What is left where some classes are, or are not, along the sweep; None where nothing is."""

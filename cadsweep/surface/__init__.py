@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
+from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
     Division,
     fractions_from,
@@ -42,6 +43,8 @@ from .walls import Walls
 
 __all__ = [
     "CellBoundary",
+    "Chain",
+    "ChainPiece",
     "Division",
     "FaceMesh",
     "Memory",
@@ -49,6 +52,8 @@ __all__ = [
     "Partners",
     "Skeleton",
     "Walls",
+    "chains_of",
+    "divided",
     "fractions_from",
     "graded_fractions",
     "graded_together",
@@ -57,7 +62,9 @@ __all__ = [
     "match_quads",
     "mesh_surfaces",
     "patches_of",
+    "say_chains",
     "turn_grid",
+    "turned",
     "turned_round",
 ]
 
@@ -124,9 +131,10 @@ def mesh_surfaces(
     """
     layout = build_grid(sweep, intervals)
     places = place_layers(sweep, layout, bias=bias, fractions=fractions)
-    asked = {e: division(int(intervals.counts[e])) for e, division in (divisions or {}).items()}
+    counts = dict(enumerate(intervals.counts.tolist()))
+    asked = divided(divisions or {}, counts)
     graded = graded_edges(sweep, intervals, asked)
-    own = {e: division(int(intervals.counts[e])) for e, division in (alone or {}).items()}
+    own = divided(alone or {}, counts)
     asked, graded = {**asked, **own}, {**graded, **own}
     places = grade_places(layout, places, {e: asked[e] for e in asked if e in layout.edges})
     builder = RingBuilder(sweep, layout, places, fit, graded=graded, fixed=asked)

@@ -105,6 +105,31 @@ def test_parts_of_several_blocks_are_graded_too(kind):
     assert mesh.info["quality"].valid
 
 
+@pytest.mark.parametrize(("kind", "word"), [("cut", "edges:|X"), ("cut", "edge 8"), ("touching", "edges:|X and <Z")])
+def test_an_edge_in_pieces_is_graded_as_the_one_that_it_is(kind, word):
+    part, options = cq.Workplane().box(60, 40, 20), {}
+    if kind == "touching":
+        low = cq.Workplane().box(20, 40, 6).translate((-10, 0, -13))
+        part = cq.Assembly().add(part, name="up").add(low, name="low")
+    else:
+        options["cuts"] = ["plane x=-7", "plane z=2"]
+    mesh = cs.sweep_mesh(part, size=3, biases={word: {"towards": "<X", "ratio": 5}}, **options)
+    along = steps(mesh, "x", y=-20, z=-10)
+    assert along[-1] / along[0] == pytest.approx(5)
+    assert along.max() / along.min() == pytest.approx(5)
+    assert np.exp(np.abs(np.diff(np.log(along)))).max() < 1.4  # as even as the pieces allow
+    assert abs(len(along) - 60 / 3) <= 1
+    first = cs.sweep_mesh(part, size=3, biases={word: {"towards": "both", "first": 0.7}}, **options)
+    assert steps(first, "x", y=-20, z=-10)[[0, -1]] == pytest.approx(0.7)
+
+
+def test_sizes_and_counts_name_the_edges_of_the_model_where_it_is_cut():
+    box = cq.Workplane().box(60, 40, 20)  # edge 8 and face 4 are at the bottom; a cell's own are elsewhere
+    for hints, n in (({"sizes": {"edge 8": 2}}, 30), ({"counts": {"edge 8": 22}}, 22), ({"sizes": {"face 4": 2}}, 30)):
+        mesh = cs.sweep_mesh(box, size=4, cuts=["plane x=6"], **hints)
+        assert len(steps(mesh, "x", y=-20, z=-10)) == n
+
+
 def test_what_cannot_be_graded_is_said(plate):
     with pytest.raises(InputError, match="No edge matches 'rim'"):
         cs.sweep_mesh(plate, biases={"rim": {"towards": "both", "ratio": 2}})

@@ -1,4 +1,4 @@
-"""What is chosen for faces of several readings is the cheapest that agrees: held against trying everything."""
+"""What is chosen for faces of several readings is the cheapest that agrees, one after the other: all are tried."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from cadsweep.recognition.choices import STEP_COST, cheapest
+from cadsweep.recognition.choices import MAX_SOLUTIONS, STEP_COST, TIE, cheapest
 from cadsweep.recognition.corners import Reading
 from cadsweep.recognition.narrowing import State, narrow
 
@@ -28,10 +28,22 @@ def random_states(random: np.random.Generator, n_faces: int, n_classes: int) -> 
     return states
 
 
-def cheapest_of_all(states: dict[int, list[State]], pairs: list[tuple[int, int]], seed: int) -> float | None:
-    """Least price of states that say the same of every class, the seed being along the sweep; None: there are none."""
+Sides = frozenset[tuple[int, object]]
+"""Faces that are linking sides, and how they are read."""
+
+
+def cheapest_of_all(
+    states: dict[int, list[State]], pairs: list[tuple[int, int]], seed: int, before: list[Sides]
+) -> float | None:
+    """Least price of states that say the same of every class, the seed being along the sweep; None: there are none.
+
+    Choices that have all the linking sides of one `before` do not count.
+    """
     prices = []
     for chosen in product(*states.values()):
+        sides = {(f, state.read) for f, state in zip(states, chosen, strict=True) if state.read}
+        if any(old <= sides for old in before):
+            continue
         along = frozenset.union(*(state.along for state in chosen))
         agree = all(state.along == along & state.on_face for state in chosen)
         if agree and seed in along and not any(a in along and b in along for a, b in pairs):
@@ -47,14 +59,23 @@ def test_choices_are_the_cheapest_of_all(number):
     start = narrow(states, pairs)
     assert start is not None, "no linking side at all is a choice"
     for seed in sorted({k for own in states.values() for k in own[0].on_face}):
-        wanted = cheapest_of_all(states, pairs, seed)
         left = start.told([(seed, True)])
-        found = None if left is None else next(cheapest(left), None)
-        if found is None:
-            assert wanted is None
-            continue
-        assert left is not None
-        chosen, reads = found
-        settled = {f: own[0].read for f, own in left.states.items() if len(own) == 1}
-        price = sum(read[0].cost for read in (settled | reads).values() if read is not None)
-        assert price + STEP_COST * len(left.along | chosen) == pytest.approx(wanted)
+        found = [] if left is None else list(cheapest(left))
+        before: list[Sides] = []
+        for chosen, reads in found:
+            settled = {f: own[0].read for f, own in left.states.items() if len(own) == 1}
+            sides = {f: read for f, read in (settled | reads).items() if read is not None}
+            price = sum(read[0].cost for read in sides.values())
+            wanted = cheapest_of_all(states, pairs, seed, before)
+            assert price + STEP_COST * len(left.along | chosen) == pytest.approx(wanted)
+            before.append(frozenset(sides.items()))
+        if len(found) < MAX_SOLUTIONS:
+            dearer = cheapest_of_all(states, pairs, seed, before)
+            assert dearer is None or (found and dearer > first_price(states, pairs, seed) + TIE)
+
+
+def first_price(states: dict[int, list[State]], pairs: list[tuple[int, int]], seed: int) -> float:
+    """Least price of all choices."""
+    price = cheapest_of_all(states, pairs, seed, [])
+    assert price is not None
+    return price

@@ -8,6 +8,7 @@ Axes may pass each other: two planes go along one axis each, square to the other
 both cylinders have in common. At four points of the curve in which the cylinders meet it turns back, and each of these
 lies on one of the planes, so every piece of it has its corners at its ends. Cylinders of one radius whose axes meet
 touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
+A bore that ends inside of the other is carried on as a cylinder through the material, and a plane lies in its floor.
 
 Not handled: cylinders that do not go all around, as the ends of slots, and those that only graze each other.
 """
@@ -42,6 +43,9 @@ FAR = 0.5
 plane goes through the axis, too: on one side of both less than a quarter more than half of the wall would be left."""
 ALIKE = 1e-4
 """Difference of two radii, as a share of them, up to which they are one."""
+NEAR_FLOOR = 0.7
+"""Distance of the floor of a bore from the axis of another, in its radii, up to which the plane along the axis lies in
+the floor instead."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
 
@@ -160,12 +164,18 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         a, b = (axes[i] for i in crossing.axes)
         for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
+        ends = [
+            {i: at for i, axis in enumerate(axes) if axis.line == line and (at := _floors(solid, axis, other, place))}
+            for line, other, place in zip(crossing.lines, (b, a), crossing.on_axes, strict=True)
+        ]
+        floors = [[at for own in one.values() for at in own] for one in ends]
         tools = [
             plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size)
+            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
+        tools += [tool for one in ends for i in one for tool in _extended(solid, axes[i])]
         through.append(
             Cutter(
                 reason=f"planes where {a.label} and {b.label} cross",
@@ -178,17 +188,38 @@ def at_crossings(solid: Solid) -> list[Cutter]:
     return [*_between(solid, axes, points), *through]
 
 
+def _floors(solid: Solid, axis: Axis, other: Axis, place: FloatArray) -> list[FloatArray]:
+    """A point of every floor, of different height, at which a bore ends inside of the one that it crosses."""
+    found: list[FloatArray] = []
+    for edge in solid.edges:
+        if edge.dihedral < pi + FLAT or abs((edge.midpoint - place) @ axis.direction) > other.radius:
+            continue
+        if any(edge.faces[k] in axis.faces and _is_across(solid.faces[edge.faces[1 - k]], axis) for k in (0, 1)):
+            is_new = all(abs((edge.midpoint - at) @ axis.direction) > MEET * solid.size for at in found)
+            found += [edge.midpoint] if is_new else []
+    return found
+
+
+def _is_across(face: Face, axis: Axis) -> bool:
+    return face.kind == "plane" and abs(float(face.normal @ axis.direction)) > 1.0 - 1e-9
+
+
 def _sides(
-    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[Sequence[FloatArray]]
 ) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
-    """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes."""
+    """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes.
+
+    The plane along one bore goes through the floor of the other, where that ends inside of the first.
+    """
     on_a, on_b = crossing.on_axes
     square = crossing.square
-    found = [
-        (square, on_a + middle * square),
-        (np.cross(square, a.direction), on_a),
-        (np.cross(square, b.direction), on_b),
-    ]
+    found = [(square, on_a + middle * square)]
+    for axis, own, ends, other in ((a, on_a, floors[1], b), (b, on_b, floors[0], a)):
+        normal = np.cross(square, axis.direction)
+        near = [at for at in ends if abs((at - own) @ other.direction) < NEAR_FLOOR * axis.radius]
+        found += [(normal, at) for at in ends]
+        if not near:
+            found.append((normal, own))
     gap = crossing.gap
     found += [
         (square, place)

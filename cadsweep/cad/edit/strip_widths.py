@@ -15,6 +15,7 @@ from itertools import product
 import numpy as np
 
 from ...arrays import FloatArray
+from .turned import Feature
 
 N_WIDTHS = 24
 """Widths of a strip that are tried."""
@@ -26,33 +27,13 @@ LEAST = 0.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Feature:
-    """What is not turned, as it hangs together.
-
-    Attributes
-    ----------
-    faces : tuple of int
-    points : (n, 3) float64
-        Along its edges, from the axis' foot: across the axis twice, then along it.
-    """
-
-    faces: tuple[int, ...]
-    points: FloatArray
-
-    def surrounds(self) -> bool:
-        """Whether it goes all around the axis, as the flats of a hexagon do."""
-        angles = np.sort(np.arctan2(self.points[:, 1], self.points[:, 0]))
-        return bool(np.diff(angles, append=angles[0] + 2.0 * np.pi).max() < 0.5 * np.pi)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Section:
     """What a body looks like along its axis, all of its features in one plane.
 
     Attributes
     ----------
     across : pair of lists of Feature
-        What goes along the first direction, and along the second.
+        What goes along the first direction, and along the second; points from the axis' foot: across it, then along.
     beside : list of Feature
         What goes along the axis.
     floors : pair of lists of float
@@ -109,7 +90,7 @@ class Section:
             for corner in self.corners:
                 found.append(float(abs(abs(corner[1 - way]) - width)) / (BEST_CORNER * half))
             for feature in self.beside:
-                if feature.surrounds():
+                if surrounds(feature):
                     continue  # the sides leave through its walls
                 low, high = feature.points[:, 1 - way].min(), feature.points[:, 1 - way].max()
                 for side in (-width, width):
@@ -120,4 +101,10 @@ class Section:
         return min(found)
 
 
-__all__ = ["Feature", "Section"]
+def surrounds(feature: Feature) -> bool:
+    """Whether a feature, its points from the axis' foot, goes all around the axis, as the flats of a hexagon do."""
+    angles = np.sort(np.arctan2(feature.points[:, 1], feature.points[:, 0]))
+    return bool(np.diff(angles, append=angles[0] + 2.0 * np.pi).max() < 0.5 * np.pi)
+
+
+__all__ = ["Section", "surrounds"]

@@ -19,6 +19,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Shell
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
+from .touched_seams import turn_touched_seams
 from .tracing import Traced
 from .validate import check_closed, faults, place, signed_volume
 
@@ -101,6 +102,7 @@ def mend(traced: Traced) -> list[str]:
     notes = []
     BRepTools.RemoveInternals_s(traced.shape)
     check_closed(traced.shape)
+    notes += turn_touched_seams(traced)
     before = faults(traced.shape)
     if before:
         _repair(traced, before)
