@@ -96,8 +96,8 @@ class Section:
                 for side in (-width, width):
                     found.append(max(low - side, side - high) / (BEST_CORNER * half))
         if all(widths):
-            corner = float(np.hypot(widths[0], widths[1]))
-            found += [abs(corner - radius) / (BEST_CORNER * radius) for radius in self.radii]
+            meeting = float(np.hypot(widths[0], widths[1]))
+            found += [abs(meeting - radius) / (BEST_CORNER * radius) for radius in self.radii]
         return min(found)
 
 
