@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Splitter
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.GeomAbs import GeomAbs_Plane
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
@@ -95,11 +97,12 @@ class _Pieces:
 
     shapes: Sequence[Any]
     labels: Sequence[Labels]
-    splitter: Any
+    splitter: _Splitters
 
     def image(self, sub: Any) -> list[Any]:
         """What a face, an edge or a vertex of the cell has become; empty where it is as it was."""
-        return listed(self.splitter.Modified(sub))
+        found = self.splitter.became(sub)
+        return [] if len(found) == 1 and found[0].IsSame(sub) else found
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,18 +173,28 @@ class Parted:
 
 
 def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
-    """The pieces of a solid."""
+    """The pieces of a solid.
+
+    Tools of two kinds at once are more than OpenCASCADE's splitter can always do: where a plane, a cylinder and the
+    solid's own faces meet in one edge it may lose a piece. Then it is asked again, for the curved ones first.
+    """
+    curved = [tool for tool in tools if BRepAdaptor_Surface(tool).GetType() != GeomAbs_Plane]
+    pieces = _split_in_turn(solid, [tools])
+    if pieces is None and 0 < len(curved) < len(tools):
+        pieces = _split_in_turn(solid, [curved, [tool for tool in tools if tool not in curved]])
+    return pieces
+
+
+def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | None:
+    """The pieces that several sets of tools make of a solid, one set after another; None where they are not sound."""
     holder = shapes_of(solid)
-    splitter = BOPAlgo_Splitter()
-    splitter.AddArgument(holder.shape)
-    for tool in tools:
-        splitter.AddTool(tool)
-    splitter.SetNonDestructive(True)
-    splitter.SetRunParallel(False)
-    splitter.Perform()
-    if splitter.HasErrors():
-        return None
-    pieces = subshapes(splitter.Shape(), SOLID)
+    splitter = _Splitters()
+    pieces = [holder.shape]
+    for tools in turns:
+        found = splitter.part(pieces, tools)
+        if found is None:
+            return None
+        pieces = found
     if len(pieces) < 2 or not _sound(solid, holder, pieces):
         return None
     labels = numbered_labels_of(solid)
@@ -198,16 +211,44 @@ def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
     return _Pieces(shapes=[piece for piece, _ in joined], labels=[label for _, label in joined], splitter=splitter)
 
 
+class _Splitters:
+    """Splitters that part shapes one after another, with the history of one."""
+
+    def __init__(self) -> None:
+        self.own: list[Any] = []
+
+    def part(self, shapes: Sequence[Any], tools: Sequence[Any]) -> list[Any] | None:
+        """The solids that tools make of all shapes together; None where OpenCASCADE fails."""
+        splitter = BOPAlgo_Splitter()
+        for shape in shapes:
+            splitter.AddArgument(shape)
+        for tool in tools:
+            splitter.AddTool(tool)
+        splitter.SetNonDestructive(True)
+        splitter.SetRunParallel(False)
+        splitter.Perform()
+        if splitter.HasErrors():
+            return None
+        self.own.append(splitter)
+        return subshapes(splitter.Shape(), SOLID)
+
+    def became(self, sub: Any) -> list[Any]:
+        """What a face, an edge or a vertex of the shape is now; itself where it is as it was."""
+        found = [sub]
+        for splitter in self.own:
+            left = [one for one in found if not splitter.IsDeleted(one)]
+            found = [piece for one in left for piece in listed(splitter.Modified(one)) or [one]]
+        return found
+
+
 class _Images:
     """Which face (or edge) of a solid every piece of one comes from."""
 
-    def __init__(self, splitter: Any, old: Sequence[Any], labels: Sequence[Any], kind: Any) -> None:
+    def __init__(self, splitter: _Splitters, old: Sequence[Any], labels: Sequence[Any], kind: Any) -> None:
         self.pieces = TopTools_IndexedMapOfShape()
         self.labels: list[Any] = []
         for shape, label in zip(old, labels, strict=True):
-            if splitter.IsDeleted(shape):
-                continue
-            for became in listed(splitter.Modified(shape)) or [shape]:
+            for became in splitter.became(shape):
                 for piece in subshapes(became, kind):
                     self.pieces.Add(piece)
                     self.labels += [label] * (self.pieces.Extent() - len(self.labels))

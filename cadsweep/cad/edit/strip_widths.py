@@ -14,7 +14,7 @@ from itertools import product
 
 import numpy as np
 
-from ...arrays import FloatArray
+from .turned import Feature
 
 N_WIDTHS = 24
 """Widths of a strip that are tried."""
@@ -26,28 +26,13 @@ LEAST = 0.25
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Feature:
-    """What is not turned, as it hangs together.
-
-    Attributes
-    ----------
-    faces : tuple of int
-    points : (n, 3) float64
-        Along its edges, from the axis' foot: across the axis twice, then along it.
-    """
-
-    faces: tuple[int, ...]
-    points: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Section:
     """What a body looks like along its axis, all of its features in one plane.
 
     Attributes
     ----------
     across : pair of lists of Feature
-        What goes along the first direction, and along the second.
+        What goes along the first direction, and along the second; points from the axis' foot: across it, then along.
     beside : list of Feature
         What goes along the axis.
     floors : pair of lists of float
@@ -108,4 +93,4 @@ class Section:
         return min(found)
 
 
-__all__ = ["Feature", "Section"]
+__all__ = ["Section"]

@@ -1,0 +1,267 @@
+"""A turned body: its axis, its rings and shoulders, and what it has beside them.
+
+Place in the flow: read by :mod:`.strips` and :mod:`.spokes`, which part such a body.
+
+Method: the axis is the one that most round faces are about. What is neither about it nor square to it hangs together,
+by its vertices, in features.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, Self
+
+import numpy as np
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
+
+from ...arrays import FloatArray
+from ...brep import Face, Solid
+from ..shapes import shapes_of
+from .axial import round_axis
+
+ALONG = 1e-6
+"""Sine of the angle of two directions up to which they are one, or square to each other."""
+MEET = 1e-4
+"""Distance of two axes, as a share of the cell's size, up to which they are one: what CAD programs round to."""
+MOSTLY = 0.5
+"""Share of the cell's area that is about one axis, or square to it, at least."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Line:
+    """The axis of a round face."""
+
+    place: FloatArray
+    direction: FloatArray
+
+    def is_same(self, other: _Line, near: float) -> bool:
+        """Whether two axes are one."""
+        return self.is_along(other.direction) and self.off(other.place) < near
+
+    def is_along(self, direction: FloatArray) -> bool:
+        return float(np.linalg.norm(np.cross(self.direction, direction))) < ALONG
+
+    def off(self, place: FloatArray) -> float:
+        """Distance of a point from the axis."""
+        return float(np.linalg.norm(np.cross(place - self.place, self.direction)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Feature:
+    """What is not turned, as it hangs together.
+
+    Attributes
+    ----------
+    faces : tuple of int
+    points : (n, 3) float64
+        Along its edges.
+    """
+
+    faces: tuple[int, ...]
+    points: FloatArray
+
+
+class TurnedBody:
+    """A turned body: its axis and what it has beside turned faces.
+
+    Attributes
+    ----------
+    bosses : frozenset of int
+        Faces of what stands on the turned body: an inner corner with one of them is the turned face's to part.
+    """
+
+    bosses: frozenset[int] = frozenset()
+
+    def __init__(self, solid: Solid, flat: float, line: _Line, lines: Sequence[_Line | None]) -> None:
+        self.solid, self.flat, self.line, self.lines = solid, flat, line, lines
+        self.near = MEET * solid.size
+
+    @classmethod
+    def read(cls, solid: Solid, flat: float) -> Self | None:
+        """The body; None where most of the cell is not about one axis."""
+        holder = shapes_of(solid)
+        lines = [_line_of(holder.faces[face.id]) for face in solid.faces]
+        sums: list[tuple[_Line, float]] = []
+        for face, own in zip(solid.faces, lines, strict=True):
+            if own is None:
+                continue
+            for j, (known, area) in enumerate(sums):
+                if known.is_same(own, MEET * solid.size):
+                    sums[j] = (known, area + face.area)
+                    break
+            else:
+                sums.append((own, face.area))
+        if not sums:
+            return None
+        line, area = max(sums, key=lambda pair: pair[1])
+        across = sum(f.area for f in solid.faces if f.kind == "plane" and line.is_along(f.normal))
+        whole = sum(face.area for face in solid.faces)
+        return cls(solid, flat, line, lines) if area + across > MOSTLY * whole else None
+
+    def is_turned(self, face: Face) -> bool:
+        """Whether a face is about the axis, or square to it."""
+        own = self.lines[face.id]
+        if own is None:
+            return face.kind == "plane" and self.line.is_along(face.normal)
+        return own.is_same(self.line, self.near)
+
+    def direction(self, face: Face) -> FloatArray | None:
+        """A plane's normal, or a round face's axis."""
+        own = self.lines[face.id]
+        return own.direction if own is not None else face.normal if face.kind == "plane" else None
+
+    def features(self) -> list[Feature]:
+        """What is not turned, as it hangs together by its vertices."""
+        groups: list[tuple[set[int], set[int]]] = []
+        for face in self.solid.faces:
+            if self.is_turned(face):
+                continue
+            own, vertices = {face.id}, {v for e in face.edges for v in self.ends(e)}
+            for group in [g for g in groups if g[1] & vertices]:
+                groups.remove(group)
+                own, vertices = own | group[0], vertices | group[1]
+            groups.append((own, vertices))
+        at = np.linspace(0.0, 1.0, 17)
+        found = []
+        for own, _ in groups:
+            edges = sorted({e for f in own for e in self.solid.faces[f].edges})
+            points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in edges])
+            found.append(Feature(faces=tuple(sorted(own)), points=points))
+        return found
+
+    def ends(self, edge: int) -> tuple[int, int]:
+        return self.solid.edges[edge].start, self.solid.edges[edge].end
+
+    def way(self, feature: Feature) -> FloatArray | None:
+        """The direction across the axis in which a feature goes; empty where it goes along the axis; None for none."""
+        directions = [self.direction(self.solid.faces[f]) for f in feature.faces]
+        if any(direction is None for direction in directions):
+            return None
+        kinds = [self.solid.faces[f].kind == "plane" for f in feature.faces]
+        if all(fits(self.line.direction, d, plane) for d, plane in zip(directions, kinds, strict=True)):
+            return np.empty(0)
+        for way, _ in sorted(zip(directions, kinds, strict=True), key=lambda pair: pair[1]):
+            if way is None or abs(float(way @ self.line.direction)) > ALONG:
+                continue
+            if all(fits(way, d, plane) for d, plane in zip(directions, kinds, strict=True)):
+                return way
+        return None
+
+    def floors(self, features: Sequence[Feature], way: FloatArray) -> list[float]:
+        """Where what goes along a direction has a floor across it that ends inside the material."""
+        faces = [self.solid.faces[f] for feature in features for f in feature.faces]
+        found = [
+            float((face.center - self.line.place) @ way)
+            for face in faces
+            if face.kind == "plane"
+            and abs(float(face.normal @ way)) > 1.0 - ALONG
+            and any(self.solid.edges[e].dihedral > pi + self.flat for e in face.edges)
+        ]
+        return unlike(found, self.near)
+
+    def levels(self) -> list[float]:
+        """Where shoulders are: planes square to the axis with an inner corner."""
+        found = [
+            float((face.center - self.line.place) @ self.line.direction)
+            for face in self.solid.faces
+            if face.kind == "plane" and self.line.is_along(face.normal) and self.is_hollow(face)
+        ]
+        return unlike(found, self.near)
+
+    def is_hollow(self, face: Face) -> bool:
+        """Whether a turned face meets another, or a boss, in an inner corner."""
+        return any(
+            self.solid.edges[e].dihedral > pi + self.flat
+            and all(f in self.bosses or self.is_turned(self.solid.faces[f]) for f in self.solid.edges[e].faces)
+            for e in face.edges
+        )
+
+    def radii(self) -> list[float]:
+        """Radii of all cylinders about the axis."""
+        holder = shapes_of(self.solid)
+        return unlike(
+            [
+                BRepAdaptor_Surface(holder.faces[face.id]).Cylinder().Radius()
+                for face in self.solid.faces
+                if face.kind == "cylinder" and self.is_turned(face)
+            ],
+            self.near,
+        )
+
+    def radius(self) -> float:
+        """How far the turned faces reach from the axis."""
+        at = np.linspace(0.0, 1.0, 9)
+        edges = {e for face in self.solid.faces if self.is_turned(face) for e in face.edges}
+        points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) - self.line.place
+        return float(np.linalg.norm(np.cross(points, self.line.direction), axis=1).max())
+
+    def turned_tools(self, levels: Sequence[float]) -> Iterator[Any]:
+        """The planes of all levels, and the cylinders of rings that end on one."""
+        axis, reach = self.line.direction, 1.5 * self.solid.size
+        for level in levels:
+            place = self.line.place + level * axis
+            yield BRepBuilderAPI_MakeFace(gp_Pln(_point(place), _direction(axis)), -reach, reach, -reach, reach).Face()
+        holder = shapes_of(self.solid)
+        taken: list[float] = []
+        for face in self.solid.faces:
+            if face.kind != "cylinder" or not self.is_turned(face) or not self.is_hollow(face):
+                continue
+            cylinder = BRepAdaptor_Surface(holder.faces[face.id]).Cylinder()
+            if any(abs(cylinder.Radius() - radius) < self.near for radius in taken):
+                continue
+            taken.append(cylinder.Radius())
+            location = np.array([cylinder.Location().X(), cylinder.Location().Y(), cylinder.Location().Z()])
+            middle = float((self.solid.vertices.mean(axis=0) - location) @ _array(cylinder.Axis().Direction()))
+            for u in (0.0, pi):
+                yield BRepBuilderAPI_MakeFace(cylinder, u, u + pi, middle - reach, middle + reach).Face()
+
+    def rectangle(
+        self, frame: FloatArray, across: int, offset: float, other: tuple[float, float], length: tuple[float, float]
+    ) -> Any:  # fmt: skip
+        """A plane face square to one of the frame's first two directions."""
+        x = frame[1 - across]
+        normal = np.cross(x, frame[2])
+        place = self.line.place + offset * frame[across]
+        plane = gp_Pln(gp_Ax3(_point(place), _direction(normal), _direction(x)))
+        return BRepBuilderAPI_MakeFace(plane, *other, *length).Face()
+
+
+def fits(way: FloatArray, direction: FloatArray | None, is_plane: bool) -> bool:
+    """Whether a face with a direction is a wall along a way, or a plane across it."""
+    assert direction is not None
+    cosine = abs(float(way @ direction))
+    return cosine > 1.0 - ALONG or (is_plane and cosine < ALONG)
+
+
+def unlike(values: Sequence[float], near: float) -> list[float]:
+    """Values that differ, in order."""
+    found: list[float] = []
+    for value in sorted(values):
+        if not found or value - found[-1] > near:
+            found.append(value)
+    return found
+
+
+def _line_of(shape: Any) -> _Line | None:
+    """The axis of a round face; None for any other."""
+    line = round_axis(shape)
+    return None if line is None else _Line(place=line[0], direction=line[1])
+
+
+def _array(thing: Any) -> FloatArray:
+    return np.array([thing.X(), thing.Y(), thing.Z()])
+
+
+def _point(place: FloatArray) -> gp_Pnt:
+    return gp_Pnt(*map(float, place))
+
+
+def _direction(direction: FloatArray) -> gp_Dir:
+    return gp_Dir(*map(float, direction))
+
+
+__all__ = ["ALONG", "Feature", "TurnedBody", "fits", "unlike"]
