@@ -33,6 +33,7 @@ from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
+from .around_bores import around_bores
 from .beside_holes import beside_holes
 from .blind import under_bored_bosses, under_circles
 from .boxes import around_features
@@ -149,7 +150,7 @@ class _Cutters:
         if is_whole:
             around = around_features(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
-        joints = [*at_mitres(self.solid), *at_crossings(self.solid)]
+        joints = [*at_mitres(self.solid), *around_bores(self.solid), *at_crossings(self.solid)]
         first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *joints]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
