@@ -56,7 +56,8 @@ def mesh_cells(  # noqa: PLR0917
     asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
     wishes, divisions = asks.wishes, asks.divisions
     asked = wishes
-    _check_budget(part, cell_sweeps(part, plan), options, wishes, streamed=run.in_blocks)
+    expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
+    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
@@ -137,13 +138,16 @@ def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
     return found
 
 
-def _check_budget(
-    part: Part, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes, *, streamed: bool
-) -> None:
-    """Refuse a size that is a slip before anything is made of it."""
-    fills, sizes = [cell.fill for cell in cells], cell_sizes(cells, wishes)
-    expected = estimate.estimate_cells(fills, sizes, layers=wishes.layers, scale=part.scale, streamed=streamed)
-    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+def expected_cells(part: Part, plan: Plan, wishes: Wishes, *, streamed: bool = False) -> estimate.Estimate:
+    """What the mesh of all cells will be, before anything is made of it."""
+    cells = cell_sweeps(part, plan)
+    return estimate.estimate_cells(
+        [cell.fill for cell in cells],
+        cell_sizes(cells, wishes),
+        layers=wishes.layers,
+        scale=part.scale,
+        streamed=streamed,
+    )
 
 
 def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], asked: Wishes) -> dict[int, float]:

@@ -23,6 +23,7 @@ from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
+from .cells import expected_cells
 from .column_cells import columns_of
 from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open
 from .local_sizes import for_all_solids
@@ -36,6 +37,8 @@ log = logging.getLogger(__name__)
 
 MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
+MOST_HEXES = 300_000
+"""Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
 MOST_BOXED = 10
 """Parts that are looked at where planes alone do not part a block: boxes around its features, and a few cuts more."""
 _WHOLE = 1e-9
@@ -168,19 +171,27 @@ def _best_of(
     """The first mesh that does well, or the best of a few, and why the first that was given up was."""
     best: AnyMesh | None = None
     failure: CadSweepError | None = None
+    n_hexes, most_hexes = 0, MOST_HEXES
     for _ in range(MOST_MESHED):
+        if n_hexes > most_hexes:
+            log.info("no further cells: about %d hexahedra were made", n_hexes)
+            break
         with run.stage("decomposition"):
             found = next(solutions, None)
         if found is None:
             break
+        wishes = resolve_wishes(found.part, options, found.model)
         try:
-            mesh = mesh_complex(found, options, run, resolve_wishes(found.part, options, found.model))
+            mesh = mesh_complex(found, options, run, wishes)
         except InputError:
             raise
         except CadSweepError as error:
             log.info("%d cells given up: %s", len(found.part.solids), error)
             failure = failure or error
+            n_hexes += expected_cells(found.part, found.plan, wishes).n_hexes
+            most_hexes = max(most_hexes, n_hexes)  # whatever its size, another is tried where none is valid
             continue
+        n_hexes += mesh.n_hexes
         if best is None or _worst(mesh) > _worst(best):
             best = mesh
         if _worst(best) >= GOOD_ENOUGH:

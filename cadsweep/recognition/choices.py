@@ -10,9 +10,11 @@ that the first choice with nothing left open is the cheapest there is, the next 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from heapq import heappop, heappush
 from itertools import count
+from math import inf
+from typing import NamedTuple
 
 from .corners import Reading
 from .narrowing import Narrowed, State
@@ -39,41 +41,62 @@ def cheapest(left: Narrowed) -> Iterator[tuple[set[int], Choice]]:
     along the sweep meets is no linking side, and costs nothing. No choice has all the linking sides of one before it.
     """
     found: list[set[tuple[int, State]]] = []
-    best = float("inf")
+    best = inf
     numbers = count()
-    # Of the same price that goes first in which less is open, then the one that was made first.
-    waiting = [(0.0, 0, next(numbers), left, frozenset(left.linking_faces()))]
+    # A choice waits twice: as what is to be narrowed, by the least it can cost, and narrowed. Of the same price that
+    # goes first in which less is open, then the one that was made first.
+    start = _Step(left, frozenset(left.linking_faces()))
+    waiting: list[tuple[float, float, int, _Step, tuple[int, State] | None]] = [
+        (_least(left, start), 0, next(numbers), start, None)
+    ]
     for _ in range(MAX_TRIED):
         if not waiting:
             return
-        cost, _, _, at, reached = heappop(waiting)
+        cost, _, number, step, taken = heappop(waiting)
         if cost > best + TIE:
             return
-        own = {f: at.states[f] for f in sorted(reached)}
-        sides = {(f, states[0]) for f, states in own.items() if len(states) == 1 and states[0].read is not None}
-        if any(before <= sides for before in found):
+        if taken is not None:
+            after = _taken(left, step, *taken)
+            if after is not None:
+                n_open = sum(len(after.at.states[f]) - len(left.states[f]) for f in after.reached)
+                heappush(waiting, (_least(left, after), n_open, number, after, None))
+            continue
+        own = {f: step.at.states[f] for f in sorted(step.reached)}
+        sides = {f: states[0] for f, states in own.items() if len(states) == 1 and states[0].read is not None}
+        if any(before <= sides.items() for before in found):
             continue
         must = [f for f, states in own.items() if len(states) > 1 and all(s.read is not None for s in states)]
         if not must:
             best = min(best, cost)
-            found.append(sides)
-            yield at.along - left.along, {f: state.read for f, state in sides}
+            found.append(set(sides.items()))
+            yield step.at.along - left.along, {f: state.read for f, state in sides.items()}
             if len(found) == MAX_SOLUTIONS or not sides:
                 return
             continue
         face = min(must, key=lambda f: len(own[f]))
+        least = min(state.cost for state in own[face])
         for state in own[face]:
-            then = at.taken(face, state)
-            if then is None:
-                continue
-            known = (then.along - at.along) | (then.across - at.across)
-            now = reached.union(f for k in known for f in left.at_class[k] if len(left.states[f]) > 1)
-            taken_out = sum(len(then.states[f]) - len(left.states[f]) for f in now)
-            heappush(waiting, (_least(left, then, now), taken_out, next(numbers), then, now))
+            heappush(waiting, (cost - least + state.cost, -inf, next(numbers), step, (face, state)))
     log.debug("choices of %d faces are not followed to the end", len(left.states))
 
 
-def _least(left: Narrowed, at: Narrowed, faces: Iterable[int]) -> float:
+class _Step(NamedTuple):
+    """What is left after some choices, and the faces that were open at first and are, or may be, linking sides now."""
+
+    at: Narrowed
+    reached: frozenset[int]
+
+
+def _taken(left: Narrowed, step: _Step, face: int, state: State) -> _Step | None:
+    """A step further: one face is what one of its states says; None where that cannot be."""
+    at = step.at.taken(face, state)
+    if at is None:
+        return None
+    known = (at.along - step.at.along) | (at.across - step.at.across)
+    return _Step(at, step.reached.union(f for k in known for f in left.at_class[k] if len(left.states[f]) > 1))
+
+
+def _least(left: Narrowed, step: _Step) -> float:
     """What a choice costs at least, compared with what was left at first."""
-    states = sum(min(state.cost for state in at.states[f]) for f in faces)
-    return states + STEP_COST * (len(at.along) - len(left.along))
+    states = sum(min(state.cost for state in step.at.states[f]) for f in step.reached)
+    return states + STEP_COST * (len(step.at.along) - len(left.along))

@@ -29,6 +29,8 @@ SAMPLES = 7
 """Points of an edge that are looked at."""
 SEEN = 0.01
 """Distance, as a share of its size, by which the middle of a solid or face must lie inside of all of its outline."""
+TURNED = 0.4
+"""Least cosine between the normals of a curved face and that of its middle at which it may be looked at along that."""
 SCORE = 0.25
 """Of the best: below half of what a sweep of middling quality has."""
 
@@ -124,7 +126,7 @@ def _views(solid: Solid) -> tuple[View, dict[int, View]] | None:
 def _face_view(face: Face, rows: Sequence[FloatArray]) -> View | None:
     """Where a face sees all of its outline, given in rows of points; None where it does not.
 
-    Of a curved face only the middle is looked at: what else sees all of it is not said.
+    A curved face is looked at along the normal of its middle; where the middle sees all, no other place is asked for.
     """
     points = np.concatenate(rows)
     uv = face.surface.project(points.mean(axis=0)[None])
@@ -135,11 +137,13 @@ def _face_view(face: Face, rows: Sequence[FloatArray]) -> View | None:
     lengths = np.linalg.norm(aside, axis=1)
     seen = lengths > 1e-9 * lengths.max()
     starts, aside = np.concatenate([row[:-1] for row in rows])[seen], aside[seen] / lengths[seen, None]
-    if face.kind == "plane":
-        view = View.of(starts, aside, plane=(normal, float(normal @ center)))
-        return view if view.depth() > least else None
-    inside = float(((center - starts) * aside).sum(axis=1).min())
-    return View(normals=np.empty((0, 3)), offsets=np.empty(0)) if inside > least else None
+    if face.kind != "plane":
+        if float(((center - starts) * aside).sum(axis=1).min()) > least:
+            return View(normals=np.empty((0, 3)), offsets=np.empty(0))
+        if float((face.surface.normals(face.surface.project(points)) @ normal).min()) < TURNED:
+            return None
+    view = View.of(starts, aside, plane=(normal, float(normal @ center)))
+    return view if view.depth() > least else None
 
 
 def _outlines(

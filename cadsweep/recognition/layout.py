@@ -22,6 +22,7 @@ from math import pi
 from ..brep import Solid
 from ..errors import NotSweepableError
 from .bands import Band
+from .ends import across, ends_of, without_partial_ends
 
 FLAT = 0.03
 """Radians from pi below which two faces in a row count as one plane."""
@@ -91,8 +92,9 @@ def lay_out(solid: Solid, bands: Sequence[Band]) -> list[Layout]:
     """
     bands = list(bands)
     for _ in range(len(bands) + 1):
+        bands = without_partial_ends(solid, bands)
         graph = _Graph(solid, bands)
-        drop = graph.bands_between_groups() or graph.imprints() or graph.divided_cap()
+        drop = graph.imprints() or graph.divided_cap()
         if drop:
             bands = [b for i, b in enumerate(bands) if i not in drop]
             continue
@@ -127,21 +129,18 @@ class _Graph:
     def __init__(self, solid: Solid, bands: Sequence[Band]) -> None:
         self.solid = solid
         self.bands = bands
-        self.reason = ""
         self.owner = [-1] * len(solid.faces)
         for i, band in enumerate(bands):
             for f in band.faces:
                 self.owner[f] = i
         self.group = [-1] * len(solid.faces)
         self.groups = self._group_caps()
-        self.bottoms: list[dict[int, int]] = [self._orient(i) for i in range(len(bands))]
+        self.ends = [ends_of(solid, band) for band in bands]
+        self.reason = next((ends.reason for ends in self.ends if ends.reason), "")
+        self.bottoms = [ends.bottoms for ends in self.ends]
         self.edges: dict[End, list[int]] = {(i, side): [] for i in range(len(bands)) for side in (0, 1)}
         self.partners: dict[End, set[tuple[str, int, int]]] = {end: set() for end in self.edges}
         self._find_partners()
-
-    def _across(self, edge: int, face: int) -> int:
-        a, b = self.solid.edges[edge].faces
-        return b if a == face else a
 
     def _group_caps(self) -> list[list[int]]:
         groups: list[list[int]] = []
@@ -152,74 +151,32 @@ class _Graph:
             self.group[face.id] = len(groups)
             for f in members:
                 for e in self.solid.faces[f].edges:
-                    g = self._across(e, f)
+                    g = across(self.solid, e, f)
                     if self.owner[g] < 0 and self.group[g] < 0:
                         self.group[g] = len(groups)
                         members.append(g)
             groups.append(sorted(members))
         return groups
 
-    def _orient(self, i: int) -> dict[int, int]:
-        """Choose for every face of band i which of its chains is the bottom, all alike."""
-        band = self.bands[i]
-        chain_of = {
-            (f, e): k for f, (reading, _) in band.faces.items() for k, chain in enumerate(reading.chains) for e in chain
-        }
-        first, (_, way) = next(iter(band.faces.items()))
-        bottom = {first: (way + 1) % 4}
-        stack = [first]
-        while stack:
-            f = stack.pop()
-            for k in range(4):
-                for e in band.faces[f][0].chains[k]:
-                    g = self._across(e, f)
-                    if g not in band.faces:
-                        continue
-                    # the chain that is the bottom, right, top, left of f is the top, left, bottom, right of g
-                    b = (chain_of[g, e] + 2 - (k - bottom[f])) % 4
-                    if g not in bottom:
-                        bottom[g] = b
-                        stack.append(g)
-                    elif bottom[g] != b:
-                        self.reason = self.reason or f"the sides do not turn the same way at {self._label(g)}"
-        apart = band.faces.keys() - bottom.keys()
-        if apart:
-            self.reason = self.reason or f"the sides do not hang together at {self._label(min(apart))}"
-            bottom |= {f: (band.faces[f][1] + 1) % 4 for f in apart}
-        return bottom
-
     def _label(self, face: int) -> str:
         return self.solid.faces[face].label()
 
     def _find_partners(self) -> None:
-        for i, band in enumerate(self.bands):
-            for f, (reading, _) in band.faces.items():
-                b = self.bottoms[i][f]
-                for side, chain in ((0, reading.chains[b]), (1, reading.chains[(b + 2) % 4])):
-                    for e in chain:
-                        g = self._across(e, f)
-                        if self.owner[g] == i:
-                            continue
-                        self.edges[i, side].append(e)
-                        self.partners[i, side].add(self._partner(g, e))
+        for i, ends in enumerate(self.ends):
+            for side in (0, 1):
+                for e, g in ends.beyond[side]:
+                    self.edges[i, side].append(e)
+                    self.partners[i, side].add(self._partner(g, e))
+                if len(self.partners[i, side]) > 1:
+                    self.reason = "a ring of its linking sides meets several separate faces"
 
     def _partner(self, face: int, edge: int) -> tuple[str, int, int]:
         j = self.owner[face]
         if j < 0:
             return ("cap", self.group[face], 0)
         reading, _ = self.bands[j].faces[face]
-        b = self.bottoms[j].get(face, 0)
+        b = self.bottoms[j][face]
         return ("band", j, 0 if edge in reading.chains[b] else 1)
-
-    def bands_between_groups(self) -> set[int]:
-        """Return bands that cover only a part of another band's end; they cannot follow it."""
-        for partners in self.partners.values():
-            if len(partners) > 1:
-                drop = {i for kind, i, _ in partners if kind == "band" and i != 0}
-                if drop:
-                    return drop
-                self.reason = "a ring of its linking sides meets several separate faces"
-        return set()
 
     def _deviation(self, end: End) -> float:
         return max(abs(self.solid.edges[e].dihedral - pi) for e in self.edges[end])

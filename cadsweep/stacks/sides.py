@@ -125,7 +125,7 @@ def read_sides(normals: Normals, direction: FloatArray) -> Sides:
 def _range(normals: Normals, face: Face, direction: FloatArray) -> tuple[float, float]:
     """Least and greatest cosine between a face's normals and the direction."""
     axis = normals.axes.get(face.id)
-    if axis is not None and float(np.linalg.norm(np.cross(axis, direction))) <= WALL:
+    if axis is not None and float(np.linalg.norm(axis - (axis @ direction) * direction)) <= WALL:
         return 0.0, 0.0
     cosines = normals.of(face) @ direction
     return float(cosines.min()), float(cosines.max())

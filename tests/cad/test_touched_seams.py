@@ -8,7 +8,7 @@ from cadsweep.pipeline import load
 
 
 def _touched(*, seam: float) -> cq.Workplane:
-    """A block with a bore of radius 3 along x and one of radius 2 across it: what is left of the wall ends half way up.
+    """A block with a bore of radius 3 along x, and one of radius 2 across it: its wall ends half way up.
 
     The crossing bore goes from the axis of the first to beyond its top, so its loops run along the two lines at the
     height of the axis and touch them. The seam is at an angle, in degrees, from one of them.

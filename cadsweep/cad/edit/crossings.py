@@ -164,14 +164,18 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         a, b = (axes[i] for i in crossing.axes)
         for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
-        floors = _floors(solid, a, b, crossing), _floors(solid, b, a, replace(crossing, on_axes=crossing.on_axes[::-1]))
+        ends = [
+            {i: at for i, axis in enumerate(axes) if axis.line == line and (at := _floors(solid, axis, other, place))}
+            for line, other, place in zip(crossing.lines, (b, a), crossing.on_axes, strict=True)
+        ]
+        floors = [[at for own in one.values() for at in own] for one in ends]
         tools = [
             plane_tool(solid, normal, place)
             for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
-        tools += [tool for axis, own in zip((a, b), floors, strict=True) if own for tool in _extended(solid, axis)]
+        tools += [tool for one in ends for i in one for tool in _extended(solid, axes[i])]
         through.append(
             Cutter(
                 reason=f"planes where {a.label} and {b.label} cross",
@@ -184,16 +188,16 @@ def at_crossings(solid: Solid) -> list[Cutter]:
     return [*_between(solid, axes, points), *through]
 
 
-def _floors(solid: Solid, axis: Axis, other: Axis, crossing: Crossing) -> list[FloatArray]:
-    """Middles of edges at which a bore ends inside of the one that it crosses: its floor is divided by that one."""
-    at = crossing.on_axes[0] @ axis.direction
-    return [
-        edge.midpoint
-        for edge in solid.edges
-        if edge.dihedral > pi + FLAT
-        and any(edge.faces[k] in axis.faces and _is_across(solid.faces[edge.faces[1 - k]], axis) for k in (0, 1))
-        and abs(edge.midpoint @ axis.direction - at) < other.radius
-    ]
+def _floors(solid: Solid, axis: Axis, other: Axis, place: FloatArray) -> list[FloatArray]:
+    """A point of every floor, of different height, at which a bore ends inside of the one that it crosses."""
+    found: list[FloatArray] = []
+    for edge in solid.edges:
+        if edge.dihedral < pi + FLAT or abs((edge.midpoint - place) @ axis.direction) > other.radius:
+            continue
+        if any(edge.faces[k] in axis.faces and _is_across(solid.faces[edge.faces[1 - k]], axis) for k in (0, 1)):
+            is_new = all(abs((edge.midpoint - at) @ axis.direction) > MEET * solid.size for at in found)
+            found += [edge.midpoint] if is_new else []
+    return found
 
 
 def _is_across(face: Face, axis: Axis) -> bool:
@@ -201,7 +205,7 @@ def _is_across(face: Face, axis: Axis) -> bool:
 
 
 def _sides(
-    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[list[FloatArray]]
+    a: Axis, b: Axis, crossing: Crossing, middle: float, size: float, *, floors: Sequence[Sequence[FloatArray]]
 ) -> list[tuple[FloatArray, FloatArray]]:  # fmt: skip
     """Normals and places of the planes that part a crossing, one of them at `middle` along the normal of both axes.
 
@@ -213,7 +217,7 @@ def _sides(
     for axis, own, ends, other in ((a, on_a, floors[1], b), (b, on_b, floors[0], a)):
         normal = np.cross(square, axis.direction)
         near = [at for at in ends if abs((at - own) @ other.direction) < NEAR_FLOOR * axis.radius]
-        found += [(normal, at) for at in ends[:1]]
+        found += [(normal, at) for at in ends]
         if not near:
             found.append((normal, own))
     gap = crossing.gap
