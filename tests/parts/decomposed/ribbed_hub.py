@@ -1,4 +1,4 @@
-"""A bearing housing: a flange with bolt holes, a hub with a stepped bore, four ribs, a grease hole between two of them."""
+"""A bearing housing: a flange with bolt holes, a hub with a stepped bore, four ribs, and a grease hole between two."""
 
 import cadquery as cq
 
