@@ -34,7 +34,7 @@ from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
 from .beside_holes import beside_holes
-from .blind import under_circles
+from .blind import under_bored_bosses, under_circles
 from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
@@ -141,7 +141,11 @@ class _Cutters:
             key=lambda cutter: -cutter.weight,
         )
         rims, others = list(self.rims()), [*self.batches(columns), *single]
-        closed = [*under_rims(self.solid, FLAT), *under_circles(self.solid, FLAT)]
+        closed = [
+            *under_bored_bosses(self.solid, FLAT),
+            *under_rims(self.solid, FLAT),
+            *under_circles(self.solid, FLAT),
+        ]
         parted, is_well = into_boxes(self.solid, FLAT)
         boxes = [*self.between(), *parted]
         if is_whole:
