@@ -13,15 +13,17 @@ Method: two kinds of limits, of which the first holds whatever smoothing does.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from math import sin
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..brep import Solid
-from ..stack import Arrangement, StackLimit
+from ..brep import Edge, Face, Solid
+from ..stack import Arrangement, Stack, StackLimit
 from .along import heights_on_edge
-from .sides import ROUNDED_LEAN, Sides
+from .sides import ROUNDED_LEAN, SMOOTH, Sides
 
 _NONE = StackLimit(value=1.0, reason="")
 _SHARP = ("plane", "cone")
@@ -36,10 +38,15 @@ def find_limit(solid: Solid, sides: Sides) -> StackLimit:
     solid : Solid
     sides : Sides
     """
-    return min([_NONE, *_sharp_edges(solid, sides), *_sharp_caps(solid, sides)], key=lambda limit: limit.value)
+    found = min([*_sharp_edges(solid, sides), *_sharp_caps(solid, sides)], key=lambda pair: pair[0], default=None)
+    return _NONE if found is None or found[0] >= 1.0 else StackLimit(value=found[0], reason=found[1]())
 
 
-def _sharp_edges(solid: Solid, sides: Sides) -> Iterator[StackLimit]:
+Found = tuple[float, Callable[[], str]]
+"""A limit, and what makes its words: of thousands one is told."""
+
+
+def _sharp_edges(solid: Solid, sides: Sides) -> Iterator[Found]:
     """Convex edges with one hexahedron between their faces."""
     for edge in solid.edges:
         faces = [solid.faces[f] for f in edge.faces]
@@ -49,22 +56,43 @@ def _sharp_edges(solid: Solid, sides: Sides) -> Iterator[StackLimit]:
         else:
             one = not own and all(face.kind == "plane" for face in faces) and edge.dihedral < np.pi / 2
         if one:
-            angle = np.degrees(edge.dihedral)
-            reason = f"{faces[0].label()} and {faces[1].label()} meet at {angle:.3g} degrees at {edge.label()}"
-            yield StackLimit(value=float(np.sin(edge.dihedral)), reason=reason)
+            yield sin(edge.dihedral), partial(_edge_words, edge, faces)
 
 
-def _sharp_caps(solid: Solid, sides: Sides) -> Iterator[StackLimit]:
+def _edge_words(edge: Edge, faces: Sequence[Face]) -> str:
+    angle = np.degrees(edge.dihedral)
+    return f"{faces[0].label()} and {faces[1].label()} meet at {angle:.3g} degrees at {edge.label()}"
+
+
+def _sharp_caps(solid: Solid, sides: Sides) -> Iterator[Found]:
     """Sharp corners of straight edges of caps."""
     for f in sides.caps:
         for loop in solid.faces[f].loops:
             for j, angle in enumerate(loop.angles):
                 pair = [solid.edges[loop.edges[j - 1]], solid.edges[loop.edges[j]]]
                 if angle < np.pi / 2 and all(edge.kind == "line" for edge in pair):
-                    vertex = solid.vertices[pair[1].start if loop.forward[j] else pair[1].end]
-                    where = f"{np.degrees(angle):.3g} degrees at ({solid.units.place(vertex)})"
-                    reason = f"edges of {solid.faces[f].label()} meet at {where}"
-                    yield StackLimit(value=float(np.sin(angle)), reason=reason)
+                    vertex = pair[1].start if loop.forward[j] else pair[1].end
+                    yield sin(angle), partial(_corner_words, solid, f, vertex, angle)
+
+
+def _corner_words(solid: Solid, face: int, vertex: int, angle: float) -> str:
+    where = f"{np.degrees(angle):.3g} degrees at ({solid.units.place(solid.vertices[vertex])})"
+    return f"edges of {solid.faces[face].label()} meet at {where}"
+
+
+def is_round_across(stack: Stack) -> bool:
+    """Whether a cap turns until it runs along the columns on two sides: a shaft, a bore or a slot's end across them.
+
+    A rounding of an edge goes on into a cap on one side; what does not is better swept along its own axis.
+    """
+    edges, caps = stack.solid.edges, {*stack.source, *stack.target}
+
+    def runs_out(f: int, e: int) -> bool:
+        other = edges[e].faces[edges[e].faces[0] == f]
+        upright = other not in caps or (other in stack.rounded and (other in stack.source) != (f in stack.source))
+        return upright and abs(edges[e].dihedral - np.pi) <= SMOOTH
+
+    return any(sum(runs_out(f, e) for e in stack.solid.faces[f].edges) >= 2 for f in stack.rounded)
 
 
 def find_upright_limit(solid: Solid, sides: Sides, arrangement: Arrangement) -> StackLimit:
@@ -121,4 +149,4 @@ def _steepest_cap(solid: Solid, sides: Sides) -> StackLimit:
     return StackLimit(value=sides.steepest, reason=f"{label} leans {lean:.3g} degrees from the columns at its steepest")
 
 
-__all__ = ["find_limit", "find_upright_limit"]
+__all__ = ["find_limit", "find_upright_limit", "is_round_across"]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 
 _BESIDE_WALL, _BESIDE_OTHERS = 0.4, 0.6
 """Part of the way to the outline across that a column may take, where there is a wall, too, and where there is none."""
@@ -18,8 +18,12 @@ _AROUND = 2.5
 """Way along the outline, in distances, from which on a node belongs to another part of it."""
 _CORNER = np.radians(25)
 """Turn of the outline from which on a node is a corner."""
-_LONGEST = 3.0
-"""Length of a column over the height of its layers, at most: at a sharp re-entrant corner."""
+_LONGEST_OUT, _LONGEST_IN = 3.0, 15.0
+"""Length of a column over the height of its layers, at most: at a sharp re-entrant corner, around which a longer one
+makes flat quads; and in a sharp convex one (8 degrees), where heights ask for it."""
+_STRETCHED = 4.7
+"""Length at a re-entrant corner (25 degrees) up to which a column is stretched to its heights when rows are put there:
+beyond quads would fold."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,6 +53,10 @@ class Columns:
     """(c, n) nodes of the outline that a column at the end of a wall consists of, -1 elsewhere."""
     lean: FloatArray
     """(c, 2) step of a column for a height of one."""
+    sine: FloatArray
+    """Least sine (c,) of the angles between a column and its walls."""
+    reach: FloatArray
+    """Part (c,) of its heights that a column has in the end: less than all at a sharp corner."""
     first: FloatArray
     growth: FloatArray
     room: FloatArray
@@ -71,6 +79,8 @@ def make_columns(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> 
         ),
         given=np.concatenate([part.given for part in parts]),
         lean=np.concatenate([part.lean for part in parts]),
+        sine=np.concatenate([part.sine for part in parts]),
+        reach=np.concatenate([part.reach for part in parts]),
         first=np.concatenate([part.first for part in parts]),
         growth=np.concatenate([part.growth for part in parts]),
         room=np.concatenate([part.room for part in parts]),
@@ -91,14 +101,19 @@ def _columns_of(loop: FloatArray, wall: Wall, n: int) -> Columns | None:
     tangent = tangent / steps[:, None]
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)  # inward: the polygon lies on the left
     given = np.full((len(nodes), n), -1, dtype=np.int64)
-    lean = np.empty((len(nodes), 2))
+    lean, sine, reach = np.empty((len(nodes), 2)), np.ones(len(nodes)), np.ones(len(nodes))
     first, growth = np.empty(len(nodes)), np.empty(len(nodes))
     for c, i in enumerate(nodes.tolist()):
         sides = [s for s in (i - 1, i) if is_wall[s]]
         first[c], growth[c] = wall.first[sides].mean(), wall.growth[sides].mean()
         if len(sides) == 2:
             one, other = normal[i - 1], normal[i]
-            lean[c] = (one + other) / max(1.0 + float(one @ other), 2.0 / _LONGEST**2)
+            sine[c] = np.sqrt(max(0.0, 0.5 + 0.5 * float(one @ other)))
+            inward = bool(cross(tangent[i - 1], tangent[i]) > 0)
+            longest = _LONGEST_IN if inward else _LONGEST_OUT
+            if inward or sine[c] * _STRETCHED < 1.0:
+                reach[c] = min(1.0, longest * sine[c])
+            lean[c] = (one + other) / max(1.0 + float(one @ other), 2.0 / longest**2)
             continue
         # The wall ends here: its rows end at the nodes of the edge that goes on.
         ways = (i + np.arange(1, n + 1)) % m if is_wall[i - 1] else (i - np.arange(1, n + 1)) % m
@@ -115,7 +130,15 @@ def _columns_of(loop: FloatArray, wall: Wall, n: int) -> Columns | None:
     fixed = (turn[nodes] > _CORNER) | (given >= 0).any(axis=1)
     lean = _spread(nodes, after, lean, fixed, loop)
     return Columns(
-        base=nodes, after=after, given=given, lean=lean, first=first, growth=growth, room=np.full(len(nodes), np.inf)
+        base=nodes,
+        after=after,
+        given=given,
+        lean=lean,
+        sine=np.minimum(sine, 1.0 / norm(lean)),
+        reach=reach,
+        first=first,
+        growth=growth,
+        room=np.full(len(nodes), np.inf),
     )
 
 
@@ -175,6 +198,7 @@ def _room_beside(loops: Sequence[FloatArray], share: FloatArray, base: IntArray,
     run = np.concatenate([np.cumsum(norm(np.roll(loop, -1, axis=0) - loop)) for loop in loops])
     around = np.array([run[owner == j].max() for j in range(len(loops))])
     room = np.full(len(base), np.inf)
+    sides = _sides_of(loops)
     for c, i in enumerate(base.tolist()):
         step = boundary - boundary[i]
         ahead, distance = step @ direction[c], norm(step)
@@ -182,10 +206,41 @@ def _room_beside(loops: Sequence[FloatArray], share: FloatArray, base: IntArray,
         way = np.where(owner == owner[i], np.minimum(way, around[owner] - way), np.inf)
         # Near a corner the other wall is near, too, and the columns lean away from it.
         other = (ahead > 1e-9 * distance) & (way > _AROUND * distance)
-        other &= np.isfinite(share)
+        other &= np.isfinite(share) & ~_share_corner(sides, i)
         radius = distance[other] ** 2 / (2.0 * ahead[other])
         room[c] = np.min(2.0 * share[other] * radius, initial=np.inf)
     return room
+
+
+def _sides_of(loops: Sequence[FloatArray]) -> tuple[IntArray, IntArray]:
+    """Numbers (m, 2) of the straight or curved sides before and behind every node, and the next side (s,) after each.
+
+    A side that no convex corner joins to the one after it has none, -1.
+    """
+    before, behind, after = [], [], []
+    first = 0
+    for loop in loops:
+        tangent = np.roll(loop, -1, axis=0) - loop
+        last = np.roll(tangent, 1, axis=0)
+        turn = np.arctan2(cross(last, tangent), (last * tangent).sum(axis=1))
+        corner = np.abs(turn) > _CORNER
+        n = max(int(corner.sum()), 1)
+        # The side that runs across the first node is the last one.
+        own = (np.cumsum(corner) - 1) % n
+        behind.append(first + own)
+        before.append(first + np.where(corner, (own - 1) % n, own))
+        convex = np.roll(turn[corner] > 0, -1) if corner.any() else np.zeros(1, dtype=bool)
+        after.append(np.where(convex, first + (np.arange(n) + 1) % n, -1))
+        first += n
+    return np.stack([np.concatenate(before), np.concatenate(behind)], axis=1), np.concatenate(after)
+
+
+def _share_corner(sides: tuple[IntArray, IntArray], node: int) -> BoolArray:
+    """Whether nodes (m,) are on a side that a convex corner joins to a node's own: columns lean out of that corner."""
+    of, after = sides
+    own = set(of[node].tolist())
+    joined = {int(after[side]) for side in own} | {side for side, other in enumerate(after.tolist()) if other in own}
+    return np.asarray(np.isin(of, sorted(joined - own)).any(axis=1))
 
 
 def firsts(loops: Sequence[FloatArray]) -> list[int]:

@@ -20,6 +20,8 @@ from .transfinite import GOOD_ENOUGH, grid_of_polygon
 from .wall_columns import Wall
 from .walls import LaidRows, lay_all_walls
 
+_KEPT = 0.99
+"""Part of a first height from which on it counts as kept."""
 _FLAT_CORNER = np.radians(150)
 """Angle on the target cap from which on a node is no corner of a grid there."""
 
@@ -60,7 +62,7 @@ def lay_rows_along_walls(outline: Outline) -> FaceQuads:
                 rows=exact,
             )
             if best is None or made.better_than(best):
-                best = replace(made, walls=_wall_rows(outline, chart, rows), notes=_thinned(label, rows))
+                best = replace(made, walls=_wall_rows(outline, chart, rows), notes=_thinned(outline, rows))
             if best.worst >= GOOD_ENOUGH:
                 return best
     if best is None:
@@ -164,6 +166,22 @@ def _wall_rows(outline: Outline, chart: Chart, rows: list[LaidRows]) -> tuple[Wa
     )
 
 
-def _thinned(label: str, rows: list[LaidRows]) -> tuple[str, ...]:
-    share = max(own.thinned for own in rows)
-    return (f"{label}: wall layers are thinner along {share:.0%} of the walls, where others are near",) if share else ()
+def _thinned(outline: Outline, rows: list[LaidRows]) -> tuple[str, ...]:
+    """Say along how much of the walls layers are thinner than asked for, and where the first one is."""
+    thinned = [float(own.thinned.mean()) for own in rows if len(own.base)]
+    kept = np.concatenate([own.kept for own in rows])
+    base = np.concatenate([own.base for own in rows])
+    share = max(thinned, default=0.0)
+    low = float(kept.min()) if len(kept) else 1.0
+    if not share and low > _KEPT:
+        return ()
+    found = f"{outline.face.label()}: wall layers are thinner"
+    if share:
+        found += f" along {share:.0%} of the walls, where others are near"
+    if low > _KEPT:
+        return (f"{found}; first heights are kept",)
+    place = outline.known[np.concatenate(outline.nodes)[base[int(np.argmin(kept))]]]
+    where = "the lowest" if share else "at the sharp corner"
+    return (
+        f"{found}, {where} at {outline.face.units.place(place)}, where the first height is {low:.2g} of that asked",
+    )

@@ -14,7 +14,7 @@ columns fades from that of one corner to that of the other, so that they spread 
 Where another part of the outline is near, columns are shorter: the layers grow less, and only where that does not do
 the first one is thinner, too. Columns whose quads would fold are shortened until they do not.
 
-Not handled: corners sharper than some 15 degrees, around which the layers are thin.
+Not handled: corners sharper than some 8 degrees, around which the layers are thin.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..asked import WallLayers, growth_sum, layer_heights
 from ..polygons import signed_area
 from .crossings import loops_cross
@@ -33,7 +33,9 @@ from .wall_columns import Columns, Wall, cross, firsts, make_columns, norm
 _SLOPE = 0.5
 """Change of the thickness along the wall, per length."""
 _LEAST_SINE = 0.15
-"""Corner sine of a quad of the rows below which its columns are shortened."""
+"""Corner sine of a quad of the rows below which its columns are shortened; less between columns that lean as much."""
+_OF_LEAN = 0.8
+"""Part of the sine between a leaning column and its wall that the corners of its quads must have."""
 _SHORTENED = 0.75
 """Part of its height that a folded column keeps in a round."""
 _NEAR = 0.3
@@ -77,8 +79,10 @@ class LaidRows:
     lean : (c, 2) float64
         Step of a column for a height of one.
     heights : (c, n) float64
-    thinned : float
-        Part of the columns that have less than is asked for.
+    thinned : (c,) bool
+        Whether columns have less than is asked for in all.
+    kept : (c,) float64
+        First height over the one that is asked for.
     """
 
     inner: FloatArray
@@ -91,7 +95,8 @@ class LaidRows:
     room: FloatArray
     lean: FloatArray
     heights: FloatArray
-    thinned: float
+    thinned: BoolArray
+    kept: FloatArray
 
 
 def lay_walls(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> LaidRows | None:
@@ -124,6 +129,7 @@ def lay_walls(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> Lai
         axis=-1,
     )
     left = _left_loops(loops, walls, columns, before[:, -1], n)
+    least = np.minimum(_LEAST_SINE, _OF_LEAN * np.minimum(columns.sine[along], columns.sine[columns.after[along]]))
     for _ in range(_ROUNDS):
         thickness = _even(boundary[columns.base], columns.after, thickness)
         heights = layer_heights(columns.first, columns.growth, n, thickness)
@@ -132,7 +138,7 @@ def lay_walls(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> Lai
         sines = _least_sines(points[quads.reshape(-1, 4)]).reshape(len(along), n).min(axis=1)
         folded = np.zeros(len(thickness), dtype=bool)
         for of in (along, columns.after[along]):
-            folded[of[sines < _LEAST_SINE]] = True
+            folded[of[sines < least]] = True
         folded &= open_
         rest = [points[loop] for loop in left]
         crossed = sum(map(signed_area, rest)) <= 0 or loops_cross(rest)
@@ -144,14 +150,15 @@ def lay_walls(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> Lai
                 left=tuple(left),
                 base=columns.base[new],
                 nodes=ids[new],
-                first=columns.first[new],
+                first=(columns.first * columns.reach)[new],
                 growth=columns.growth[new],
                 room=np.minimum(columns.room, np.where(thickness < wanted, thickness * norm(columns.lean), np.inf))[
                     new
                 ],
                 lean=columns.lean[new],
                 heights=heights[new],
-                thinned=float((heights[new, -1] < (1 - 1e-9) * wanted[new]).mean()) if len(new) else 0.0,
+                thinned=heights[new, -1] < (1 - 1e-9) * wanted[new],
+                kept=(heights[:, 0] / columns.first * columns.reach)[new],
             )
         if crossed:  # where others are near, if they are anywhere
             near = thickness * norm(columns.lean) > _NEAR * columns.room

@@ -45,7 +45,13 @@ def drilled_sleeve():
     return rod(18, 80).cut(rod(11, 80)).cut(drilled(4, 25)).cut(drilled(4, 55))
 
 
-@pytest.mark.parametrize("make", [piston, keyed_and_drilled, drilled_sleeve])
+def banjo_bolt():
+    """A hexagon goes all around the axis: the strips leave through its flats."""
+    bolt = cq.Workplane().polygon(6, 19).extrude(7).union(rod(6, 38))
+    return bolt.cut(rod(2.5, 26, start=12)).cut(drilled(1.5, 20))
+
+
+@pytest.mark.parametrize("make", [piston, keyed_and_drilled, drilled_sleeve, banjo_bolt])
 def test_all_cells_sweep_and_agree_without_a_search(make):
     part = load(make())
     (cutter,) = along_features(part.solids[0], FLAT)

@@ -135,6 +135,29 @@ def test_walls_that_are_near_each_other_get_thinner_layers_and_a_note():
     assert mesh.info["quality"].valid
 
 
+@pytest.mark.parametrize("degrees", [25, 12, 8])
+def test_a_sharp_corner_of_a_section_keeps_the_heights_and_the_best_angle_there_is(degrees):
+    slope = np.radians(degrees)
+    wedge = cq.Workplane().polyline([(0, 0), (30, 0), (30, 30 * np.tan(slope))]).close().extrude(6)
+    mesh = cs.sweep_mesh(walled(wedge), size=2, wall_layers={"wall": WALL})
+    assert heights(mesh, "wall") == pytest.approx(0.05, rel=0.01)
+    # Two hexahedra share the corner, along its bisector.
+    assert mesh.info["quality"].min_scaled_jacobian == pytest.approx(np.sin(slope / 2), rel=0.05)
+
+
+def test_a_sharp_tip_in_the_flow_lowers_the_layers_at_the_tip_alone_and_says_so():
+    outline = [(-9, 0), (0, -9 * np.tan(np.radians(6))), (9, 0), (0, 9 * np.tan(np.radians(6)))]
+    duct = cq.Workplane().rect(36, 24).extrude(4).cut(cq.Workplane().polyline(outline).close().extrude(4))
+    blade = [face for face in duct.faces("#Z").vals() if abs(face.Center().y) < 5 and abs(face.Center().x) < 10]
+    duct.newObject(blade).tag("blade")
+    mesh = cs.sweep_mesh(duct, size=2, wall_layers={"blade": WALL})
+    found = heights(mesh, "blade")
+    away = np.abs(mesh.points[mesh.boundaries["blade"]][..., 0]).max(axis=1) < 9 - 1e-6
+    assert found[away] == pytest.approx(0.05, rel=0.01)
+    assert found[~away].min() > 0.2 * 0.05
+    assert any("thinner, at the sharp corner at" in note for note in mesh.info["notes"])
+
+
 def test_what_wall_layers_cannot_do_is_said():
     box = walled(cq.Workplane().box(30, 10, 6), "<Z")
     with pytest.raises(InputError, match="No face matches 'wal'"):

@@ -31,9 +31,10 @@ from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray
-from ...brep import Solid
+from ...brep import Edge, Solid
 from ...errors import CadError
 from ...stack import Arrangement
+from ..geometry.curves import EdgeCurve
 from ..shapes import EDGE, SolidShape, index_map, listed, typed
 from .plane_cells import Line, cells_between
 
@@ -76,13 +77,11 @@ def _projected(  # noqa: PLR0917
     solid: Solid, holder: SolidShape, direction: FloatArray, plane: Any, lines: Sequence[int], fuzzy: float
 ) -> list[Line]:
     """The edges on the plane, those that fall on each other once."""
-    shapes = [_project(holder.edges[e], direction, plane) for e in lines]
-    ends = np.empty((len(shapes), 3, 3))
-    for places, shape in zip(ends, shapes, strict=True):
-        adaptor = BRepAdaptor_Curve(shape)
-        first, last = adaptor.FirstParameter(), adaptor.LastParameter()
-        for place, t in zip(places, (first, (first + last) / 2.0, last), strict=True):
-            place[:] = _row(adaptor.Value(t))
+    ends = np.empty((len(lines), 3, 3))
+    for places, e in zip(ends, lines, strict=True):
+        edge = solid.edges[e]
+        places[:] = solid.vertices[edge.start], _half_way(edge), solid.vertices[edge.end]
+    ends -= (ends @ direction)[..., None] * direction
     near = scipy.spatial.cKDTree(ends[:, 1]).query_ball_point(ends[:, 1], 2.0 * fuzzy)
     found: list[Line] = []
     number: dict[int, int] = {}
@@ -96,10 +95,18 @@ def _projected(  # noqa: PLR0917
                     break
         if match is None:
             number[j] = len(found)
-            found.append(Line(shapes[j], [(lines[j], True)]))
+            found.append(Line(_project(holder.edges[lines[j]], direction, plane), [(lines[j], True)]))
         else:
             found[match[0]].over.append((lines[j], match[1]))
     return found
+
+
+def _half_way(edge: Edge) -> FloatArray:
+    """Where an edge has the middle one of its parameters, which stay as they are on the plane; lengths do not."""
+    curve = edge.curve
+    if not isinstance(curve, EdgeCurve) or curve.constant_speed:
+        return edge.midpoint
+    return curve.geometry.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
 
 
 def _row(point: Any) -> FloatArray:

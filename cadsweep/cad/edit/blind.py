@@ -11,6 +11,15 @@ material, with two planes through its axis, leaves cells with corners of three e
       |     \\ /     |        and outside of these plane rectangles only
       +-------------+
 
+A boss with a bore in it needs less: a cone from its circle to the wall of the bore, and the boss halved. What is below
+has a countersunk hole then, which is swept along the bore, and the circle is gone::
+
+      |   | : |   |
+    --+   | : |   +--      the boss ends in the cone
+      |\\  | : |  /|
+      | \\ | : | / |
+          |   |
+
 Not handled: circles that are not whole, and where the point would not lie well inside the material.
 """
 
@@ -21,14 +30,15 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
 from OCP.Geom import Geom_ConicalSurface
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .central import Cutter, plane_tool
+from .central import SAME, Cutter, plane_tool
 from .circles import Rim, find_rims, inside_of
+from .crossings import Axis, find_axes, is_hollow
 
 DEPTHS = (0.8, 0.5, 0.3)
 """Depths of the point below the circle, in radii, that are tried: the first that has enough material below."""
@@ -36,6 +46,14 @@ ENOUGH = 1.8
 """Depth, in those of the cone, down to which there must be material: a little more than :data:`BELOW`."""
 BELOW = 1.5
 """Depth, in those of the cone, of a plane that keeps the cells around it from what is further below."""
+SLOPE, LEAST_SLOPE = 0.8, 0.3
+"""Depth of a cone to a bore, in the width of the ring between bore and circle, at most and at least."""
+NARROW = 0.9
+"""Radius of a bore, in that of the circle around it, up to which a cone fits between them."""
+SHARE = 0.6
+"""Share of the depth of a bore below the circle that the cone takes, at most."""
+BEYOND = 0.05
+"""How far a cone reaches into the bore, in its own depth."""
 ASIDE = 1.2
 """Radius, in those of the circle, up to which there must be material around it."""
 
@@ -66,6 +84,76 @@ def under_circles(solid: Solid, flat: float) -> Iterator[Cutter]:
             tools=(_cone(rim, out, depth), *(plane_tool(solid, normal, place) for normal, place in planes)),
             weight=rim.length,
         )
+
+
+def under_bored_bosses(solid: Solid, flat: float) -> Iterator[Cutter]:
+    """Cones from the circles of bosses to the walls of the bores in them.
+
+    Parameters
+    ----------
+    flat : float
+        Radians from pi up to which two faces at an edge are one surface.
+    """
+    axes = find_axes(solid)
+    for rim in find_rims(solid, flat):
+        for axis in axes:
+            seam = _seam_in(solid, rim, axis)
+            room = None if seam is None else _room(rim, axis)
+            if seam is None or room is None or room < LEAST_SLOPE * (rim.radius - axis.radius):
+                continue
+            depth = min(SLOPE * (rim.radius - axis.radius), room)
+            yield Cutter(
+                kind="cushion",
+                reason=f"a cone from the circle on {rim.face.label()} to the bore in it",
+                tools=_countersink(rim, axis, seam, depth, solid.size),
+                weight=rim.length,
+            )
+
+
+def _seam_in(solid: Solid, rim: Rim, axis: Axis) -> FloatArray | None:
+    """Direction from the axis to where the wall of a bore inside of a circle is divided; None where it is none."""
+    off = rim.center - axis.place
+    is_coaxial = (
+        abs(float(axis.direction @ rim.normal)) > 1.0 - SAME
+        and float(np.linalg.norm(off - (off @ axis.direction) * axis.direction)) < SAME * solid.size
+    )
+    if not is_coaxial or axis.radius > NARROW * rim.radius:
+        return None
+    for face in (solid.faces[f] for f in sorted(axis.faces)):
+        for edge in (solid.edges[e] for e in face.edges):
+            if edge.kind == "line" and is_hollow(face, edge.midpoint, axis.place, axis.direction):
+                arm = edge.midpoint - axis.place
+                return np.asarray((arm - (arm @ axis.direction) * axis.direction) / axis.radius)
+    return None
+
+
+def _room(rim: Rim, axis: Axis) -> float | None:
+    """Depth below a circle down to which a cone may go to the wall of a bore; None where that begins elsewhere."""
+    up = float(np.sign(axis.direction @ rim.normal))
+    level = float((rim.center - axis.place) @ axis.direction) * up
+    low, high = sorted((up * axis.low, up * axis.high))
+    return SHARE * (level - low) if high > level - SAME * rim.radius else None
+
+
+def _countersink(rim: Rim, axis: Axis, seam: FloatArray, depth: float, size: float) -> tuple[Any, ...]:
+    """A cone from a circle to a bore, and planes from its sides up through the boss."""
+    frame = gp_Ax3(gp_Pnt(*map(float, rim.center)), gp_Dir(*map(float, rim.normal)), gp_Dir(*map(float, seam)))
+    half_angle = float(np.arctan2(rim.radius - axis.radius, depth))
+    surface = Geom_ConicalSurface(frame, half_angle, rim.radius)
+    bottom, top = (share * depth / float(np.cos(half_angle)) for share in (-1.0 - BEYOND, BEYOND))
+    # All around at once: where two halves meet, OpenCASCADE's splitter loses both.
+    tools = [BRepBuilderAPI_MakeFace(surface, 0.0, 2.0 * pi, bottom, top, 1e-7).Face()]
+    slope = (rim.radius - axis.radius) / depth
+    inner = rim.radius - (1.0 + BEYOND) * depth * slope
+    for out in (seam, -seam):
+        wire = BRepBuilderAPI_MakePolygon()
+        for aside, up in (
+            (rim.radius, 0.0), (rim.radius, size), (inner, size), (inner, -(1.0 + BEYOND) * depth),
+        ):  # fmt: skip
+            wire.Add(gp_Pnt(*map(float, rim.center + aside * out + up * rim.normal)))
+        wire.Close()
+        tools.append(BRepBuilderAPI_MakeFace(wire.Wire(), True).Face())
+    return tuple(tools)
 
 
 def _fits(rim: Rim, depth: float, is_inside: Any) -> bool:

@@ -19,7 +19,8 @@ from OCP.gp import gp_Trsf, gp_Vec
 from ...arrays import FloatArray
 from ...brep import Part
 from ...stack import Stack
-from ..shapes import FACE, compound, shapes_of, subshapes
+from ..extract.prism import plane_shapes
+from ..shapes import FACE, compound, subshapes
 from .cutting import cut_cell
 
 
@@ -40,7 +41,7 @@ def cut_columns(part: Part, stack: Stack, walls: Sequence[tuple[int, float, floa
         One cell a column; None where OpenCASCADE does not part them cleanly.
     """
     prism = stack.arrangement.prism
-    edges = shapes_of(prism).edges
+    edges = plane_shapes(prism).edges
     base = float((prism.vertices @ stack.direction).min())
     # Walls from one height to another at once: those that meet share the line where they do.
     heights: dict[tuple[float, float], list[Any]] = {}

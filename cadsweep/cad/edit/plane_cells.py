@@ -15,26 +15,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_BuilderFace
 from OCP.BOPTools import BOPTools_AlgoTools3D
-from OCP.BRep import BRep_Builder
-from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeSolid
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp
-from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Vec
+from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.GProp import GProp_GProps
 from OCP.IntTools import IntTools_Context
 from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopoDS import TopoDS_Shell
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement
-from ..extract.solids import extract_solid
+from ..extract.prism import extrude_cells
+from ..geometry.convert import read_surface
 from ..shapes import EDGE, FACE, compound, explore, index_map, listed, typed
-
-_FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 
 
 class Line(NamedTuple):
@@ -59,7 +54,7 @@ def cells_between(  # noqa: PLR0917
     beside = _beside(faces, edges)
     caps = _caps_over(solid, direction, sides, pieces, beside, len(faces))
     kept = [j for j, own in enumerate(caps) if own]
-    return _prism(faces, kept, pieces, beside, caps, along)
+    return _prism(faces, kept, pieces, beside, caps, plane, along)
 
 
 def _cells(edges: Sequence[Any], plane: Any) -> list[Any]:
@@ -151,77 +146,37 @@ def _prism(  # noqa: PLR0917
     pieces: Sequence[Line],
     beside: Sequence[Sequence[int]],
     caps: Sequence[frozenset[int]],
+    plane: Any,
     along: FloatArray,
 ) -> Arrangement:
-    """Extrude the rim of the cells, put the cells under and over it, and read the solid."""
-    inside = set(kept)
-    rim = [
-        piece.shape.Oriented(_FORWARD if left in inside else _REVERSED)
-        for piece, (left, right) in zip(pieces, beside, strict=True)
-        if (left in inside) != (right in inside)
-    ]
-    # Of the rim alone: OpenCASCADE's time for many cells grows with their square.
-    maker = BRepPrimAPI_MakePrism(compound(rim), gp_Vec(*along))
-    up = maker.LastShape(rim[0]).Location().Multiplied(rim[0].Location().Inverted())
-    builder, shell = BRep_Builder(), TopoDS_Shell()
-    builder.MakeShell(shell)
-    for edge in rim:
-        builder.Add(shell, _facing_out(maker.Generated(edge).First(), edge, along))
-    for j in kept:
-        builder.Add(shell, faces[j].Reversed())
-        builder.Add(shell, faces[j].Moved(up))
-    shell.Closed(True)
-    shape = BRepBuilderAPI_MakeSolid(shell).Solid()
-    prism = extract_solid(shape)
-    face_number, edge_number = index_map(shape, FACE), index_map(shape, EDGE)
+    """Extrude the cells that have material over them."""
+    number = {j: k for k, j in enumerate(kept)}
+    sides = [(number.get(left, -1), number.get(right, -1)) for left, right in beside]
+    lines = [j for j, own in enumerate(sides) if own != (-1, -1)]  # others bound no material
+    prism = extrude_cells(
+        [faces[j] for j in kept],
+        [pieces[j].shape for j in lines],
+        [sides[j] for j in lines],
+        read_surface(plane),
+        along,
+    )
     context = IntTools_Context()
-    bottoms, tops, places = [], [], []
+    places = []
     for j in kept:
-        bottoms.append(face_number.FindIndex(faces[j]) - 1)
-        tops.append(face_number.FindIndex(faces[j].Moved(up)) - 1)
         place = gp_Pnt()
         if BOPTools_AlgoTools3D.PointInFace_s(faces[j], place, gp_Pnt2d(), context) != 0:
             raise CadError("a cell of the arrangement has no inside")
         places.append(_row(place))
-    top_edges, over, ways = {}, {}, {}
-    for piece, (left, right) in zip(pieces, beside, strict=True):
-        if left in inside or right in inside:  # others bound no material
-            e = edge_number.FindIndex(piece.shape) - 1
-            top_edges[e] = edge_number.FindIndex(piece.shape.Moved(up)) - 1
-            over[e] = tuple(one for one, _ in piece.over)
-            ways[e] = tuple(same for _, same in piece.over)
-    if min([*bottoms, *tops, *top_edges, *top_edges.values()]) < 0:
-        raise CadError("OpenCASCADE lost a cell of the arrangement when it was extruded")
     return Arrangement(
-        prism=prism,
-        bottoms=tuple(bottoms),
-        tops=tuple(tops),
-        top_edges=top_edges,
+        prism=prism.solid,
+        bottoms=prism.bottoms,
+        tops=prism.tops,
+        top_edges=dict(zip(prism.lower, prism.upper, strict=True)),
         caps=tuple(caps[j] for j in kept),
         places=np.array(places),
-        over=over,
-        ways=ways,
+        over={e: tuple(one for one, _ in pieces[j].over) for e, j in zip(prism.lower, lines, strict=True)},
+        ways={e: tuple(same for _, same in pieces[j].over) for e, j in zip(prism.lower, lines, strict=True)},
     )
-
-
-def _facing_out(face: Any, edge: Any, along: FloatArray) -> Any:
-    """A side turned so that its normal points to the right of its edge."""
-    curve = BRepAdaptor_Curve(typed(edge, EDGE))
-    place, tangent = gp_Pnt(), gp_Vec()
-    curve.D1((curve.FirstParameter() + curve.LastParameter()) / 2.0, place, tangent)
-    run = np.array([tangent.X(), tangent.Y(), tangent.Z()])
-    out = np.cross(run if edge.Orientation() == _FORWARD else -run, along)
-    surface = BRepAdaptor_Surface(typed(face, FACE))
-    surface_tangents = gp_Vec(), gp_Vec()
-    surface.D1(
-        (surface.FirstUParameter() + surface.LastUParameter()) / 2.0,
-        (surface.FirstVParameter() + surface.LastVParameter()) / 2.0,
-        gp_Pnt(),
-        *surface_tangents,
-    )
-    normal = surface_tangents[0].Crossed(surface_tangents[1])
-    same = float(np.array([normal.X(), normal.Y(), normal.Z()]) @ out) > 0.0
-    return face.Oriented(_FORWARD if same else _REVERSED)
 
 
 def _row(point: Any) -> FloatArray:

@@ -22,7 +22,8 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement, Outline
-from ..shapes import EDGE, index_map, shapes_of
+from ..extract.prism import plane_shapes
+from ..shapes import EDGE, compound, index_map
 from .plane_cells import Line, cells_between
 
 _SAME = 1e-7
@@ -57,7 +58,7 @@ def rearrange(  # noqa: PLR0917
     CadError
         They cross each other, or their cells are not those of the part.
     """
-    holder = shapes_of(arrangement.prism)
+    holder = plane_shapes(arrangement.prism)
     heights = solid.vertices @ direction
     low, high = float(heights.min()), float(heights.max())
     plane = Geom_Plane(gp_Pln(gp_Pnt(*(low * direction)), gp_Dir(*direction)))
@@ -87,10 +88,10 @@ def rearrange(  # noqa: PLR0917
 
 def _numbers(made: Arrangement, pieces: Sequence[Line]) -> dict[int, int]:
     """Edge of the arrangement that every piece became; those that bound no material are not in it."""
-    holder = shapes_of(made.prism)
-    number = index_map(holder.shape, EDGE)
+    shapes = plane_shapes(made.prism).edges
+    ids, number = list(shapes), index_map(compound(list(shapes.values())), EDGE)
     at = [number.FindIndex(piece.shape) - 1 for piece in pieces]
-    return {j: e for j, e in enumerate(at) if e in made.over}
+    return {j: ids[k] for j, k in enumerate(at) if k >= 0}
 
 
 def _edge(points: FloatArray, start: Any, end: Any, size: float) -> Any:

@@ -14,6 +14,7 @@ from itertools import product
 
 import numpy as np
 
+from ...arrays import FloatArray
 from .turned import Feature
 
 N_WIDTHS = 24
@@ -39,12 +40,15 @@ class Section:
         Where what goes along each direction has its floors.
     radii : list of float
         Of all cylinders about the axis.
+    corners : list of (3,) float64
+        Ends of the edges of what goes along the axis and all around it.
     """
 
     across: tuple[list[Feature], list[Feature]]
     beside: list[Feature]
     floors: tuple[list[float], list[float]]
     radii: list[float]
+    corners: list[FloatArray]
 
     def widths(self) -> tuple[float, float] | None:
         """Half of the width of the strips along the two directions, 0 where there is none; None where none has room."""
@@ -83,14 +87,24 @@ class Section:
             if widths[1 - way]:
                 near = BEST_CORNER * max(self.radii)
                 found += [abs(widths[1 - way] - abs(floor)) / near for floor in self.floors[way]]
+            for corner in self.corners:
+                found.append(float(abs(abs(corner[1 - way]) - width)) / (BEST_CORNER * half))
             for feature in self.beside:
+                if surrounds(feature):
+                    continue  # the sides leave through its walls
                 low, high = feature.points[:, 1 - way].min(), feature.points[:, 1 - way].max()
                 for side in (-width, width):
                     found.append(max(low - side, side - high) / (BEST_CORNER * half))
         if all(widths):
-            corner = float(np.hypot(widths[0], widths[1]))
-            found += [abs(corner - radius) / (BEST_CORNER * radius) for radius in self.radii]
+            meeting = float(np.hypot(widths[0], widths[1]))
+            found += [abs(meeting - radius) / (BEST_CORNER * radius) for radius in self.radii]
         return min(found)
 
 
-__all__ = ["Section"]
+def surrounds(feature: Feature) -> bool:
+    """Whether a feature, its points from the axis' foot, goes all around the axis, as the flats of a hexagon do."""
+    angles = np.sort(np.arctan2(feature.points[:, 1], feature.points[:, 0]))
+    return bool(np.diff(angles, append=angles[0] + 2.0 * np.pi).max() < 0.5 * np.pi)
+
+
+__all__ = ["Section", "surrounds"]

@@ -30,7 +30,7 @@ import numpy as np
 from ...arrays import FloatArray
 from ...brep import Solid
 from .central import Cutter
-from .strip_widths import Section
+from .strip_widths import Section, surrounds
 from .turned import ALONG, Feature, TurnedBody
 
 
@@ -93,12 +93,19 @@ class _Stripped(TurnedBody):
             beside=beside,
             floors=(self.floors(across[0], frame[0]), self.floors(across[1], frame[1])),
             radii=self.radii(),
+            corners=[corner for feature in beside if surrounds(feature) for corner in self.corners(feature, frame)],
         )
         levels = self.levels()
         widths = section.widths() if all(self.has_room(f, levels) for own in across for f in own) else None
         if widths is None:
             return []
         return [*self.planes(frame, widths, section), *self.turned_tools(levels)]
+
+    def corners(self, feature: Feature, frame: FloatArray) -> FloatArray:
+        """The vertices (n, 3) of a feature, in the frame of the section."""
+        own = {v for f in feature.faces for e in self.solid.faces[f].edges for v in self.ends(e)}
+        corners: FloatArray = (self.solid.vertices[sorted(own)] - self.line.place) @ frame.T
+        return corners
 
     def has_room(self, feature: Feature, levels: Sequence[float]) -> bool:
         """Whether no shoulder runs through a feature, and it is no boss: a strip would not part that from the body."""

@@ -77,9 +77,14 @@ class PartGeometry:
         return np.array(found, dtype=np.int64).reshape(-1, 2)
 
     @cached_property
+    def vertex_shapes(self) -> list[Any]:
+        """The vertices, by key."""
+        return mapped(self._maps[VERTEX], VERTEX)
+
+    @cached_property
     def vertices(self) -> FloatArray:
         """Points (n_vertices, 3) as the model has them."""
-        places = [BRep_Tool.Pnt_s(vertex) for vertex in mapped(self._maps[VERTEX], VERTEX)]
+        places = [BRep_Tool.Pnt_s(vertex) for vertex in self.vertex_shapes]
         return np.array([(p.X(), p.Y(), p.Z()) for p in places]).reshape(-1, 3)
 
     @cached_property

@@ -101,7 +101,7 @@ def extract_solid(
     size = float(np.linalg.norm(box[1] - box[0]))
     largest_gap = max(_LARGEST_GAP * size, shared.closed)
     gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)
-    wires = [_wires(face, maps[1]) for face in holder.faces]
+    wires = [read_wires(face, maps[1]) for face in holder.faces]
     surfaces = [
         read_face_surface(
             face, [(use.edge, use.number) for wire in own for use in wire], curves, geometry=shared.surface(face)
@@ -224,7 +224,7 @@ class _Use(NamedTuple):
     sense: bool | None
 
 
-def _wires(face: Any, edge_map: Any) -> list[list[_Use]]:
+def read_wires(face: Any, edge_map: Any) -> list[list[_Use]]:
     """The wires of a face, outer wire first; without degenerate edges."""
     found = list(explore(face, WIRE))
     if len(found) > 1:
