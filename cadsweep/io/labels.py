@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -211,17 +211,40 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
 
 
 def _partners(mesh: HexMesh) -> dict[tuple[str, str], IntArray]:
-    """Pairs of nodes by the names of the two boundaries, where each of them is one."""
-    found = {}
+    """Pairs of nodes by the names of two boundaries; of faces that are several, each with the one that it answers."""
+    found: dict[tuple[str, str], IntArray] = {}
     for key, pairs in mesh.periodic.items():
+        own: dict[tuple[str, str], IntArray] = {}
         for place in (match.start() for match in re.finditer("(?=__)", key)):
-            names = (key[:place], key[place + 2 :])
-            if names[0] in mesh.boundaries and names[1] in mesh.boundaries:
-                found[names] = pairs
+            groups = [_boundaries_in(mesh, words) for words in (key[:place], key[place + 2 :])]
+            if all(groups):
+                own = _answering(mesh, groups[0], groups[1], pairs)
                 break
-        else:
-            logger.warning("periodic '%s': its faces are several boundaries; no file says that they are periodic", key)
+        if not own:
+            logger.warning("periodic '%s': its boundaries do not answer each other one by one; no file says so", key)
+        found |= own
     return found
+
+
+def _boundaries_in(mesh: HexMesh, words: str) -> list[str]:
+    """The boundaries that a name of matched faces lists; none where a part of it is none."""
+    names = [words] if words in mesh.boundaries else words.split("_and_")
+    return names if all(name in mesh.boundaries for name in names) else []
+
+
+def _answering(
+    mesh: HexMesh, ones: Sequence[str], others: Sequence[str], pairs: IntArray
+) -> dict[tuple[str, str], IntArray]:
+    """Boundaries of two groups whose nodes are each other's images, and their own pairs; none unless all have one."""
+    if len(ones) == len(others) == 1:
+        return {(ones[0], others[0]): pairs}
+    nodes = {name: distinct(mesh.boundaries[name]) for name in (*ones, *others)}
+    found: dict[tuple[str, str], IntArray] = {}
+    for one in ones:
+        own = pairs[np.isin(pairs[:, 0], nodes[one])]
+        images = np.sort(own[:, 1])
+        found |= {(one, other): own for other in others if np.array_equal(images, nodes[other])}
+    return found if len(found) == len(ones) == len(others) else {}
 
 
 def check_nodes(ids: np.ndarray, n_points: int) -> None:

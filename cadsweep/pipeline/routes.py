@@ -34,7 +34,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good
+from .candidates import GOOD_ENOUGH, crossing_of, first_good, touching_of
 from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
@@ -50,11 +50,13 @@ GOOD_STACK = 0.3
 """Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
 them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
 gets quads as long as the boss is high, however well they are smoothed."""
+FAIR_STACK = 0.5
+"""The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
 _MOST_LOOKED_AT = 60
-"""Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross, and whether
-cells are better than columns; both take seconds for more."""
+"""Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
+whether cells are better than columns; both take seconds for more."""
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -103,7 +105,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part of one solid by the first way that does well, or by the best of all."""
     refused: CadSweepError | None = None
     best: AnyMesh | None = None
-    wanted, share = GOOD_ENOUGH, 1.0
+    share = 1.0
     for way in (_mesh_swept, _mesh_columns, *([_mesh_cells] if options.decompose else [])):
         if best is not None and way is _mesh_columns:
             continue  # columns along a poor sweep are as poor
@@ -117,13 +119,17 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
             continue
         if best is None or _worst(mesh) > _worst(best):
             best = mesh
+        enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
         if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            wanted, share = GOOD_STACK, SECOND_LOOK
-        if min(_worst(mesh), _limit(mesh)) >= wanted or not may_be_better(part, options):
+            enough, share = _good_columns(mesh), SECOND_LOOK
+        if enough or not may_be_better(part, options):
             break
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
+    touching = touching_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
+    if touching is not None and not isinstance(refused, InputError):
+        raise touching
     raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
 
 
@@ -164,9 +170,22 @@ def _worst(mesh: AnyMesh) -> float:
     return float(mesh.info["quality"].min_scaled_jacobian)
 
 
-def _limit(mesh: AnyMesh) -> float:
-    """What the outlines of columns and the lean of their caps allow upright ones; 1 of other meshes."""
-    return min((sweep.get("upright_limit", 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
+def _limit(mesh: AnyMesh, which: str) -> float:
+    """A limit of columns, as :class:`cadsweep.stack.Stack` has it; 1 of other meshes."""
+    return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
+
+
+def _good_columns(mesh: AnyMesh) -> bool:
+    """Whether columns are as good as cells are likely to be.
+
+    A mesh that is fair and no more has cells tried, too, where the part itself allows more and something round lies
+    across the columns, as the end of a keyway across a shaft.
+    """
+    worst = _worst(mesh)
+    if min(worst, _limit(mesh, "upright_limit")) < GOOD_STACK:
+        return False
+    across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])
+    return worst >= FAIR_STACK or not across or _limit(mesh, "limit") < FAIR_STACK
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:

@@ -276,6 +276,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
                 "columns": stack.n_columns,
                 "limit": round(stack.limit.value, 3),
                 "upright_limit": round(stack.upright_limit.value, 3),
+                "round_across": stacks.is_round_across(stack),
             }
         ],
     )

@@ -252,7 +252,8 @@ def relaxed_cap(
     fixed: IntArray | None = None,
     wanted: float = WANTED,
 ) -> FloatArray | None:
-    """The cap with its inner nodes moved along the surface; None where the cap is no graph over its ring's plane.
+    """The cap with its inner nodes moved along the surface, in its ring's plane or, where that sees it edge-on, in the
+    surface's parameters; None where these wind round it.
 
     Nodes that are `fixed` stay, those of the loops where it is None; a worst corner whose sine is `wanted` is enough.
     """
@@ -264,7 +265,7 @@ def relaxed_cap(
     for _ in range(_RELAXATIONS):
         normals = sweep_normals(points, quads, surface) @ frame.T
         if float(np.min(normals[:, 2])) < _STEEP:
-            return None
+            return _relaxed_in_parameters(points, quads, loops, surface, kept=kept, lengths=lengths, wanted=wanted)
         slopes = -normals[:, :2] / normals[:, 2:]
         y = (points - center) @ frame[:2].T
         moved = relax_plane(
@@ -280,6 +281,61 @@ def relaxed_cap(
         if not slopes.any():
             break
     return points
+
+
+def _relaxed_in_parameters(
+    points: FloatArray,
+    quads: IntArray,
+    loops: Sequence[IntArray],
+    surface: Surface,
+    *,
+    kept: IntArray,
+    lengths: FloatArray,
+    wanted: float,
+) -> FloatArray | None:
+    """What :func:`relaxed_cap` does, for a cap that turns too far to be seen in one plane: half of a bore."""
+    nodes = np.concatenate(loops)
+    uv = surface.project(points)
+    ring, winds = unwrapped(uv[nodes], loops, surface.periods)
+    if winds:
+        return None
+    for axis, period in enumerate(surface.periods):
+        if period:
+            middle = 0.5 * (ring[:, axis].min() + ring[:, axis].max())
+            uv[:, axis] -= period * np.round((uv[:, axis] - middle) / period)
+    uv[nodes] = ring
+    corners = uv[quads]
+    diagonals = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
+    turned = float((diagonals[0][:, 0] * diagonals[1][:, 1] - diagonals[0][:, 1] * diagonals[1][:, 0]).sum()) < 0.0
+    handed = np.array([1.0, -1.0 if turned else 1.0])
+    for _ in range(_RELAXATIONS):
+        metric = _parameter_metric(uv, quads, surface)
+        if metric is None:
+            return None
+        y = uv * handed
+        uv = (
+            relax_plane(y, quads, kept, lengths=lengths, metric=metric * handed[:, None] * handed, wanted=wanted)
+            * handed
+        )
+    placed = surface.evaluate(uv)
+    if not np.isfinite(placed).all():
+        return None
+    placed[kept] = points[kept]
+    return placed
+
+
+def _parameter_metric(uv: FloatArray, quads: IntArray, surface: Surface) -> FloatArray | None:
+    """Matrices (q, 2, 2) that take steps in the parameters to steps on the surface; None where one has no inverse.
+
+    They are the roots of the first fundamental form, in the mean over a quad's corners.
+    """
+    along = np.stack(surface.derivatives(uv), axis=1)
+    form = np.einsum("nik,njk->nij", along, along)[quads].mean(axis=1)
+    root = np.sqrt(np.maximum(np.linalg.det(form), 0.0))
+    trace = np.trace(form, axis1=1, axis2=2)
+    if not np.isfinite(form).all() or (root < 1e-9 * trace).any():
+        return None
+    return np.asarray((form + root[:, None, None] * np.eye(2)) / np.sqrt(trace + 2.0 * root)[:, None, None])
 
 
 def _graph_metric(slopes: FloatArray) -> FloatArray:

@@ -32,6 +32,7 @@ touching   where columns touch, for who wants them as solids
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
+from .limits import is_round_across
 from .mending import mend_quads
 from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
@@ -57,6 +58,7 @@ __all__ = [
     "find_sheets",
     "find_slides",
     "find_stations",
+    "is_round_across",
     "judge_plane",
     "make_stack",
     "mend_quads",

@@ -21,9 +21,9 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Edge, Face, Solid
-from ..stack import Arrangement, StackLimit
+from ..stack import Arrangement, Stack, StackLimit
 from .along import heights_on_edge
-from .sides import ROUNDED_LEAN, Sides
+from .sides import ROUNDED_LEAN, SMOOTH, Sides
 
 _NONE = StackLimit(value=1.0, reason="")
 _SHARP = ("plane", "cone")
@@ -80,6 +80,21 @@ def _corner_words(solid: Solid, face: int, vertex: int, angle: float) -> str:
     return f"edges of {solid.faces[face].label()} meet at {where}"
 
 
+def is_round_across(stack: Stack) -> bool:
+    """Whether a cap turns until it runs along the columns on two sides: a shaft, a bore or a slot's end across them.
+
+    A rounding of an edge goes on into a cap on one side; what does not is better swept along its own axis.
+    """
+    edges, caps = stack.solid.edges, {*stack.source, *stack.target}
+
+    def runs_out(f: int, e: int) -> bool:
+        other = edges[e].faces[edges[e].faces[0] == f]
+        upright = other not in caps or (other in stack.rounded and (other in stack.source) != (f in stack.source))
+        return upright and abs(edges[e].dihedral - np.pi) <= SMOOTH
+
+    return any(sum(runs_out(f, e) for e in stack.solid.faces[f].edges) >= 2 for f in stack.rounded)
+
+
 def find_upright_limit(solid: Solid, sides: Sides, arrangement: Arrangement) -> StackLimit:
     """Find the worst of the corners of all cells and of the caps, for columns that are upright.
 
@@ -134,4 +149,4 @@ def _steepest_cap(solid: Solid, sides: Sides) -> StackLimit:
     return StackLimit(value=sides.steepest, reason=f"{label} leans {lean:.3g} degrees from the columns at its steepest")
 
 
-__all__ = ["find_limit", "find_upright_limit"]
+__all__ = ["find_limit", "find_upright_limit", "is_round_across"]

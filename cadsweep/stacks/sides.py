@@ -29,7 +29,7 @@ MOST_ACROSS = 3
 """Quads from the wall to the end of a rounding: of more, the one at the wall would be too steep."""
 _SAME = 1e-9
 """1 - cosine of directions that are the same."""
-_SMOOTH = 1e-3
+SMOOTH = 1e-3
 """Angle from pi up to which two faces go on into each other."""
 _TOLD = 1e-3
 """Degrees below which a lean is none to speak of."""
@@ -146,7 +146,7 @@ def _refuse_turning(normals: Normals, face: Face, direction: FloatArray) -> None
     solid, own = normals.solid, normals.of(face) @ direction
     for e in dict.fromkeys(face.edges):
         edge = solid.edges[e]
-        if abs(edge.dihedral - np.pi) > _SMOOTH:
+        if abs(edge.dihedral - np.pi) > SMOOTH:
             continue
         other = solid.faces[edge.faces[edge.faces[0] == face.id]]
         low, high = _range(normals, other, direction)

@@ -179,3 +179,23 @@ def test_faces_that_cannot_be_matched_are_refused():
     counts = {"edges:|Y and <X and <Z": 4, "edges:|Y and >X and <Z": 6}
     with pytest.raises(InputError, match="unlike counts"):
         cs.sweep_mesh(box(), source="floor", counts=counts, periodic={"left": "right"})
+
+
+def test_a_sector_of_two_solids_is_cyclic_boundary_by_boundary(tmp_path):
+    both = cq.Assembly(name="both")
+    for name, low in (("disc", 0), ("hub", 3)):
+        work = cq.Workplane(sector(pi / 5).val().translate((0, 0, low)))  # without its tags
+        one = cq.Assembly(work, name=name)
+        for side in work.faces("%PLANE").vals():
+            normal = side.normalAt()
+            if abs(normal.z) < 1e-6:
+                one.addSubshape(side, name="left" if abs(normal.x) < 1e-6 else "right")
+        both.add(one)
+    mesh = cs.sweep_mesh(both, size=2, periodic={"left": "right"})
+    (pairs,) = mesh.periodic.values()
+    assert np.abs(mesh.points[pairs[:, 0]] @ rotation(pi / 5).T - mesh.points[pairs[:, 1]]).max() < 1e-12
+    mesh.write(tmp_path / "polyMesh")
+    text = (tmp_path / "polyMesh" / "boundary").read_text()
+    for name, partner in (("left", "right"), ("right", "left")):
+        for solid in ("disc", "hub"):
+            assert re.search(rf"{solid}_{name}\s*{{\s*type\s+cyclic;[^}}]*neighbourPatch\s+{solid}_{partner};", text)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cadsweep.errors import InputError
-from cadsweep.projection.target import project_target, unwrapped
+from cadsweep.projection.target import project_target, relaxed_cap, sweep_normals, unwrapped, worst_corner
 
 from .projection_sections import (
     annulus,
@@ -65,6 +65,29 @@ class Sphere:
     def project(self, points):
         x, y, z = (points @ self.frame.T).T
         return np.c_[np.arctan2(y, x) % (2 * np.pi), np.arctan2(z, np.hypot(x, y))]
+
+
+class Cylinder:
+    """The angle about y, and y: a plane rolled up."""
+
+    periods = (2 * np.pi, None)
+
+    def __init__(self, radius):
+        self.radius = radius
+
+    def evaluate(self, uv):
+        u, v = uv.T
+        return np.c_[self.radius * np.sin(u), v, self.radius * np.cos(u)]
+
+    def derivatives(self, uv):
+        u, nothing = uv[:, 0], np.zeros(len(uv))
+        return self.radius * np.c_[np.cos(u), nothing, -np.sin(u)], np.c_[nothing, nothing + 1.0, nothing]
+
+    def project(self, points):
+        return np.c_[np.arctan2(points[:, 0], points[:, 2]) % (2 * np.pi), points[:, 1]]
+
+    def roll(self, points):
+        return self.evaluate(np.c_[points[:, 0] / self.radius, points[:, 1]])
 
 
 class Graph:
@@ -206,6 +229,20 @@ class TestFoldedCaps:
     def test_a_hole_that_moves_and_shrinks(self, shift):
         cap = self.check(*self.moved_hole(shift), 0.3)
         assert cap.qualities["parametric"] < 0.0
+
+    @pytest.mark.parametrize("side", [1.0, -1.0])
+    def test_rolled_up_half_round_a_cap_is_relaxed_as_it_is_flat(self, side):
+        section, ring = self.moved_hole((0.813, 0.813))
+        flat, surface = np.c_[section.points[:, :2], np.zeros(len(section.points))], Cylinder(4.0 / np.pi)
+        flat[section.ring] = np.c_[ring[:, :2], np.zeros(len(ring))]
+        quads = section.quads if side > 0.0 else section.quads[:, ::-1]
+        lain = relaxed_cap(flat, flat, quads, section.loops, Plane())
+        rolled = relaxed_cap(surface.roll(flat), flat, quads, section.loops, surface)
+        assert (rolled[section.ring] == surface.roll(flat)[section.ring]).all()
+        assert np.abs(surface.evaluate(surface.project(rolled)) - rolled).max() < 1e-12
+        wanted = worst_corner(lain, quads, np.tile([0.0, 0.0, side], (len(flat), 1)))
+        assert wanted > 0.2
+        assert worst_corner(rolled, quads, sweep_normals(rolled, quads, surface)) > wanted - 0.02
 
     def test_on_a_curved_surface(self):
         section, ring = self.moved_hole((0.6, 0.6))

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.stacks import is_round_across
 
 
 def wedge_with_boss(angle: float) -> cq.Workplane:
@@ -52,3 +54,28 @@ def test_a_steep_cap_is_named_while_columns_are_upright():
     (steep,) = (f for f in part.solids[0].faces if 0.1 < abs(f.normal[2]) < 0.9)
     assert f"{steep.label()} leans 10 degrees" in note
     assert note.endswith("while columns are upright")
+
+
+def keyed_shaft():
+    shaft = cq.Workplane("YZ").circle(10).extrude(60)
+    return shaft.cut(cq.Workplane("XY", (30, 0, 6)).slot2D(25, 6).extrude(10))
+
+
+def rounded_boss():
+    return cq.Workplane().box(20, 20, 4).union(cq.Workplane().rect(8, 8).extrude(6).faces(">Z").edges().fillet(1.5))
+
+
+@pytest.mark.parametrize(("make", "across"), [(keyed_shaft, True), (rounded_boss, False)])
+def test_what_is_round_across_columns_is_told_from_a_rounding(make, across):
+    """A slot's end is tangent to walls on both sides, a rounding of an edge to a wall and a cap."""
+    stack = find_stacks(cs.load(make()))[0]
+    assert stack.rounded
+    assert is_round_across(stack) == across
+
+
+def test_a_shaft_with_a_round_ended_keyway_is_cut_where_columns_are_fair_alone():
+    """Its columns run along it and lean at the ends of the keyway; at the default size 0.40, where cells give 0.64."""
+    mesh, columns = (cs.sweep_mesh(keyed_shaft(), size=3.0, decompose=decompose) for decompose in (True, False))
+    assert columns.info["sweeps"][0]["columns"] == 3
+    assert len(mesh.info["sweeps"]) > 1
+    assert mesh.quality().min_scaled_jacobian >= columns.quality().min_scaled_jacobian

@@ -9,9 +9,9 @@ What belongs together is tried together first: all floors across one direction, 
 A neighbour's faces at such an edge are extended, too: an arm that ends on a round post imprints a patch on its one
 side, and the post gives no surface there that would part it.
 
-What goes across the axis of a turned body is parted first, all at once (:mod:`.strips`). Planes through the middle of
-round faces (:mod:`.central`) come next where those end in a point, else last; planes at crossings (:mod:`.crossings`)
-before what faces give, cones under circles (:mod:`.blind`) after it.
+What goes across the axis of a turned body is parted first, all at once (:mod:`.strips`, :mod:`.spokes`). Planes through
+the middle of round faces (:mod:`.central`) come next where those end in a point, else last; planes at crossings
+(:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
 
 Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
 """
@@ -42,6 +42,7 @@ from .crossings import at_crossings
 from .cushions import under_rims
 from .mitres import at_mitres
 from .regions import into_boxes
+from .spokes import along_spokes
 from .strips import along_features
 
 FLAT = 1e-4
@@ -116,7 +117,8 @@ class _Cutters:
         """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
         is_whole = all(face.key for face in self.solid.faces)
         if is_whole:
-            yield from along_features(self.solid, FLAT)
+            strips = along_features(self.solid, FLAT)
+            yield from strips or along_spokes(self.solid, FLAT)
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:

@@ -8,8 +8,9 @@ by its vertices, in features.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 from typing import Any, Self
 
@@ -199,25 +200,51 @@ class TurnedBody:
         points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in sorted(edges)]) - self.line.place
         return float(np.linalg.norm(np.cross(points, self.line.direction), axis=1).max())
 
-    def turned_tools(self, levels: Sequence[float]) -> Iterator[Any]:
-        """The planes of all levels, and the cylinders of rings that end on one."""
+    def rings(self) -> list[tuple[float, Any]]:
+        """Radii and surfaces of the cylinders that end in an inner corner."""
+        holder = shapes_of(self.solid)
+        found: list[tuple[float, Any]] = []
+        for face in self.solid.faces:
+            if face.kind == "cylinder" and self.is_turned(face) and self.is_hollow(face):
+                cylinder = BRepAdaptor_Surface(holder.faces[face.id]).Cylinder()
+                if all(abs(cylinder.Radius() - radius) > self.near for radius, _ in found):
+                    found.append((cylinder.Radius(), cylinder))
+        return found
+
+    def parting_lines(self) -> list[FloatArray]:
+        """Unit vectors from the axis to the lines along it at which its round faces are parted."""
+        found: list[FloatArray] = []
+        for edge in self.solid.edges:
+            if not all(self.is_turned(self.solid.faces[f]) for f in edge.faces):
+                continue
+            first, last = self.solid.vertices[[edge.start, edge.end]] - self.line.place
+            aside = first - (first @ self.line.direction) * self.line.direction
+            if self.line.off(last + self.line.place - aside) < self.near < float(np.linalg.norm(aside)):
+                way = aside / np.linalg.norm(aside)
+                if all(float(way @ other) < 1.0 - ALONG for other in found):
+                    found.append(way)
+        return found
+
+    def turned_tools(
+        self, levels: Sequence[float], seams: Callable[[float], Sequence[FloatArray]] | None = None
+    ) -> Iterator[Any]:
+        """The planes of all levels, and the cylinders of all rings, by their radius parted at two or more directions.
+
+        Without `seams` the cylinders are in halves.
+        """
         axis, reach = self.line.direction, 1.5 * self.solid.size
         for level in levels:
             place = self.line.place + level * axis
             yield BRepBuilderAPI_MakeFace(gp_Pln(_point(place), _direction(axis)), -reach, reach, -reach, reach).Face()
-        holder = shapes_of(self.solid)
-        taken: list[float] = []
-        for face in self.solid.faces:
-            if face.kind != "cylinder" or not self.is_turned(face) or not self.is_hollow(face):
-                continue
-            cylinder = BRepAdaptor_Surface(holder.faces[face.id]).Cylinder()
-            if any(abs(cylinder.Radius() - radius) < self.near for radius in taken):
-                continue
-            taken.append(cylinder.Radius())
+        for _, cylinder in self.rings():
             location = np.array([cylinder.Location().X(), cylinder.Location().Y(), cylinder.Location().Z()])
             middle = float((self.solid.vertices.mean(axis=0) - location) @ _array(cylinder.Axis().Direction()))
-            for u in (0.0, pi):
-                yield BRepBuilderAPI_MakeFace(cylinder, u, u + pi, middle - reach, middle + reach).Face()
+            u = [0.0, pi]
+            if seams is not None:
+                axes = np.array([_array(side.Direction()) for side in (cylinder.XAxis(), cylinder.YAxis())])
+                u = sorted(float(np.arctan2(*(axes @ way)[::-1])) for way in seams(cylinder.Radius()))
+            for first, last in pairwise([*u, u[0] + 2.0 * pi]):
+                yield BRepBuilderAPI_MakeFace(cylinder, first, last, middle - reach, middle + reach).Face()
 
     def rectangle(
         self, frame: FloatArray, across: int, offset: float, other: tuple[float, float], length: tuple[float, float]
