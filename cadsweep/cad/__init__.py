@@ -39,6 +39,7 @@ __all__ = [
     "find_cutters",
     "find_facets",
     "find_mergeable",
+    "find_touching",
     "imprint",
     "load",
     "merge_faces",
@@ -174,6 +175,13 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
     from .geometry.crossing import find_crossing as find
 
     return find(solid, coincident=coincident)
+
+
+def find_touching(solid: "Solid") -> "tuple[int, int, FloatArray] | None":
+    """Find two faces that touch without a vertex in common (:func:`cadsweep.cad.crossing.find_touching`)."""
+    from .geometry.crossing import find_touching as find
+
+    return find(solid)
 
 
 def find_cutters(part: "Part", cell: int, faces: "Collection[int]" = ()) -> "Iterator[Cutter]":

@@ -66,4 +66,7 @@ def cut(
     elif not quiet:
         for reason in dict.fromkeys(cut["reason"] for cut in data["cuts"]):
             click.echo(f"cut along {reason}")
+        for note in data["notes"]:
+            if not note.startswith("cut along"):
+                click.echo(f"note: {note}")
         click.echo(f"{output}: {len(data['cells'])} cells")

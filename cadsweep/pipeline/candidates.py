@@ -84,6 +84,20 @@ def crossing_of(solid: Solid, failure: CadSweepError, *, coincident: Collection[
     return error
 
 
+def touching_of(solid: Solid, failure: CadSweepError) -> CadError | None:
+    """Say which faces of a solid touch, because of which it was refused; None where they keep apart."""
+    touching = cad.find_touching(solid)
+    if touching is None:
+        return None
+    first, second = (solid.faces[f].label() for f in touching[:2])
+    error = CadError(
+        f"{first} and {second} touch at ({solid.units.place(touching[2])}) without an edge in common: the wall between "
+        "them runs out to nothing, and no hexahedra fit into it. Move one of them, so that they cross or keep apart."
+    )
+    error.__cause__ = failure
+    return error
+
+
 def first_good(
     part: Part,
     sweeps: Sequence[Sweep],

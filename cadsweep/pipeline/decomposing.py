@@ -18,7 +18,7 @@ from .. import cad, decomposition
 from ..brep import Cut, Part, Solid
 from ..decomposition.curved import MOST_PARTS, CellSearch
 from ..decomposition.search import MOST_STATES
-from ..errors import CadSweepError, InputError, NotSweepableError
+from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
@@ -266,9 +266,12 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
             open_and_find(part, None, None)
             return part
         except NotSweepableError as refused:
-            columns = columns_of(part)
-            if columns is not None:
-                return columns
+            try:
+                return columns_of(part)
+            except NotSweepableError:
+                pass
+            except CadError as error:
+                part = replace(part, notes=(*part.notes, str(error)))
             if is_planar(part):
                 return _planar_cells(part, refused)
     return plan_cells(part, run).part

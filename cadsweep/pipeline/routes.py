@@ -34,7 +34,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good
+from .candidates import GOOD_ENOUGH, crossing_of, first_good, touching_of
 from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
@@ -55,8 +55,8 @@ FAIR_STACK = 0.5
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
 _MOST_LOOKED_AT = 60
-"""Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross, and whether
-cells are better than columns; both take seconds for more."""
+"""Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
+whether cells are better than columns; both take seconds for more."""
 
 
 def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
@@ -127,6 +127,9 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
+    touching = touching_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
+    if touching is not None and not isinstance(refused, InputError):
+        raise touching
     raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
 
 

@@ -5,7 +5,7 @@ import pytest
 cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
-from cadsweep.cad import cut_ring, find_crossing, load  # noqa: E402
+from cadsweep.cad import cut_ring, find_crossing, find_touching, load  # noqa: E402
 from cadsweep.pipeline import candidates  # noqa: E402
 
 pytestmark = pytest.mark.cad
@@ -62,3 +62,24 @@ def test_a_loft_that_swings_through_its_own_cap_is_refused_with_both_faces():
         bottle = bottle.circle(radius).workplane(offset=step) if step else bottle.circle(radius)
     with pytest.raises(cs.CadError, match=r"bspline .* and .*plane .* cross each other, so the model runs into itself"):
         cs.sweep_mesh(bottle.loft(), decompose=False)
+
+
+def bored_twice(*, wall):
+    """A block with a bore of radius 5 along y, and one of radius 2 along x above it."""
+    along, across = cq.Workplane("XZ", (0, 20, 0)).circle(5), cq.Workplane("YZ", (-20, 0, 7 + wall)).circle(2)
+    return cq.Workplane().box(40, 40, 30).cut(along.extrude(40)).cut(across.extrude(40))
+
+
+def test_faces_that_touch_are_named_with_the_place():
+    (solid,) = load(bored_twice(wall=0.0)).solids
+    first, second, place = find_touching(solid)
+    assert place == pytest.approx([0, 0, 5], abs=0.01)  # along tangent faces, to the root of what they touch to
+    said = str(candidates.touching_of(solid, cs.NotSweepableError("no sweep")))
+    assert all(solid.faces[f].label() in said for f in (first, second))
+
+
+@pytest.mark.parametrize("wall", [0.1, -1.0])
+def test_faces_that_keep_apart_or_cross_do_not_touch(wall):
+    (solid,) = load(bored_twice(wall=wall)).solids
+    assert find_touching(solid) is None
+    assert candidates.touching_of(solid, cs.NotSweepableError("no sweep")) is None

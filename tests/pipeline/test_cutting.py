@@ -1,6 +1,7 @@
 """Cells as solids: written, read again, meshed as an assembly; cuts that the user asks for."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,6 +50,16 @@ def test_cells_of_a_stack_are_its_columns():
     assert [cut.kind for cut in cells.cuts] == ["columns"]
     for solid in cells.solids:
         assert all(abs(face.normal @ stack.direction) in {0.0, 1.0} for face in solid.faces)
+
+
+def test_columns_that_are_no_solids_are_told():
+    """The roundings at the foot and at the top of a boss are tangent to its walls: cells instead, and why."""
+    part = cs.load(Path(__file__).parents[1] / "parts" / "stacks" / "rounded_boss.py")
+    cells = cs.decompose(part)
+    assert {cut.kind for cut in cells.cuts} != {"columns"}
+    (note,) = (note for note in cells.notes if "columns" in note)
+    assert "18 columns across (0, 0, 1)" in note
+    assert "walls run tangent into face" in note
 
 
 def test_a_part_that_sweeps_comes_back_as_it_is():

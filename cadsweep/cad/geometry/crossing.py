@@ -8,12 +8,19 @@ between faces takes seconds on splines: too long for parts that are sound.
 from __future__ import annotations
 
 from collections.abc import Collection
+from itertools import combinations
 
+import numpy as np
 from OCP.BOPAlgo import BOPAlgo_CheckerSI
+from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.TopTools import TopTools_ListOfShape
 
+from ...arrays import FloatArray
 from ...brep import Solid
-from ..shapes import FACE, SolidShape
+from ..shapes import FACE, SolidShape, bounds, near_boxes
+
+TOUCHES = 1e-6
+"""Distance of two faces, as a share of the solid's size, up to which they touch."""
 
 
 def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[int, int] | None:
@@ -48,3 +55,28 @@ def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[in
             if min(ids) >= 0 and not set(ids) <= set(coincident):
                 pairs.append((min(ids), max(ids)))
     return min(pairs, default=None)
+
+
+def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
+    """Find two faces that touch though they share no vertex: between them the material runs out to nothing.
+
+    Returns
+    -------
+    (int, int, (3,) float64) or None
+        Their ids, the least first, and a place where they touch; None where there are none.
+    """
+    holder = solid.kernel
+    if not isinstance(holder, SolidShape):
+        return None
+    reach = TOUCHES * solid.size
+    vertices = [{v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)} for face in solid.faces]
+    boxes = np.array([bounds(face) for face in holder.faces])
+    near = near_boxes(boxes, boxes, reach)
+    for one, other in combinations(range(len(vertices)), 2):
+        if not near[one, other] or vertices[one] & vertices[other]:
+            continue
+        between = BRepExtrema_DistShapeShape(holder.faces[one], holder.faces[other])
+        if between.IsDone() and between.NbSolution() and between.Value() < reach:
+            place = between.PointOnShape1(1)
+            return one, other, np.array([place.X(), place.Y(), place.Z()])
+    return None
