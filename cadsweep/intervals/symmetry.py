@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import lcm, pi
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -158,8 +159,18 @@ def _is_whole(number: float) -> bool:
     return abs(number - round(number)) < _TURN * _FINEST
 
 
+_known: WeakKeyDictionary[Solid, dict[int, Symmetry | None]] = WeakKeyDictionary()
+
+
 def find_symmetry(solid: Solid, face: Face) -> Symmetry | None:
     """The symmetry of a face's outline; None where it has none, is not plane, or a pattern of concentric circles."""
+    known = _known.setdefault(solid, {})  # counts are assigned several times, and several equations ask for it
+    if face.id not in known:
+        known[face.id] = _find_symmetry(solid, face)
+    return known[face.id]
+
+
+def _find_symmetry(solid: Solid, face: Face) -> Symmetry | None:
     if face.kind != "plane":
         return None
     frame = _frame(face.normal)

@@ -75,6 +75,10 @@ MANY = 250
 many nodes inside are irregular (6 to 8 %, Blossom's 24 to 29)."""
 _LARGE = 1000
 """Boundary nodes from which on Blossom takes seconds."""
+_HUGE = 5000
+"""Boundary nodes from which on Blossom takes minutes: 22 s and more than 90 for 12,540, where subdividing takes 5."""
+_FAIR_WHERE_HUGE = 0.2
+"""Worst corner sine of subdivided triangles that is not worth Blossom's minutes to better."""
 
 
 def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
@@ -89,12 +93,14 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
         cosine = (after * before).sum(axis=1) / (np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1))
         n_odd += int((cosine[1::2] > np.cos(np.radians(150))).sum())
     fine = min(len(loop) for loop in loops) >= _SMALL_LOOP and n_odd <= _MANY_ODD_CORNERS
-    if sum(len(loop) for loop in loops) > _LARGE:
+    n_nodes = sum(len(loop) for loop in loops)
+    if n_nodes > _LARGE:
         # Triangles of algorithm 6 take a tenth longer than those of 8, but their quads are not folded where many small
         # holes make the sizes change, so that one mesh is enough.
-        quick = (replace(_OTHERS[0], good_enough=0.3), replace(_SUBDIVISION, good_enough=0.3))
+        fair = _FAIR_WHERE_HUGE if n_nodes > _HUGE else 0.3
+        quick = (replace(_OTHERS[0], good_enough=0.3), replace(_SUBDIVISION, good_enough=fair))
         return (*quick, _BLOSSOM, _OTHERS[1])
-    if sum(len(loop) for loop in loops) > MANY and n_odd <= _MANY_ODD_CORNERS:
+    if n_nodes > MANY and n_odd <= _MANY_ODD_CORNERS:
         return (replace(_OTHERS[0], good_enough=_SUBDIVISION.good_enough), _SUBDIVISION, _BLOSSOM, *_OTHERS[1:])
     return (_SUBDIVISION, _BLOSSOM, *_OTHERS) if fine else (_BLOSSOM, _SUBDIVISION, *_OTHERS)
 

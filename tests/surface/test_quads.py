@@ -150,6 +150,15 @@ def gmsh_quads():
 
 
 @pytest.mark.cad
+@pytest.mark.parametrize(("n_nodes", "accepted"), [(2000, 0.3), (12000, 0.2)])
+def test_blossom_is_not_asked_for_minutes_where_subdivided_triangles_are_fair(n_nodes, accepted):
+    turn = np.linspace(0.0, 2.0 * np.pi, n_nodes, endpoint=False)
+    settings = gmsh_quads().settings_for([np.stack([np.cos(turn), np.sin(turn)], axis=1)])
+    first_blossom = next(j for j, each in enumerate(settings) if each.recombination == 1)
+    assert min(each.good_enough for each in settings[:first_blossom]) == accepted
+
+
+@pytest.mark.cad
 @pytest.mark.parametrize("n_hole", [4, 10, 40])
 def test_polygons_are_meshed_on_their_own_boundary(n_hole):
     module = gmsh_quads()
