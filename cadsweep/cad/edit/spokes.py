@@ -1,4 +1,4 @@
-"""Planes along what stands on a hollow turned body or goes into it, at any angle about its axis: ribs, holes, slots.
+"""Planes along what stands on a turned body or goes into it, at any angle about its axis: ribs, holes, slots.
 
 Place in the flow: a candidate of :mod:`.cutters` for a turned body that :mod:`.strips` cannot part: with ribs, or with
 features at angles that are not square to each other.
@@ -13,7 +13,9 @@ Method: as strips do, but from the bore outwards only, so that those of any numb
       \\           /         Between spokes the body's section is swept about the axis or along it.
        \\_________/
 
-Not handled: bodies without a bore, or with one that is narrow for as many spokes; ribs on cones; what is slanted.
+Where there is no bore, or a narrow one, a cylinder about the axis is parted from the body first, and stands for it.
+
+Not handled: more spokes than there is room for; ribs on cones; what is slanted.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from typing import Any
 import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-from OCP.gp import gp_Pnt
+from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Solid
@@ -39,6 +41,8 @@ from .turned import ALONG, Feature, TurnedBody, fits
 
 INSIDE = 0.9
 """Share of the bore's radius within which the sides of neighbouring spokes may meet."""
+CORE = 0.6
+"""Radius of a core, as a share of how far everything else stays away from the axis."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -74,7 +78,7 @@ class _Spoke:
 
 
 def along_spokes(solid: Solid, flat: float) -> list[Cutter]:
-    """Spokes of a hollow turned body, its rings and levels; none where nothing goes outwards, or there is no room.
+    """Spokes of a turned body, its rings and levels; none where nothing goes outwards, or there is no room.
 
     Parameters
     ----------
@@ -82,22 +86,27 @@ def along_spokes(solid: Solid, flat: float) -> list[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    body = _Hollow.read(solid, flat)
+    body = _Spoked.read(solid, flat)
     tools = [] if body is None else body.tools()
     if not tools:
         return []
-    reason = "spokes along what goes outwards on a hollow turned body, its rings and levels"
+    reason = "spokes along what goes outwards on a turned body, its rings and levels"
     return [Cutter(kind="boxes", reason=reason, tools=tuple(tools), weight=solid.size, leads=True)]
 
 
-class _Hollow(TurnedBody):
-    """A turned body with a bore, and its spokes."""
+class _Spoked(TurnedBody):
+    """A turned body with a bore or a core, and its spokes.
+
+    Attributes
+    ----------
+    core : float
+        Radius of the cylinder that spokes end on; 0 where they end in the bore.
+    """
+
+    core = 0.0
 
     def tools(self) -> list[Any]:
         """All faces that part the body; none where nothing goes outwards, or there is no room."""
-        bore = self.bore()
-        if bore < self.near:
-            return []
         spokes: list[_Spoke] = []
         beside: list[Feature] = []
         for feature in self.features():
@@ -112,8 +121,13 @@ class _Hollow(TurnedBody):
             return []
         levels = self.levels()
         places = [Feature(faces=f.faces, points=f.points - self.line.place) for f in beside]
-        if not all(self.has_room(spoke, levels) for spoke in spokes) or not self.find_sides(spokes, places, bore):
+        if not all(self.has_room(spoke, levels) for spoke in spokes):
             return []
+        bore = self.bore()
+        if bore < self.near or not self.find_sides(spokes, places, bore):
+            self.core = self.find_core(spokes, bore)
+            if not self.core or not self.find_sides(spokes, places, self.core):
+                return []
         sides = (tool for spoke in spokes for tool in self.sides(spoke))
         return [*sides, *self.turned_tools(levels, partial(self.seams, spokes))]
 
@@ -125,6 +139,19 @@ class _Hollow(TurnedBody):
         low, high = (gp_Pnt(*map(float, center + side * reach * self.line.direction)) for side in (-1.0, 1.0))
         between = BRepExtrema_DistShapeShape(BRepBuilderAPI_MakeEdge(low, high).Edge(), shapes_of(self.solid).shape)
         return float(between.Value()) if between.IsDone() else 0.0
+
+    def find_core(self, spokes: Sequence[_Spoke], bore: float) -> float:
+        """Radius of a cylinder inside of everything but the bore, with room for all spokes; 0 where there is none."""
+        inner = [float(np.hypot(*own.points[:, :2].T).min()) for spoke in spokes for own in spoke.features]
+        most = min(inner + [radius for radius in self.radii() if radius > bore + self.near])
+        return CORE * most if bore < 0.5 * CORE * most else 0.0
+
+    def rings(self) -> list[tuple[float, Any]]:
+        """Those of the body, and the core's."""
+        core = gp_Cylinder(
+            gp_Ax3(gp_Pnt(*map(float, self.line.place)), gp_Dir(*map(float, self.line.direction))), self.core or 1.0
+        )
+        return super().rings() + [(self.core, core)] * (self.core > 0.0)
 
     def goes_along(self, feature: Feature) -> bool:
         """Whether a feature goes along the axis."""
@@ -188,7 +215,7 @@ class _Hollow(TurnedBody):
         angles = sorted(self.angle(spoke, spokes[0]) for spoke in spokes)
         gaps = [second - first for first, second in pairwise([*angles, angles[0] + 2.0 * pi])]
         most = INSIDE * bore * np.sin(min(min(gaps) / 2.0, pi / 2.0))
-        radii = np.array([radius for radius in self.radii() if radius > bore * (1.0 - 1e-6)])
+        radii = np.array([bore, *(radius for radius in self.radii() if radius > bore)])
         for spoke in spokes:
             low, high = spoke.reach
             half = max(-low, high)
@@ -236,8 +263,9 @@ class _Hollow(TurnedBody):
         along = float((self.solid.vertices.mean(axis=0) - self.line.place) @ self.line.direction)
         length = (along - reach, along + reach)
         for offset in (spoke.low, spoke.high):
+            start = float(np.sqrt(max(self.core**2 - offset**2, 0.0)))
             end = reach if np.isinf(spoke.end) else float(np.sqrt(spoke.end**2 - offset**2))
-            yield self.rectangle(spoke.frame, 1, offset, (0.0, end), length)
+            yield self.rectangle(spoke.frame, 1, offset, (start, end), length)
         if not spoke.is_boss:
             for floor in self.floors(spoke.features, spoke.frame[0]):
                 yield self.rectangle(spoke.frame, 0, floor, (spoke.low, spoke.high), length)

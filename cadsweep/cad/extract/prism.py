@@ -25,16 +25,17 @@ from ...brep import Edge, Face, Loop, Solid
 from ...errors import CadError
 from ..geometry.affine import carried
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles
-from ..geometry.curves import EdgeCurve, Ellipse, Line, Parametric
+from ..geometry.curves import EdgeCurve, Line, Parametric
 from ..geometry.edge_on_face import EdgeOnFace
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
-from ..geometry.surfaces import Cone, Extruded, Frame, Geometry, Plane
+from ..geometry.surfaces import Cone, Frame, Geometry, Plane
 from ..geometry.vectors import cross_rows
 from ..shapes import EDGE, bounds, compound, explore, index_map
 from .flat import is_exact, measure_flat
 from .shared import PartGeometry
 from .solids import largest_tolerance, read_wires
+from .upright import known_as, limits_of, renumbered, surface_over, turned_round, upright_face
 
 _PANELS, _GAUSS = 8, np.polynomial.legendre.leggauss(8)
 _AT = ((np.arange(_PANELS)[:, None] + (_GAUSS[0] + 1.0) / 2.0) / _PANELS).ravel()
@@ -319,7 +320,7 @@ class _Extrusion:
         facing = self._facing()
         for j in range(self.n_rim):
             curve, (start, end) = self.curves[j], self.ends[j].tolist()
-            geometry, hand = _swept(curve.geometry, self.up)
+            geometry, hand = surface_over(curve.geometry, self.up)
             first, last, top = curve.first, curve.last, hand * self.height
             lower, upper, left, right = self.lower[j], self.upper[j], self.rails[start], self.rails[end]
             across, upward = np.array([1.0, 0.0]), np.array([0.0, hand])
@@ -341,15 +342,15 @@ class _Extrusion:
                 geometry=geometry,
                 outward=hand * self._sense(j),
                 box=np.array([[first, min(0.0, top)], [last, max(0.0, top)]]),
-                limits=_limits(geometry, first, last),
-                curves={e: EdgeOnFace(curve=own, read=_known(flat)) for e, (own, flat) in on_side.items()},
+                limits=limits_of(geometry, first, last),
+                curves={e: EdgeOnFace(curve=own, read=known_as(flat)) for e, (own, flat) in on_side.items()},
             )
             center = middle + self.along / 2.0
             kind = {Plane: "plane", Cone: "cylinder"}.get(type(geometry), "extrusion")
             loop = Loop(edges=tuple(e for e, _ in run), forward=tuple(way for _, way in run), angles=(np.pi / 2,) * 4)
             # Half way along an arc, as along a line, is what is nearest to the middle.
             normal = surface.normals(surface.project(center[None]))[0] if kind == "extrusion" else facing[j]
-            found.append(_face(j, kind, area, center, normal, (loop,), surface))
+            found.append(upright_face(j, kind, area, center, normal, (loop,), surface))
         return found
 
     def _cells(self) -> list[Face]:
@@ -368,7 +369,7 @@ class _Extrusion:
             box = self._box(own)
             for top, f in ((False, self.bottoms[c]), (True, self.tops[c])):
                 ids = self.upper if top else self.lower
-                loops = tuple(_renumbered(loop, ids) if top else _renumbered(_reversed(loop), ids) for loop in own)
+                loops = tuple(renumbered(loop, ids) if top else renumbered(turned_round(loop), ids) for loop in own)
                 curves = {
                     ids[j]: EdgeOnFace(curve=self.lifted[j] if top else self.curves[j], read=self._dropped(j))
                     for loop in own
@@ -382,7 +383,9 @@ class _Extrusion:
                     curves=curves,
                 )
                 center = measure.center + (self.along if top else 0.0)
-                found.append(_face(f, "plane", measure.area, center, self.up if top else -self.up, loops, surface))
+                found.append(
+                    upright_face(f, "plane", measure.area, center, self.up if top else -self.up, loops, surface)
+                )
         return found
 
     def _box(self, loops: Sequence[Loop]) -> FloatArray:
@@ -427,66 +430,6 @@ class _Extrusion:
                 raise CadError("a cell of the arrangement is turned over")
             measures.append(measure)
         return measures
-
-
-def _face(  # noqa: PLR0917
-    number: int,
-    kind: str,
-    area: float,
-    center: FloatArray,
-    normal: FloatArray,
-    loops: tuple[Loop, ...],
-    surface: FaceSurface,
-) -> Face:
-    return Face(
-        id=number,
-        kind=kind,
-        area=area,
-        center=center,
-        normal=normal,
-        loops=loops,
-        surface=surface,
-        key=f"face {number}",
-    )
-
-
-def _known(curve: Parametric) -> Callable[[], tuple[Parametric, FloatArray]]:
-    return lambda: (curve, np.zeros(2))
-
-
-def _renumbered(loop: Loop, ids: dict[int, int]) -> Loop:
-    return Loop(edges=tuple(ids[j] for j in loop.edges), forward=loop.forward, angles=loop.angles)
-
-
-def _reversed(loop: Loop) -> Loop:
-    """The loop run the other way round, from the same edge."""
-    n = len(loop.edges)
-    order = [-k % n for k in range(n)]
-    return Loop(
-        edges=tuple(loop.edges[k] for k in order),
-        forward=tuple(not loop.forward[k] for k in order),
-        angles=tuple(loop.angles[(k + 1) % n] for k in order),
-    )
-
-
-def _swept(curve: Parametric, up: FloatArray) -> tuple[Geometry, float]:
-    """The surface over a curve across `up`, its u the curve's parameter, and the sense of its v."""
-    if isinstance(curve, Line):
-        x = curve.direction / np.linalg.norm(curve.direction)
-        return Plane(frame=Frame(origin=curve.origin, x=x, y=up, z=cross_rows(x[None], up[None])[0])), 1.0
-    if isinstance(curve, Ellipse):
-        radius = float(np.linalg.norm(curve.x_axis))
-        if abs(float(np.linalg.norm(curve.y_axis)) - radius) <= 1e-12 * radius:
-            x, y = curve.x_axis / radius, curve.y_axis / radius
-            z = cross_rows(x[None], y[None])[0]
-            return Cone(frame=Frame(origin=curve.center, x=x, y=y, z=z), radius=radius), float(np.sign(z @ up))
-    return Extruded(curve=curve, direction=up), 1.0
-
-
-def _limits(geometry: Geometry, first: float, last: float) -> FloatArray:
-    if isinstance(geometry, Extruded):
-        return np.array([[first, -np.inf], [last, np.inf]])
-    return np.array([[-np.inf, -np.inf], [np.inf, np.inf]])
 
 
 __all__ = ["PlaneShapes", "Prism", "extrude_cells", "plane_shapes"]
