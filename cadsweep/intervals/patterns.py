@@ -33,9 +33,9 @@ _LEAVE = 0.1
 
 
 class Patterned(NamedTuple):
-    """What half a circle in a pattern is divided into: `count` segments, a multiple of `step`."""
+    """What half a circle in a pattern is divided into: `segments`, a multiple of `step`."""
 
-    count: float
+    segments: float
     step: int
 
 
@@ -60,7 +60,7 @@ def symmetric_counts(
 
 def counts_of(patterned: Mapping[int, Patterned]) -> dict[int, float]:
     """The counts alone."""
-    return {e: own.count for e, own in patterned.items()}
+    return {e: own.segments for e, own in patterned.items()}
 
 
 def stepped(count: float, steps: Sequence[int]) -> float:
