@@ -87,7 +87,8 @@ def test_hexahedra_are_the_products_of_the_sheets_at_the_corners():
     mesh = cs.sweep_mesh(tetrahedron(), size=1.5)
     assert np.isclose(mesh.info["quality"].volume, 6**3 / 6, rtol=1e-12)
     on_axis = mesh.points[(np.abs(mesh.points[:, 1:]) < 1e-9).all(axis=1)]
-    assert mesh.info["sweeps"] == [{"source": [], "target": [], "layers": 0, "corners": 4, "cell": 0}]
+    (own,) = mesh.info["sweeps"]
+    assert (own["source"], own["target"], own["layers"], own["corners"], own["cell"]) == ([], [], 0, 4, 0)
     counts = []
     for chain in blocks.chains:
         edge = blocks.solid.edges[chain[0][0]]
