@@ -26,7 +26,7 @@ short, long = 1.0, 1.5  # semi-axes of the source, along and across the skew; `l
 tilt = 40.0  # inclination of the source, degrees
 dome = 0.4  # height of the source above the plane of its boundary, outward; 0 leaves it plane
 
-MIN_SCALED_JACOBIAN = 0.3  # of the mesh that the defaults make
+MIN_SCALED_JACOBIAN = 0.6  # of the mesh that the defaults make
 
 inclined = cq.Vector(math.cos(math.radians(tilt)), 0, -math.sin(math.radians(tilt)))
 normal = cq.Vector(-inclined.z, 0, inclined.x)  # of the source, along the sweep

@@ -19,7 +19,7 @@ from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .levels import directed_ends
 from .loops import across_wall, alike, even_by_symmetry, opposite_sides, submapped_sides, symmetric_sides
-from .patterns import nearly, ring_sides
+from .patterns import nearly, ring_sides, stepped
 from .programme import Programme
 
 
@@ -116,9 +116,13 @@ class Equations:
             rows.append(crossing)
 
     def solve(
-        self, wanted: Mapping[int, float], firm: Collection[int], demands: Sequence[KeyDemand]
+        self,
+        wanted: Mapping[int, float],
+        firm: Collection[int],
+        demands: Sequence[KeyDemand],
+        steps: Mapping[int, int],
     ) -> dict[int, int] | None:
-        """Counts by key, None where there are none."""
+        """Counts by key, None where there are none. `steps`: what those of keys in patterns should be multiples of."""
         members: dict[int, list[int]] = {}
         for key in wanted:
             members.setdefault(self.classes[key], []).append(key)
@@ -130,7 +134,8 @@ class Equations:
             leading = [key for key in keys if key in firm] or keys
             mean = float(np.exp(np.mean(np.log([wanted[key] for key in leading]))))
             mean = max(mean, *(float(self.least.get(key, 0)) for key in keys))
-            want.append(max(1.0, round(mean)) if of[keys[0]] in kept else mean)
+            in_patterns = [steps[key] for key in keys if key in steps]
+            want.append(max(1.0, round(mean)) if of[keys[0]] in kept else stepped(mean, in_patterns))
             weight.append(len(keys) / mean * (FIRM if of[keys[0]] in kept else 1.0))
         rows: list[dict[int, float]] = []
         for one, other in self.opposite:

@@ -7,8 +7,9 @@ A rim and the bore about its middle, with holes between them, get as many each, 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from math import ceil, pi
+from collections.abc import Mapping, Sequence
+from math import ceil, lcm, pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,33 +32,62 @@ _LEAVE = 0.1
 """Part of a multiple that may be missing, before the next one is taken."""
 
 
-def symmetric_counts(sweep: Sweep, wanted: Mapping[int, float], patterned: Collection[int] = ()) -> dict[int, float]:
+class Patterned(NamedTuple):
+    """What half a circle in a pattern is divided into: `segments`, a multiple of `step`."""
+
+    segments: float
+    step: int
+
+
+def symmetric_counts(
+    sweep: Sweep, wanted: Mapping[int, float], steps: Mapping[int, int] | None = None
+) -> dict[int, Patterned]:
     """Counts of the halves of circles that are patterns, by edge; of other edges none.
 
-    `patterned`: edges that are in a pattern of another cell, and have its counts.
+    `steps`: of edges that are in a pattern of another cell, and have its counts.
     """
-    found: dict[int, float] = {}
+    found: dict[int, Patterned] = {}
     faces = [sweep.solid.faces[f] for f in (*sweep.source, *sweep.target)]  # edges that answer each other want the same
     for face in faces:
         if face.kind == "plane" and len(face.loops) > 1:
-            found |= _of_face(sweep.solid, face, {**wanted, **found})  # faces of one cap share circles
+            found |= _of_face(sweep.solid, face, {**wanted, **counts_of(found)})  # faces of one cap share circles
     for face in faces:
         if face.kind == "plane" and len(face.loops) == 2:
-            found |= _beside(sweep.solid, face, {**wanted, **found}, {*patterned, *found})
+            known = {**(steps or {}), **{e: own.step for e, own in found.items()}}
+            found |= _beside(sweep.solid, face, {**wanted, **counts_of(found)}, known)
     return found
 
 
-def _beside(solid: Solid, face: Face, wanted: Mapping[int, float], patterned: Collection[int]) -> dict[int, float]:
+def counts_of(patterned: Mapping[int, Patterned]) -> dict[int, float]:
+    """The counts alone."""
+    return {e: own.segments for e, own in patterned.items()}
+
+
+def stepped(count: float, steps: Sequence[int]) -> float:
+    """The count, not much smaller than the one wanted, that answers all patterns at once, or the greatest if it can.
+
+    `steps`: of the edges that must have it, none of those in no pattern.
+    """
+    for step in (lcm(*steps), max(steps, default=1)):
+        if step == 1:
+            break
+        found = step * max(1, ceil(count / step - _LEAVE))
+        if found <= max(_MOST_MORE * count, count + _MOST_ADDED):
+            return float(found)
+    return count
+
+
+def _beside(solid: Solid, face: Face, wanted: Mapping[int, float], steps: Mapping[int, int]) -> dict[int, Patterned]:
     """The counts of a wall between two circles one of which is in a pattern: those of that one."""
     circles = _circles(solid, face)
     if len(circles) != 2 or any(len(edges) != 2 or not set(edges) <= set(wanted) for edges, *_ in circles):
         return {}
     (one, at, _), (other, there, _) = circles
     n, m = (max(wanted[e] for e in edges) for edges in (one, other))
-    in_pattern = any(e in patterned for e in (*one, *other))
-    if not in_pattern or np.linalg.norm(at - there) > _SAME * solid.size or max(n, m) > _MOST_UNLIKE * min(n, m):
+    own = [steps[e] for e in (*one, *other) if e in steps]
+    if not own or np.linalg.norm(at - there) > _SAME * solid.size or max(n, m) > _MOST_UNLIKE * min(n, m):
         return {}
-    return dict.fromkeys((*one, *other), max(n, m))
+    return dict.fromkeys((*one, *other), Patterned(max(n, m), lcm(*own)))
 
 
 def ring_sides(solid: Solid, face: Face, wanted: Mapping[int, float]) -> list[tuple[list[int], list[int]]]:
@@ -105,14 +135,14 @@ def _centre(places: FloatArray) -> FloatArray:
     return np.asarray(places.mean(axis=0) + solved)
 
 
-def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, float]:
+def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, Patterned]:
     circles = [c for c in _circles(solid, face) if len(c[0]) == 2 and _halves(solid, c[0])]
     open_ones = [circle for circle in circles if set(circle[0]) <= set(wanted)]
-    rings: dict[int, float] = {}
+    rings: dict[int, Patterned] = {}
     for rim, bore in _rings(open_ones, wanted, solid):
         # Nearer to what the rim wants: there are more quads outside than inside.
-        rings = dict.fromkeys((*rim, *bore), (2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0)
-    wanted = {**wanted, **rings}
+        rings = dict.fromkeys((*rim, *bore), Patterned((2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0, 1))
+    wanted = {**wanted, **counts_of(rings)}
     symmetry = find_symmetry(solid, face)
     if symmetry is None:
         return rings
@@ -125,7 +155,7 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
                 e: n / 2.0 * max(1, ceil(2.0 * wanted[e] / n - _LEAVE)) for e, n in multiples.items() if e in wanted
             }
             if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + _MOST_ADDED) for e, count in counts.items()):
-                return {**rings, **counts}
+                return {**rings, **{e: Patterned(count, multiples[e] // 2) for e, count in counts.items()}}
     return rings
 
 

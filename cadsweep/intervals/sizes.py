@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..brep import Edge, Solid
 from ..sweep import Sweep
-from .patterns import symmetric_counts
+from .patterns import counts_of, symmetric_counts
 
 WANTED_HEXES = 8_000
 """Hexes of a plain part where the user names no size."""
@@ -141,5 +141,5 @@ def wanted_counts(
         finer = sqrt(lost / (LOST_AREA * sum(sweep.solid.faces[f].area for f in sweep.source)))
         if finer > 1.0:
             wanted = {e: n * finer if turns[e] > limit else n for e, n in wanted.items()}
-    wanted |= symmetric_counts(sweep, wanted)
+    wanted |= counts_of(symmetric_counts(sweep, wanted))
     return wanted | {e: max(1.0, sweep.solid.edges[e].length / edge_sizes[e]) for e in edges if e in edge_sizes}

@@ -12,7 +12,8 @@ Not handled: levels of stacked sides that two rails of one cell cross at differe
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from math import lcm
 
 import numpy as np
 
@@ -59,10 +60,19 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
         No counts fit; names the demands that contradict each other, or the faces.
     """
     sizes = cell_sizes(cells, wishes)
-    wanted, firm = _wanted(cells, sizes, wishes)
-    counts = _settled(cells, wanted, firm, wishes.demands, wishes)
+    wanted, firm, steps = _wanted(cells, sizes, wishes)
+
+    def settled(demands: Sequence[KeyDemand]) -> dict[int, int] | None:
+        """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
+        for align in (True, False):
+            counts = Equations(cells, wanted, wishes, align=align).solve(wanted, firm, demands, steps)
+            if counts is not None:
+                return counts
+        return None
+
+    counts = settled(wishes.demands)
     if counts is None:
-        guilty = find_conflict(wishes.demands, lambda some: _settled(cells, wanted, firm, some, wishes) is not None)
+        guilty = find_conflict(wishes.demands, lambda some: settled(some) is not None)
         if guilty:
             named = "; ".join(demand.label for demand in guilty)
             raise SurfaceMeshError(f"no mesh of the whole part has the counts demanded: {named}; drop one of them")
@@ -100,8 +110,13 @@ def cell_sizes(cells: Sequence[CellSweep], wishes: Wishes) -> list[float]:
     return sizes
 
 
-def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) -> tuple[dict[int, float], set[int]]:
-    """Wanted count of every edge key, the greatest of what its cells want; and the keys that the user has sized."""
+def _wanted(
+    cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes
+) -> tuple[dict[int, float], set[int], dict[int, int]]:
+    """Wanted count of every edge key, the greatest of what its cells want; keys that the user has sized; and steps.
+
+    The steps are those of keys in patterns: a count there should be a multiple.
+    """
     wanted: dict[int, float] = {}
     firm: set[int] = set()
     for i, cell in enumerate(cells):
@@ -116,7 +131,7 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
                 firm.update(int(keys[e]) for e in cell.fill.rails)
         for e, n in own.items():
             wanted[int(keys[e])] = max(n, wanted.get(int(keys[e]), 1.0))
-    _in_patterns(cells, wanted)
+    steps = _in_patterns(cells, wanted)
     for cell in cells:
         for edge in cell.solid.edges:
             key = int(cell.solid.edge_keys[edge.id])
@@ -136,24 +151,25 @@ def _wanted(cells: Sequence[CellSweep], sizes: Sequence[float], wishes: Wishes) 
     shared = split_counts(wanted, wishes.splits)
     wanted |= shared
     firm.update(shared)
-    return wanted, firm
+    return wanted, firm, steps
 
 
-def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> None:
+def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> dict[int, int]:
     """Circles in a pattern in one cell are one in its neighbours, too, which may have wanted more of some of them."""
-    patterned: set[int] = set()
+    steps: dict[int, int] = {}
     for _ in range(_PASSES):
         before = dict(wanted)
         for cell in cells:
             if isinstance(cell.fill, Sweep):
                 keys = cell.solid.edge_keys
                 own = {e: wanted[int(keys[e])] for e in loop_edges(cell.fill)}
-                given = [e for e in own if int(keys[e]) in patterned]
-                for e, n in symmetric_counts(cell.fill, own, given).items():
-                    patterned.add(int(keys[e]))
+                given = {e: steps[int(keys[e])] for e in own if int(keys[e]) in steps}
+                for e, (n, step) in symmetric_counts(cell.fill, own, given).items():
+                    steps[int(keys[e])] = lcm(step, steps.get(int(keys[e]), 1))
                     wanted[int(keys[e])] = max(n, wanted[int(keys[e])])
         if wanted == before:
-            return
+            break
+    return steps
 
 
 def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) -> dict[int, float]:
@@ -166,21 +182,6 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) 
         n = max(path_length(sweep) / size, 1.0 if sized else 2.0, turn / (TURN_SIZED if sized else TURN_LAYER))
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
     return {e: max(1.0, n * solid.edges[e].length / totals[e]) for e in sweep.rails}
-
-
-def _settled(
-    cells: Sequence[CellSweep],
-    wanted: Mapping[int, float],
-    firm: Collection[int],
-    demands: Sequence[KeyDemand],
-    wishes: Wishes,
-) -> dict[int, int] | None:
-    """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
-    for align in (True, False):
-        counts = Equations(cells, wanted, wishes, align=align).solve(wanted, firm, demands)
-        if counts is not None:
-            return counts
-    return None
 
 
 def _intervals_of(cell: CellSweep, counts: Mapping[int, int], size: float) -> Intervals:

@@ -178,9 +178,9 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
         raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, 27), not {hexes.shape}")
     if len(hexes) == 0:
         raise InputError("the mesh has no hexes; there is nothing to write")
-    # Zero times what is not finite is not a number: one fast product finds it.
-    with np.errstate(invalid="ignore"):
-        is_finite = np.isfinite(points @ np.zeros(3)).all()
+    # What is not finite makes the sum so, in one pass; a sum of finite numbers may still overflow.
+    with np.errstate(invalid="ignore", over="ignore"):
+        is_finite = np.isfinite(points.sum()) or np.isfinite(points).all()
     if not is_finite:
         raise InputError("the mesh has coordinates that are not finite")
     _check_ids(hexes, len(points), "hexes", "nodes")

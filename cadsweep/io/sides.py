@@ -129,8 +129,10 @@ def corner_keys(corners: IntArray) -> tuple[IntArray, IntArray]:
         ordered = (ordered[:, [0, 2]] << 32) | ordered[:, [1, 3]]
     order = np.lexsort(ordered.T[::-1])
     ordered = ordered[order]
-    new = np.ones(len(corners), dtype=bool)
-    np.any(ordered[1:] != ordered[:-1], axis=1, out=new[1:])
+    new = np.zeros(len(corners), dtype=bool)
+    new[0] = True
+    for column in ordered.T:  # numpy reduces rows of two slowly
+        new[1:] |= column[1:] != column[:-1]
     codes = np.empty(len(corners), dtype=np.int64)
     codes[order] = np.cumsum(new) - 1
     return order[new], codes

@@ -160,7 +160,7 @@ def hexes_of_cells(connectivity: IntArray, offsets: IntArray, types: IntArray) -
 
 def offsets(hexes: IntArray) -> IntArray:
     """Where each hex begins in the flat connectivity, and where the last one ends."""
-    return np.arange(len(hexes) + 1, dtype=np.int64) * hexes.shape[1]
+    return np.arange(0, hexes.size + 1, hexes.shape[1], dtype=np.int64)
 
 
 def types(hexes: IntArray) -> np.ndarray:

@@ -14,7 +14,6 @@ VTK file formats, "VTKHDF File Format" (docs.vtk.org/en/latest/vtk_file_formats/
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, BinaryIO
 
 import h5py
@@ -32,9 +31,9 @@ VERSION = (2, 2)
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh as one piece."""
-    # The names' arrays are worked out while the large ones are written.
-    with ThreadPoolExecutor(max_workers=1) as pool, h5py.File(stream, "w", libver=("v108", "v110")) as file:
-        named = pool.submit(vtk_cells.grid_arrays, mesh)
+    # Not in a thread beside: every piece that is written would wait for the interpreter to come back from there.
+    cells, fields, points = vtk_cells.grid_arrays(mesh)
+    with h5py.File(stream, "w", libver=("v108", "v110")) as file:
         root = open_grid(file)
         for name, n in _numbers(mesh).items():
             root[f"NumberOf{name}"] = np.array([n], dtype=np.int64)
@@ -42,7 +41,6 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         root["Connectivity"] = mesh.hexes.reshape(-1)
         root["Offsets"] = vtk_cells.offsets(mesh.hexes)
         root["Types"] = vtk_cells.types(mesh.hexes)
-        cells, fields, points = named.result()
         for group, arrays in (("CellData", cells), ("PointData", points), ("FieldData", fields)):
             write_arrays(root.require_group(group), arrays)
 

@@ -16,6 +16,7 @@ import pytest
 
 from cadsweep import io
 from cadsweep.errors import CadSweepError, InputError
+from cadsweep.io import atomic
 from cadsweep.mesh import HexMesh
 
 from .io_meshes import box, two_parts
@@ -124,6 +125,25 @@ def test_bytes_that_change_on_the_way_are_noticed(tmp_path, suffix, monkeypatch)
         io.write(box(), path)
     assert path.read_text() == "old"
     assert left(tmp_path) == [path.name]
+
+
+@pytest.mark.parametrize("early", [True, False])
+def test_what_is_written_in_many_ways_stands_in_the_file(tmp_path, early, monkeypatch):
+    """Bytes, arrays of several pieces and places written twice: with and without the disk taking them early."""
+    if not early:
+        monkeypatch.setattr(atomic, "_sync_file_range", None)
+    values = np.random.default_rng(0).random((400_000, 3))  # 9.6 MB
+    with atomic.replaced_file(tmp_path / "some.bin") as stream:
+        assert stream.write(b"head") == 4
+        assert stream.write(values.data) == values.nbytes
+        stream.seek(1)
+        assert stream.write(memoryview(b"EA")) == 2
+        stream.seek(0, os.SEEK_END)
+        assert stream.write(b"") == 0
+        assert stream.write(b"end") == 3
+        stream.seek(2)
+        assert stream.read(2) == b"Ad"
+    assert (tmp_path / "some.bin").read_bytes() == b"hEAd" + values.tobytes() + b"end"
 
 
 def test_a_link_stays_a_link_and_permissions_stay(tmp_path):
