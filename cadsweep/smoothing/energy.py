@@ -10,7 +10,10 @@ should have, so that graded layers count as undistorted.
     there as eps goes to 0. The second term keeps volumes from drifting.
 ``angle`` (polishes)
     ``(1 / scaled Jacobian)^p``, plus a little of ``shape``: with a large p the worst corner
-    dominates. Infinite where a corner is not positive, so a valid mesh stays valid.
+    dominates. Infinite where a corner is not positive, so a valid mesh stays valid. Angles say nothing of lengths, and
+    the little of ``shape`` is nothing beside a high power: a node would be pushed along an edge of the part until it
+    ends upon the next one, where that opens a poor corner. An edge far shorter than it should be therefore counts as a
+    poor corner itself.
 
 References
 ----------
@@ -31,6 +34,23 @@ CORNERS = np.array(HEX_CORNERS)
 
 DIRECTIONS = np.array([[0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2], [0, 1, 2]])
 """Direction (xi, eta, zeta) of each of those edges."""
+
+SHORT = 0.01
+"""Share of its wanted length below which polishing counts an edge as a poor corner.
+
+Hardly an edge is meant to be so short, and its nodes are still told from nodes upon each other.
+"""
+
+
+@_compiled
+def _shortness(squared):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """By what an edge multiplies the angle's energy, 1 from `SHORT` on, and the slope of the logarithm of that."""
+    ratio = SHORT * SHORT / squared
+    if ratio <= 1.0:
+        return 1.0, 0.0
+    over = ratio - 1.0
+    factor = 1.0 + over * over
+    return factor, -2.0 * over * ratio / (squared * factor)
 
 
 @_compiled
@@ -88,14 +108,18 @@ def hex_energy(x, hexes, free, inverse_lengths, gradient, eps, volume_weight, po
                 # The worst corner of 1/scaled Jacobian to a high power; 1 for a right-angled corner.
                 # The powers are twice those of two: a few products, where a call of pow is half of all time.
                 angle = uu * vv * ww / (det * det)
+                short_u, slope_u = _shortness(uu)
+                short_v, slope_v = _shortness(vv)
+                short_w, slope_w = _shortness(ww)
+                angle *= short_u * short_v * short_w
                 exponent = 0.5 * power
                 while exponent > 1.5:
                     angle *= angle
                     exponent *= 0.5
                 energy += angle
-                ku += power * angle / uu
-                kv += power * angle / vv
-                kw += power * angle / ww
+                ku += power * angle * (1.0 / uu + slope_u)
+                kv += power * angle * (1.0 / vv + slope_v)
+                kw += power * angle * (1.0 / ww + slope_w)
                 across -= power * angle / det
             total += energy
             g0, g1, g2 = su * (ku * u0 + across * a0), su * (ku * u1 + across * a1), su * (ku * u2 + across * a2)

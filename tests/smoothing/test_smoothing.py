@@ -126,13 +126,14 @@ def test_meshes_without_inner_nodes():
     assert smoothed.after == smoothed.before
 
 
-@pytest.mark.parametrize(("power", "amplitude"), [(0.0, 0.5), (8.0, 0.08)])
-def test_the_gradient_is_that_of_the_energy(power, amplitude):
+@pytest.mark.parametrize(("power", "amplitude", "wanted"), [(0.0, 0.5, 1.0), (8.0, 0.08, 1.0), (8.0, 0.08, 150.0)])
+def test_the_gradient_is_that_of_the_energy(power, amplitude, wanted):
+    # Edges of 1 that should be 150 long are short.
     rng = np.random.default_rng(1)
     points, structure, _ = block(2, 2)
     x = points + rng.normal(size=points.shape) * amplitude
     hexes = sweep_hexes(structure.quads, structure.n_nodes, 2)
-    inverse = rng.uniform(0.5, 2, size=(len(hexes), 3))
+    inverse = rng.uniform(0.5, 2, size=(len(hexes), 3)) / wanted
     free = np.ones(len(x), dtype=bool)
 
     def energy(y):
@@ -145,6 +146,23 @@ def test_the_gradient_is_that_of_the_energy(power, amplitude):
         step[i, c] = 1e-6
         slope = (energy(x + step)[0] - energy(x - step)[0]) / 2e-6
         assert slope == pytest.approx(gradient[i, c], rel=1e-4, abs=1e-4 * np.abs(gradient).max())
+
+
+@pytest.mark.parametrize("power", [4.0, 16.0, 64.0])
+def test_a_vanishing_edge_is_worse_than_a_poor_corner(power):
+    # A box has right angles, however thin it is: polishing would push nodes upon each other to mend a corner elsewhere.
+    points, structure, _ = block(1, 1)
+    hexes, free = hexes_of(structure), np.ones(len(points), dtype=bool)
+
+    def energy(x):
+        inverse, weight = np.full((1, 3), 0.5), 0.05
+        return hex_energy(x, hexes, free, inverse, np.zeros_like(x), 1e-9, weight, power, weight)[0]
+
+    sheared = points @ np.array([[1.0, 0, 0], [10.0, 1, 0], [0, 0, 1]])
+    assert values_of(sheared, structure).min() < 0.1
+    assert [energy(points * [share, 1, 1]) > energy(sheared) for share in (1.0, 0.1, 1e-3, 1e-4)] == [
+        False, False, True, True
+    ]  # fmt: skip
 
 
 def test_patches_and_their_growth():
