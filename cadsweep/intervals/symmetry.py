@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import lcm, pi
+from typing import TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -30,6 +31,8 @@ _SAME = 1e-6
 """Distance, in sizes of the part, up to which places and lengths are alike."""
 _MOST_ALIKE = 64
 """Pieces that are alike beyond which no symmetry is looked for: each may be the image of the first."""
+_FEW = 100
+"""Places up to which all distances are taken: SciPy's tree takes a fifth of a second to import, once."""
 _MOST_PIECES = 2000
 """Edges and circles of a face beyond which no symmetry is looked for."""
 _FINEST = 64
@@ -81,10 +84,10 @@ class Symmetry:
     def orbits(self) -> list[list[int]]:
         """Edges that motions carry to each other, halves of circles among them; those of circles last."""
         pieces = [[e] for e in self.edges] + [list(circle.edges) for circle in self.circles]
-        n = len(pieces)
-        ends = np.concatenate([np.stack([np.arange(n), motion.image]) for motion in self.motions], axis=1)
-        graph = scipy.sparse.coo_array((np.ones(ends.shape[1]), ends), shape=(n, n))
-        _, label = scipy.sparse.csgraph.connected_components(graph, directed=False)
+        label, least = None, np.arange(len(pieces))
+        while label is None or (least < label).any():
+            label = least
+            least = np.min([label, *(label[motion.image] for motion in self.motions)], axis=0)
         found: dict[int, list[int]] = {}
         for j, own in zip(label.tolist(), pieces, strict=True):
             found.setdefault(j, []).extend(own)
@@ -247,6 +250,29 @@ def _circle(
     return CircleLoop(edges=tuple(loop), centre=centre, phase=float(np.arctan2(y, x)))
 
 
+class _Few:
+    """What is asked of a tree, for few places (n, 2)."""
+
+    def __init__(self, places: FloatArray) -> None:
+        self.places = places
+
+    def query(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Distance to the nearest place, and which it is, for each point."""
+        away = self._away(points)
+        nearest = away.argmin(axis=1)
+        return away[np.arange(len(points)), nearest], nearest
+
+    def query_ball_point(self, points: FloatArray, r: float) -> list[list[int]]:
+        """All places within a radius of each point."""
+        return [np.flatnonzero(row <= r).tolist() for row in self._away(points)]
+
+    def _away(self, points: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.norm(points[:, None] - self.places, axis=2))
+
+
+_Tree: TypeAlias = "_Few | scipy.spatial.cKDTree"
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Pieces:
     """Pieces of an outline about its middle: places (n, 2), ends (m, 2, 2) of the first m, what is alike (n, 2)."""
@@ -263,7 +289,7 @@ class _Pieces:
         if group is None:
             return []
         angles = np.arctan2(self.places[group, 1], self.places[group, 0])
-        tree = scipy.spatial.cKDTree(self.places)
+        tree = _Few(self.places) if len(self.places) <= _FEW else scipy.spatial.cKDTree(self.places)
         found = []
         for is_mirror in (False, True):
             for angle in angles:
@@ -287,7 +313,7 @@ class _Pieces:
             left = left[~alike]
         return best if best is not None and len(best) <= _MOST_ALIKE else None
 
-    def _image(self, matrix: FloatArray, tree: scipy.spatial.cKDTree) -> IntArray | None:
+    def _image(self, matrix: FloatArray, tree: _Tree) -> IntArray | None:
         """Which piece each is carried to; None where one is carried to none."""
         near = 10.0 * self.near
         far, image = tree.query(self.places @ matrix.T)
@@ -297,7 +323,7 @@ class _Pieces:
             return self._image_of_shared_places(matrix, tree)
         return np.asarray(image, dtype=np.int64) if self._ends_agree(matrix, image) else None
 
-    def _image_of_shared_places(self, matrix: FloatArray, tree: scipy.spatial.cKDTree) -> IntArray | None:
+    def _image_of_shared_places(self, matrix: FloatArray, tree: _Tree) -> IntArray | None:
         """The same where several pieces have one place, as concentric circles have: the one that is alike."""
         near = 10.0 * self.near
         image = np.empty(len(self.places), dtype=np.int64)
