@@ -130,7 +130,7 @@ def corner_keys(corners: IntArray) -> tuple[IntArray, IntArray]:
     order = np.lexsort(ordered.T[::-1])
     ordered = ordered[order]
     new = np.zeros(len(corners), dtype=bool)
-    new[0] = True
+    new[:1] = True
     for column in ordered.T:  # numpy reduces rows of two slowly
         new[1:] |= column[1:] != column[:-1]
     codes = np.empty(len(corners), dtype=np.int64)

@@ -66,6 +66,14 @@ def plane_tool(solid: Solid, normal: FloatArray, place: FloatArray) -> Any:
     return BRepBuilderAPI_MakeFace(plane, -reach, reach, -reach, reach).Face()
 
 
+def rectangle_tool(
+    place: FloatArray, normal: FloatArray, x: FloatArray, along: tuple[float, float], across: tuple[float, float]
+) -> Any:  # fmt: skip
+    """A plane face from one end to the other along `x`, and along what is square to it and the normal."""
+    plane = gp_Pln(gp_Ax3(gp_Pnt(*map(float, place)), gp_Dir(*map(float, normal)), gp_Dir(*map(float, x))))
+    return BRepBuilderAPI_MakeFace(plane, *along, *across).Face()
+
+
 def through_centers(solid: Solid) -> list[Cutter]:
     """Three planes through the centre of every sphere, two through the axis of every cone that ends in its point."""
     return list(_cutters(solid, pointed=True))

@@ -178,11 +178,14 @@ def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
     Tools of two kinds at once are more than OpenCASCADE's splitter can always do: where a plane, a cylinder and the
     solid's own faces meet in one edge it may lose a piece. Then it is asked again, for the curved ones first.
     """
-    curved = [tool for tool in tools if BRepAdaptor_Surface(tool).GetType() != GeomAbs_Plane]
     pieces = _split_in_turn(solid, [tools])
-    if pieces is None and 0 < len(curved) < len(tools):
-        pieces = _split_in_turn(solid, [curved, [tool for tool in tools if tool not in curved]])
-    return pieces
+    if pieces is not None:
+        return pieces
+    flat: list[Any] = []
+    curved: list[Any] = []
+    for tool in tools:
+        (flat if BRepAdaptor_Surface(tool).GetType() == GeomAbs_Plane else curved).append(tool)
+    return _split_in_turn(solid, [curved, flat]) if flat and curved else None
 
 
 def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | None:

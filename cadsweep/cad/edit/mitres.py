@@ -27,12 +27,10 @@ from math import atan2, cos, pi, sin
 from typing import Any
 
 import numpy as np
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .central import Cutter
+from .central import Cutter, rectangle_tool
 from .crossings import ALIKE, MEET, Axis, Crossing, find_axes, find_crossings, is_joint
 
 BEYOND = 1.25
@@ -142,12 +140,7 @@ def _half_plane(frame: FloatArray, middle: FloatArray, angle: float, far: float,
     """A rectangle from the line through the middle outwards."""
     outwards = cos(angle) * frame[0] + sin(angle) * frame[1]
     normal = np.cross(outwards, frame[2])
-    plane = gp_Pln(gp_Ax3(_point(middle), gp_Dir(*map(float, normal)), gp_Dir(*map(float, outwards))))
-    return BRepBuilderAPI_MakeFace(plane, 0.0, far, -aside, aside).Face()
-
-
-def _point(place: FloatArray) -> gp_Pnt:
-    return gp_Pnt(*map(float, place))
+    return rectangle_tool(middle, normal, outwards, (0.0, far), (-aside, aside))
 
 
 __all__ = ["at_mitres"]

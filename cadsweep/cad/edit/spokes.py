@@ -216,15 +216,17 @@ class _Spoked(TurnedBody):
         gaps = [second - first for first, second in pairwise([*angles, angles[0] + 2.0 * pi])]
         most = INSIDE * bore * np.sin(min(min(gaps) / 2.0, pi / 2.0))
         radii = np.array([bore, *(radius for radius in self.radii() if radius > bore)])
+        rings = [radius for radius, _ in self.rings()]
         for spoke in spokes:
             low, high = spoke.reach
             half = max(-low, high)
             out = max(float(np.hypot(*own.points[:, :2].T).max()) for own in spoke.features)
-            spoke.end = min((radius for radius, _ in self.rings() if radius > out - self.near), default=np.inf)
+            spoke.end = min((radius for radius in rings if radius > out - self.near), default=np.inf)
             near = [own.points @ spoke.frame.T for own in beside]
             ahead = [p[:, 1] for p in near if p[:, 0].max() > 0.0 and np.hypot(*p[:, :2].T).min() < spoke.end]
-            own = (low, high)
-            tried = [own] if spoke.is_boss else [(-w, w) for w in np.linspace(1.05 * half, most, N_WIDTHS).tolist()]
+            tried = (
+                [(low, high)] if spoke.is_boss else [(-w, w) for w in np.linspace(1.05 * half, most, N_WIDTHS).tolist()]
+            )
             scores = [_score(sides, half, radii, ahead, is_boss=spoke.is_boss) for sides in tried]
             best = int(np.argmax(scores))
             if max(-tried[best][0], tried[best][1]) > most or scores[best] < LEAST:

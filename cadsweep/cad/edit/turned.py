@@ -17,12 +17,13 @@ from typing import Any, Self
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
+from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
 from .axial import round_axis
+from .central import rectangle_tool
 
 ALONG = 1e-6
 """Sine of the angle of two directions up to which they are one, or square to each other."""
@@ -235,7 +236,8 @@ class TurnedBody:
         axis, reach = self.line.direction, 1.5 * self.solid.size
         for level in levels:
             place = self.line.place + level * axis
-            yield BRepBuilderAPI_MakeFace(gp_Pln(_point(place), _direction(axis)), -reach, reach, -reach, reach).Face()
+            plane = gp_Pln(gp_Pnt(*map(float, place)), gp_Dir(*map(float, axis)))
+            yield BRepBuilderAPI_MakeFace(plane, -reach, reach, -reach, reach).Face()
         for _, cylinder in self.rings():
             location = np.array([cylinder.Location().X(), cylinder.Location().Y(), cylinder.Location().Z()])
             middle = float((self.solid.vertices.mean(axis=0) - location) @ _array(cylinder.Axis().Direction()))
@@ -253,8 +255,7 @@ class TurnedBody:
         x = frame[1 - across]
         normal = np.cross(x, frame[2])
         place = self.line.place + offset * frame[across]
-        plane = gp_Pln(gp_Ax3(_point(place), _direction(normal), _direction(x)))
-        return BRepBuilderAPI_MakeFace(plane, *other, *length).Face()
+        return rectangle_tool(place, normal, x, other, length)
 
 
 def fits(way: FloatArray, direction: FloatArray | None, is_plane: bool) -> bool:
@@ -281,14 +282,6 @@ def _line_of(shape: Any) -> _Line | None:
 
 def _array(thing: Any) -> FloatArray:
     return np.array([thing.X(), thing.Y(), thing.Z()])
-
-
-def _point(place: FloatArray) -> gp_Pnt:
-    return gp_Pnt(*map(float, place))
-
-
-def _direction(direction: FloatArray) -> gp_Dir:
-    return gp_Dir(*map(float, direction))
 
 
 __all__ = ["ALONG", "Feature", "TurnedBody", "fits", "unlike"]
