@@ -1,11 +1,16 @@
-"""Which planes part a block with bores that cross: all of them go through everything, and harm no feature.
+"""Which planes part a block with bores that cross: they go through all of it but what they would harm.
 
 Place in the flow: :mod:`.grids` makes cutters of them. All coordinates are along three normals of the block.
 
 Method: every feature says where no plane may go through it. Where bores cross, only the planes through the crossing
 may; what ends in a cushion or a cone may be cut along its axis, other features anywhere but next to their sides.
 Then every feature asks for a plane between itself and the next one that goes another way; the least room first. It
-takes a plane that is there, else one through the middle of what is left free, or through the middle of a feature.
+takes a plane that is there, else one that is free. A plane that still would harm a feature ends before it: on the
+sides of what goes through, where its end is a line along the sweep, else one plane further away::
+
+        |    .    |    .    |         a crossing or a cushion between the dots: the plane ends before the planes next to
+    ----+    . . .|. . .    +----     these, so that its end lies on bricks and divides no side of the box
+        |    .    |    .    |
 
 Not handled: crossings that touch one another, and features among which no plane is free.
 """
@@ -149,14 +154,13 @@ def find_planes(
         if not is_inside or any(abs(level - known) <= tight for known in levels[axis]):
             continue
         levels[axis].append(level)
-    wants = [want for zone in zones for want in _wants(block, zone, zones, fixed)]
+    wants = [want for zone in zones for want in _wants(block, zone, (*zones, *fixed))]
     for want in sorted(wants, key=lambda want: (want.is_last, want.gap)):
         if not _is_served(want, levels[want.axis], block):
-            level = _new_level(want, levels[want.axis], zones, block)
-            if level is None:
-                print("NO LEVEL", want, [[x for x in l] for l in levels])
+            new = _new_level(want, levels[want.axis], zones, block)
+            if new is None:
                 return None
-            levels[want.axis].append(level)
+            levels[want.axis].append(new)
     return [sorted(own) for own in levels]
 
 
@@ -183,20 +187,27 @@ def holes_in(
     """The boxes in which a plane would harm a feature: it ends on the sides of what goes through, and before all
     others at the next plane, so that what is beside these is bricks.
 
-    What it would divide where bores cross it does not divide in all of their length.
+    What it would divide where bores cross it does not divide in all of their length, and what it parts there it parts
+    beyond.
     """
     found = []
     harmed = [zone for zone in zones if zone.forbids(axis, level, block.tight)]
     lines = frozenset[int]().union(*(zone.lines for zone in harmed if zone.is_tight))
+    parted = [z for z in zones if z.way < 0 and any(abs(level - at) < block.tight for at, _ in z.free[axis])]
+    own = frozenset[int]().union(*(zone.lines for zone in parted))
     for zone in zones:
         low, high = box_of(zone, levels, block)
         is_beside = axis != zone.way and bool(zone.lines & lines)
+        if zone.lines & own and not zone.is_round:
+            continue
         if not low[axis] < level < high[axis] or not (is_beside or zone in harmed):
             continue
         if zone.is_tight:
             for other in range(3):
                 if other != axis:
-                    low[other] = max([c for c in levels[other] if c < low[other] - block.tight], default=block.low[other])
+                    low[other] = max(
+                        [c for c in levels[other] if c < low[other] - block.tight], default=block.low[other]
+                    )
                     high[other] = min(
                         [c for c in levels[other] if c > high[other] + block.tight], default=block.high[other]
                     )
@@ -220,12 +231,11 @@ def is_whole(
                 for hole in holes_in(zones, levels, block, axis, level):
                     overlap = np.delete(np.minimum(high, hole.high) - np.maximum(low, hole.low), axis)
                     if (overlap > block.tight).all():
-                        print("HOLE", axis, level, zone, hole)
                         return False
     return True
 
 
-def _wants(block: Block, zone: Zone, zones: Sequence[Zone], fixed: Sequence[Zone]) -> Iterator[_Want]:
+def _wants(block: Block, zone: Zone, others: Sequence[Zone]) -> Iterator[_Want]:
     if zone.way < 0:
         return
     for axis in range(3):
@@ -235,7 +245,7 @@ def _wants(block: Block, zone: Zone, zones: Sequence[Zone], fixed: Sequence[Zone
         for sign in (-1, 1):
             start = float((zone.low if sign < 0 else zone.high)[axis])
             room = sign * (float((block.low if sign < 0 else block.high)[axis]) - start)
-            gap, is_last = _gap(block, zone, zones, fixed, axis, sign, start)
+            gap, is_last = _gap(zone, others, (axis, sign, start), block.tight)
             if is_last and not ((zone.is_round or zone.lines) and room > wide):
                 continue
             gap = min(gap, room)
@@ -245,23 +255,26 @@ def _wants(block: Block, zone: Zone, zones: Sequence[Zone], fixed: Sequence[Zone
                 gap=gap, axis=axis, start=start, sign=sign, zone=zone, depths=(0.0, wanted, most), is_last=is_last
             )
     for end in zone.ends:
-        gap, is_last = _gap(block, zone, zones, fixed, zone.way, end.down, end.level)
+        gap, is_last = _gap(zone, others, (zone.way, end.down, end.level), block.tight)
         if not is_last:
             yield _Want(
                 gap=gap, axis=zone.way, start=end.level, sign=end.down, zone=zone, depths=end.depths, is_last=False
             )
 
 
-def _gap(
-    block: Block, zone: Zone, zones: Sequence[Zone], fixed: Sequence[Zone], axis: int, sign: int, start: float
-) -> tuple[float, bool]:  # fmt: skip
-    """Distance from a side of a feature to the next one that must be kept apart; whether there is none."""
+def _gap(zone: Zone, others: Sequence[Zone], side: tuple[int, int, float], tight: float) -> tuple[float, bool]:
+    """Distance from a side of a feature to the next one that must be kept apart; whether there is none.
+
+    A side is its normal, whether it is the upper one, 1, or the lower, -1, and its place.
+    """
+    axis, sign, start = side
     gaps = []
-    for other in (*zones, *fixed):
-        if other is zone or (zone.lines & other.lines and axis != zone.way) or not zone.beside(other, axis, block.tight):
+    for other in others:
+        is_own = zone.lines & other.lines and axis != zone.way
+        if other is zone or is_own or not zone.beside(other, axis, tight) or not zone.needs_apart(other):
             continue
         gap = sign * (float((other.low if sign > 0 else other.high)[axis]) - start)
-        if gap > -block.tight and (other in fixed or zone.needs_apart(other)):
+        if gap > -tight:
             gaps.append(gap)
     return min(gaps, default=np.inf), not gaps
 

@@ -42,7 +42,6 @@ from .crossings import Axis, find_axes, find_crossings, plain_planes
 from .cushions import WIDEST, cushion
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
 
-
 SLOPE, STEEP = 1.0, 0.87
 """Depth of a cone to a bore, in the width of the ring between bore and circle, as it is wanted, and from which on what
 is beside it is swept along the bore as if its wall were straight."""
@@ -82,7 +81,7 @@ def on_grid(solid: Solid, flat: float) -> list[Cutter]:
     if is_slender or EVERY.intersection(*(cluster.ways for cluster in clusters)):
         return []
     grid = _Grid(block, clusters)
-    tools = grid.tools() if grid.read() else None
+    tools = grid.tools() if grid.read() and grid.is_worth() else None
     if not tools:
         return []
     reason = "planes through all of the part, and cells under what ends inside of it"
@@ -129,6 +128,12 @@ class _Grid:
         if any(_overlap(a, b, self.block.tight) for a, b in combinations(zones, 2)):
             return False
         return all(self.end(column) for column in self.columns)
+
+    def is_worth(self) -> bool:
+        """Whether bores cross beside other features or twice, or a cone is needed: others part better with less."""
+        n_crossings = sum(column.zone.way < 0 for column in self.columns)
+        is_alone = not self.fixed and all(column.zone.lines for column in self.columns)
+        return any(column.cones for column in self.columns) or n_crossings > is_alone
 
     def crossing(
         self, low: FloatArray, high: FloatArray, lines: frozenset[int], planes: Sequence[tuple[FloatArray, FloatArray]]
