@@ -18,6 +18,7 @@ import logging
 from typing import Any
 
 from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepGProp import BRepGProp
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.gp import gp_Dir
@@ -50,30 +51,15 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     volume, area = _volume(traced.shape), _area(traced.shape)
     tolerance = min(TOLERANCE * size, _THINNEST * 2.0 * volume / area)
     short, narrow = _slivers(traced.shape, tolerance)
-    if not narrow and (not short or is_upright(traced.shape)):
-        logger.info("%d edges below %.3g stay: they are steps of walls and floors", len(short), tolerance)
+    if not narrow and (not short or _is_upright(traced.shape)):
         return []
-    context = ShapeBuild_ReShape()
-    shape = traced.shape
     try:
-        if narrow:
-            faces = ShapeFix_FixSmallFace()
-            faces.Init(shape)
-            faces.SetPrecision(tolerance)
-            faces.SetContext(context)
-            faces.Perform()
-            shape = faces.Shape()
-        if _slivers(shape, tolerance)[0]:
-            wires = ShapeFix_Wireframe(shape)
-            wires.SetContext(context)
-            wires.SetPrecision(tolerance)
-            wires.SetMaxTolerance(tolerance)
-            wires.ModeDropSmallEdges = True
-            wires.FixSmallEdges()
-            shape = wires.Shape()
-        if not _is_as_good(shape, volume):
+        # What fails has changed tolerances in place by then: it is tried on a copy.
+        trial, _ = _merged(BRepBuilderAPI_Copy(traced.shape).Shape(), tolerance)
+        if not _is_as_good(trial, volume):
             logger.info("slivers below %.3g could not be merged and stay", tolerance)
             return []
+        shape, context = _merged(traced.shape, tolerance)
     except Exception as error:  # OpenCASCADE raises any of its own here; the part can do without this step.
         logger.info("OpenCASCADE failed at merging slivers (%s), and they stay", error)
         return []
@@ -84,6 +70,27 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     if n_edges == 0:
         return []
     return [f"slivers merged: {n_faces} faces and {n_edges} edges fewer (below {tolerance:.3g} working units)"]
+
+
+def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
+    """The shape without its slivers, and the record of what became of its parts."""
+    context = ShapeBuild_ReShape()
+    if _slivers(shape, tolerance)[1]:
+        faces = ShapeFix_FixSmallFace()
+        faces.Init(shape)
+        faces.SetPrecision(tolerance)
+        faces.SetContext(context)
+        faces.Perform()
+        shape = faces.Shape()
+    if _slivers(shape, tolerance)[0]:
+        wires = ShapeFix_Wireframe(shape)
+        wires.SetContext(context)
+        wires.SetPrecision(tolerance)
+        wires.SetMaxTolerance(tolerance)
+        wires.ModeDropSmallEdges = True
+        wires.FixSmallEdges()
+        shape = wires.Shape()
+    return shape, context
 
 
 def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
@@ -100,7 +107,7 @@ def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
     return short, narrow
 
 
-def is_upright(shape: Any) -> bool:
+def _is_upright(shape: Any) -> bool:
     """Whether all faces are planes and cylinders along one direction, or planes across it."""
     normals: list[gp_Dir] = []
     axes: list[gp_Dir] = []
