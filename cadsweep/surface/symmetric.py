@@ -170,14 +170,23 @@ def _edge_lengths(polygons: FloatArray) -> FloatArray:
 
 
 def _images(wedge: Wedge, places: FloatArray, near: float) -> list[IntArray] | None:
-    """Of every element of the wedge, the node that it carries each of some nodes to; None where one has none near."""
+    """Of every element of the wedge, the node that it carries each of some nodes to; None where one has none near.
+
+    Only the least turn and the mirror are looked for in a tree: the others are these, one after the other.
+    """
+    elements = wedge.elements()
     tree = scipy.spatial.cKDTree(places)
-    found = []
-    for g in wedge.elements():
-        far, image = tree.query(wedge.carry(g, places))
-        if far.max() > near:
+    turned = np.asarray(tree.query(wedge.carry(elements[1 % wedge.n], places))[1], dtype=np.int64)
+    found = [np.arange(len(places), dtype=np.int64)]
+    for _ in range(wedge.n - 1):
+        found.append(turned[found[-1]])
+    if wedge.has_mirrors:
+        mirrored = np.asarray(tree.query(wedge.carry(elements[wedge.n], places))[1], dtype=np.int64)
+        found += [image[mirrored] for image in found]
+    for g, image in zip(elements, found, strict=True):
+        off = wedge.carry(g, places) - places[image]
+        if float(np.max(np.hypot(off[:, 0], off[:, 1]))) > near:
             return None
-        found.append(image)
     return found
 
 
