@@ -93,7 +93,7 @@ def test_a_ring_with_a_lug_is_no_closed_sweep():
 
 
 def test_a_ball_from_a_file_is_parted_as_one_from_a_script(tmp_path):
-    """Its face has a vertex for an outline, the seam is OpenCASCADE's: divided, all curves of an edge have one range."""
+    """Its face has a vertex for an outline and a seam of OpenCASCADE's: halves of it have edges of one range."""
     path = str(tmp_path / "ball.step")
     cq.exporters.export(cq.Workplane().sphere(7), path)
     cells = cs.decompose(path).solids
