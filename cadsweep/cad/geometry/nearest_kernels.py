@@ -64,7 +64,7 @@ def from_part(places, g, following, point):  # type: ignore[no-untyped-def]  # p
 
 
 @kernel
-def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
     """For each of points (m, 3) where the lines of a grid along an axis are nearer to it than the lines beside.
 
     ``places`` (g, 3) are those of the grid, `n_across` of them in each line along its axis 1; ``blocks`` their boxes
