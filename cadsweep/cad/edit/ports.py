@@ -282,14 +282,15 @@ class _Box:
         """The bore without what it is in, longer than the part: a tool that lies on the bore's floor would mark it."""
         bore, reach = self.port.bore, 2.0 * self.port.solid.size
         start = self.port.origin - reach * bore.direction
-        frame = gp_Ax2(gp_Pnt(*map(float, start)), gp_Dir(*map(float, bore.direction)), gp_Dir(*map(float, self.port.frame[0])))
+        axis, across = (gp_Dir(*map(float, way)) for way in (bore.direction, self.port.frame[0]))
+        frame = gp_Ax2(gp_Pnt(*map(float, start)), axis, across)
         return BRepPrimAPI_MakeCylinder(frame, bore.radius, 2.0 * reach).Shape()
 
 
 def _levels(
     boxes: Sequence[_Box], ports: Sequence[_Port]
 ) -> tuple[list[tuple[FloatArray, FloatArray]], list[tuple[_Box, tuple[int, int]]]]:  # fmt: skip
-    """Planes, normal and place, through all of the part where boxes end in the material, and the sides that lie on them.
+    """Planes, normal and place, through all of the part where boxes end inside it, and the sides that lie on them.
 
     The rest would have a notch there. A side between two boxes needs none, and none may go through a port.
     """
@@ -332,7 +333,8 @@ def _find_ports(solid: Solid, axes: Sequence[Axis]) -> Iterator[_Port]:
                 faces = frozenset(f for axis in line if axis in hollow for f in axis.faces & beyond)
                 if not faces & own.faces:
                     continue
-                points = np.concatenate([solid.edges[e].curve.evaluate(at) for f in faces for e in solid.faces[f].edges])
+                edges = sorted({e for f in faces for e in solid.faces[f].edges})
+                points = np.concatenate([solid.edges[e].curve.evaluate(at) for e in edges])
                 yield _Port(
                     solid=solid,
                     origin=origin,
