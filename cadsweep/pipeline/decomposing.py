@@ -16,7 +16,7 @@ import numpy as np
 
 from .. import cad, decomposition
 from ..brep import Cut, Part, Solid
-from ..decomposition.curved import MOST_PARTS, CellSearch
+from ..decomposition.curved import MOST_OPENINGS, MOST_PARTS, CellSearch
 from ..decomposition.search import MOST_STATES
 from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
@@ -151,7 +151,9 @@ def mesh_cut(
     if not may_decompose(part, options):
         raise refused
     with run.stage("decomposition"):
-        search = CellSearch(part, tools, most_parts=round(share * MOST_PARTS))
+        search = CellSearch(
+            part, tools, most_parts=round(share * MOST_PARTS), most_openings=round(share * MOST_OPENINGS)
+        )
     best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:
         return _ended_early(best, run) if search.ended_early else best

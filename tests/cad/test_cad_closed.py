@@ -90,3 +90,11 @@ def test_a_ring_with_a_lug_is_no_closed_sweep():
     opened = next(cut_closed(load(part)))
     assert opened.solids[0].volume == pytest.approx(load(part).solids[0].volume, rel=1e-6)
     assert not [sweep for sweep in search_sweeps(opened.solids[0]).sweeps if sweep.closed]
+
+
+def test_a_ball_from_a_file_is_parted_as_one_from_a_script(tmp_path):
+    """Its face has a vertex for an outline and a seam of OpenCASCADE's: halves of it have edges of one range."""
+    path = str(tmp_path / "ball.step")
+    cq.exporters.export(cq.Workplane().sphere(7), path)
+    cells = cs.decompose(path).solids
+    assert [cell.volume for cell in cells] == pytest.approx([math.pi * 7**3 / 6] * 8, rel=1e-6)

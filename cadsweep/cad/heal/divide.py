@@ -4,7 +4,9 @@ Place in the flow: after healing, before extraction.
 
 Method: OpenCASCADE's ``ShapeUpgrade_ShapeDivideClosed`` cuts a closed face along its seam and
 opposite to it. It approximates the new edges by B-splines (2e-6 off a circle), therefore each new
-edge that is an isoparametric line gets its exact curve, taken from the surface.
+edge that is an isoparametric line gets its exact curve, taken from the surface. It also turns the seam of a sphere
+that a STEP file has as a whole (its outline a vertex alone) by a full turn of its circle, and leaves the curves in the
+faces' parameters behind: these are brought to the same range, as no splitter parts a solid with an edge of two.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
 from OCP.BRepCheck import BRepCheck_Analyzer, BRepCheck_Status
 from OCP.BRepGProp import BRepGProp
+from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools, BRepTools_ReShape
 from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
@@ -62,6 +65,7 @@ def divide_closed(traced: Traced) -> list[str]:
             traced.replace(context.Apply(traced.shape), context.Apply)
     _drop_tiny(traced, old_edges)
     _make_exact(traced.shape, old_edges)
+    _align_ranges(traced.shape, old_edges)
     _mend(traced, old_faces)
     _check_divided(traced.shape, old_faces)
     n_new = len(subshapes(traced.shape, FACE)) - n_faces
@@ -229,6 +233,13 @@ def _make_exact(shape: Any, old_edges: Any) -> None:
             done.add(edge)
             builder.UpdateEdge(edge, iso, TopLoc_Location(), BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, first, last, True)
+
+
+def _align_ranges(shape: Any, old_edges: Any) -> None:
+    """Give all curves of every new edge the range of that in space."""
+    for edge in subshapes(shape, EDGE):
+        if not old_edges.Contains(edge) and not BRep_Tool.SameRange_s(edge):
+            BRepLib.SameRange_s(edge)
 
 
 def _isoparametric(surface: Any, pcurve: Any) -> Any:
