@@ -41,6 +41,7 @@ from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
 from .mitres import at_mitres
+from .ports import at_ports
 from .regions import into_boxes
 from .spokes import along_spokes
 from .stars import from_inside
@@ -118,8 +119,8 @@ class _Cutters:
         """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
         is_whole = all(face.key for face in self.solid.faces)
         if is_whole:
-            strips = along_features(self.solid, FLAT)
-            yield from strips or along_spokes(self.solid, FLAT)
+            turned = along_features(self.solid, FLAT) or along_spokes(self.solid, FLAT)
+            yield from turned or at_ports(self.solid)
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
