@@ -7,6 +7,10 @@ Method: best first. A move cuts one cell that stands in the way, and the faces o
 harms a neighbour shows at once. When all cells sweep, the plan decides, and the faces on which it fails say which cells
 are cut next. The budget counts parts that are looked at, and their faces: the same part always gets the same cuts.
 A cut that keeps features apart leaves more cells in the way at first; it is lent what that costs, for a while.
+
+Where one cut seems best, best first goes on with what it leaves until the budget is gone, though another first cut may
+leave cells that sweep at once. So after a while every cut of the whole gets its turn, first those that leave the least
+in the way or part it most.
 """
 
 from __future__ import annotations
@@ -17,6 +21,8 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Cut, Part, Solid
@@ -36,6 +42,15 @@ MOST_FACES = 8000
 """Faces that are read or cut before the search is given up, whatever the count of parts: some 5 ms each."""
 CREDIT = 40
 """Parts that may be looked at until a cut that keeps features apart has paid."""
+MOST_BEFORE, MOST_FACES_BEFORE = 40, 3000
+"""Parts that are looked at best first, and faces that are read or cut for them, before every other cut of the whole
+gets its turn."""
+MOST_OPENINGS, MOST_OPENING_FACES = 100, 6000
+"""Parts that are looked at in these turns, and faces that are read or cut for them."""
+MOST_FACES_OF_ALL = 12000
+"""Faces that are read or cut best first and in turns together."""
+TURN = 20
+"""Parts that are looked at in one turn."""
 MOST_CELLS = 80
 """Cells beyond the first ones of a part at which it is not cut further."""
 LEAD = 1.0
@@ -143,6 +158,10 @@ class Found:
         return self.cost - self.lent if n_parts < self.until else self.cost
 
 
+_Waiting = tuple[float, int, Found, Iterator[Found]]
+"""A part that is gone on from: its rank, what orders equals, the part, and those that are one cut further."""
+
+
 def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tuple[Found, int]:
     """Cut a part until every cell has a sweep and all agree.
 
@@ -165,7 +184,9 @@ class CellSearch:
     part : Part
     tools : Tools
     most_parts : int
-        Parts to look at.
+        Parts to look at, best first.
+    most_openings : int
+        Parts to look at besides, in turns for all cuts of the whole.
 
     Attributes
     ----------
@@ -180,9 +201,9 @@ class CellSearch:
         The user's time was used up before the count of parts was.
     """
 
-    def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> None:
+    def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS, most_openings: int = 0) -> None:
         self.tools = tools
-        self.most_parts = most_parts
+        self.most_parts, self.most_faces, self.most_openings = most_parts, MOST_FACES, most_openings
         self.most_cells = MOST_CELLS + len(part.solids)
         self.n_parts = self.n_faces = 0
         self.known: set[Hashable] = set()
@@ -196,9 +217,19 @@ class CellSearch:
         first = self.best
         if first.plan is not None:
             yield first
-        queue: list[tuple[float, int, Found, Iterator[Found]]] = [(first.cost, 0, first, self.children(first))]
-        n = 0
-        while queue and not self.is_over():
+        queue: list[_Waiting] = [(first.cost, 0, first, self.children(first))]
+        if self.most_openings:
+            yield from self.best_first(queue, MOST_BEFORE, MOST_FACES_BEFORE)
+            yield from self.openings(first)
+        yield from self.best_first(queue)
+
+    def best_first(
+        self, queue: list[_Waiting], most_parts: float = np.inf, most_faces: float = np.inf
+    ) -> Iterator[Found]:
+        """Go on from the cheapest parts of a queue until so many, or so many faces, were looked at; the rest stay."""
+        n = 1 + max((number for _, number, _, _ in queue), default=0)
+        most_parts, most_faces = most_parts + self.n_parts, most_faces + self.n_faces
+        while queue and not self.is_over() and self.n_parts < most_parts and self.n_faces < most_faces:
             rank, number, here, children = heapq.heappop(queue)
             if rank < here.cost and self.n_parts >= here.until:
                 heapq.heappush(queue, (here.cost, number, replace(here, lent=0.0), children))
@@ -215,11 +246,35 @@ class CellSearch:
                     # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
                     heapq.heappush(queue, (rank + CELL, n, here, children))
                     break
+                if self.n_parts >= most_parts or self.n_faces >= most_faces:
+                    heapq.heappush(queue, (rank, number, here, children))
+                    break
+
+    def openings(self, first: Found) -> Iterator[Found]:
+        """Every cut of the whole that was not looked at yet: all of them, then a turn for each."""
+        parts, faces = self.n_parts, self.n_faces
+        most = self.most_parts, self.most_faces
+        self.most_parts = parts + self.most_openings
+        self.most_faces = min(faces + MOST_OPENING_FACES, MOST_FACES_OF_ALL)
+        starts: list[Found] = []
+        for child in self.children(first):
+            self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
+            if child.plan is not None:
+                yield child
+            else:
+                starts.append(child)
+        for start in _in_turns(starts):
+            if self.is_over():
+                break
+            log.debug("a turn for %s", start.cuts[-1])
+            yield from self.best_first([(start.cost, 0, start, self.children(start))], TURN)
+        self.most_parts = most[0] + self.n_parts - parts
+        self.most_faces = min(most[1] + self.n_faces - faces, MOST_FACES_OF_ALL)
 
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""
         self.ended_early = self.ended_early or self.tools.is_late()
-        return self.n_parts >= self.most_parts or self.n_faces >= MOST_FACES or self.ended_early
+        return self.n_parts >= self.most_parts or self.n_faces >= self.most_faces or self.ended_early
 
     def children(self, found: Found) -> Iterator[Found]:
         """Parts one cut further."""
@@ -306,6 +361,16 @@ class CellSearch:
             cost=cost,
             prices=prices,
         )
+
+
+def _in_turns(starts: Sequence[Found]) -> list[Found]:
+    """One of those that cost least, one of those with the most cells, and so on: no one measure knows which leads."""
+    cheap = sorted(starts, key=lambda found: found.cost)
+    parted = sorted(starts, key=lambda found: -len(found.part.solids))
+    order: dict[int, Found] = {}
+    for pair in zip(cheap, parted, strict=True):
+        order.update((id(found), found) for found in pair if id(found) not in order)
+    return list(order.values())
 
 
 def _middle(solid: Solid) -> FloatArray:

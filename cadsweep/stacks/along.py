@@ -23,10 +23,15 @@ _ENOUGH = 1e-9
 """The same, beyond which the search has failed."""
 _AT = np.linspace(0.0, 1.0, 129)
 """Fractions of an edge's samples."""
+_THREE = np.array([0.0, 0.5, 1.0])
+_LEVEL = 1e-15
+"""Difference of heights, in lengths or heights of the edge, that rounding makes of none."""
 _APART = 1e-6
 """Fraction of an edge over which its tangent is taken."""
 _STILL = 1e-13
 """Move, as a fraction of the edge, below which a place has been found."""
+_PLANAR = ("line", "circle", "ellipse")
+"""Kinds of edges that lie in the plane through any three of their points."""
 _AT_END = 1e-6
 """Distance from the place of an edge's end, in lengths of the edge, at which a place is that."""
 
@@ -113,14 +118,23 @@ def heights_on_cap(face: Face, direction: FloatArray, places: FloatArray, rims: 
 
 def heights_on_edge(edge: Edge, direction: FloatArray, places: FloatArray) -> FloatArray:
     """Heights of the points of an edge over places (m, 3) that lie under it."""
-    curve, frame = edge.curve, across(direction)
-    seen = curve.evaluate(_AT) @ frame.T
+    curve = edge.curve
+    if edge.kind in _PLANAR:
+        some = curve.evaluate(_THREE)
+        heights = some @ direction
+        if float(np.ptp(heights)) <= _LEVEL * max(edge.length, float(np.abs(heights).max())):
+            return np.full(len(places), heights[1])
+    frame = across(direction)
+    seen = (some[::2] if edge.kind == "line" else curve.evaluate(_AT)) @ frame.T
     target = places @ frame.T
     # An edge that ends along the direction has no height to speak of there but that of its end.
     at_start, at_end = (np.linalg.norm(target - seen[end], axis=1) <= _AT_END * edge.length for end in (0, -1))
     fractions = np.where(at_end & ~at_start, 1.0, 0.0)
     inner = np.flatnonzero(~(at_start | at_end))
-    if len(inner):
+    if len(inner) and edge.kind == "line":
+        step = seen[1] - seen[0]
+        fractions[inner] = np.clip((target[inner] - seen[0]) @ step / max(step @ step, 1e-300), 0.0, 1.0)
+    elif len(inner):
         fractions[inner] = _fractions_under(curve, frame, seen, target[inner])
     return np.asarray(curve.evaluate(fractions) @ direction)
 

@@ -5,6 +5,8 @@ Place in the flow: foundation of :mod:`.sides`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..arrays import FloatArray
@@ -32,6 +34,7 @@ class Normals:
     def __init__(self, solid: Solid) -> None:
         self.solid = solid
         self.axes = {face.id: axis for face in solid.faces if (axis := self._straight(face)) is not None}
+        self._borders: dict[int, dict[int, FloatArray]] = {}
         self._edges: dict[int, dict[int, FloatArray]] = {}
         self._inside: dict[int, FloatArray] = {}
         self._all: dict[int, FloatArray] = {}
@@ -47,16 +50,21 @@ class Normals:
     def on_edges(self, face: Face) -> dict[int, FloatArray]:
         """Normals (m, 3) of a face along each of its edges, from start to end."""
         if face.id not in self._edges:
-            edges = list(dict.fromkeys(face.edges))
-            uv = [face.surface.edge_uv(e, _ALONG_EDGES) for e in edges]
-            found = face.surface.normals(np.concatenate(uv)).reshape(len(edges), len(_ALONG_EDGES), 3)
-            self._edges[face.id] = dict(zip(edges, found, strict=True))
+            uv = self._border(face)
+            found = face.surface.normals(np.concatenate(list(uv.values()))).reshape(len(uv), len(_ALONG_EDGES), 3)
+            self._edges[face.id] = dict(zip(uv, found, strict=True))
         return self._edges[face.id]
+
+    def _border(self, face: Face) -> dict[int, FloatArray]:
+        """Parameters (m, 2) along each of a face's edges, from start to end."""
+        if face.id not in self._borders:
+            self._borders[face.id] = {e: face.surface.edge_uv(e, _ALONG_EDGES) for e in dict.fromkeys(face.edges)}
+        return self._borders[face.id]
 
     def inside(self, face: Face) -> FloatArray:
         """Normals (m, 3) at places of a grid that lie inside of a face."""
         if face.id not in self._inside:
-            self._inside[face.id] = face.surface.normals(_inner_places(face))
+            self._inside[face.id] = face.surface.normals(_inner_places(face, self._border(face)))
         return self._inside[face.id]
 
     def _straight(self, face: Face) -> FloatArray | None:
@@ -78,11 +86,10 @@ def count_fitting(normals: Normals, direction: FloatArray) -> int:
     return int(((cosines <= _FITS) | (cosines >= 1.0 - _FITS)).sum() + (np.abs(along) >= 1.0 - _FITS).sum())
 
 
-def _inner_places(face: Face) -> FloatArray:
-    """Parameters (m, 2) all over a face."""
+def _inner_places(face: Face, border: Mapping[int, FloatArray]) -> FloatArray:
+    """Parameters (m, 2) all over a face with those of its border."""
     loops = [
-        np.concatenate([face.surface.edge_uv(e, _ALONG_EDGES[:: 1 if forward else -1]) for e, forward in loop.directed])
-        for loop in face.loops
+        np.concatenate([border[e][:: 1 if forward else -1] for e, forward in loop.directed]) for loop in face.loops
     ]
     low, high = np.concatenate(loops).min(axis=0), np.concatenate(loops).max(axis=0)
     steps = (np.arange(_GRID) + 0.5) / _GRID

@@ -169,22 +169,34 @@ def _edge_lengths(polygons: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(polygons - np.roll(polygons, 1, axis=-2), axis=-1))
 
 
-def _images(wedge: Wedge, places: FloatArray, near: float) -> list[IntArray] | None:
-    """Of every element of the wedge, the node that it carries each of some nodes to; None where one has none near."""
-    tree = scipy.spatial.cKDTree(places)
-    found = []
-    for g in wedge.elements():
-        far, image = tree.query(wedge.carry(g, places))
-        if far.max() > near:
-            return None
-        found.append(image)
-    return found
+def _orbits(wedge: Wedge, places: FloatArray, near: float) -> IntArray | None:
+    """Of every element of the wedge, the node that it carries each node of one wedge to, (n_elements, k).
+
+    Together these are all nodes. None where an element carries one to none, or a node is no image.
+    """
+    angles, radii = wedge.polar(places)
+    width = near / np.maximum(radii, near)
+    own = places[(angles <= wedge.angle + width) | (angles >= 2.0 * np.pi - width) | (radii <= near)]
+    carried = np.concatenate([wedge.carry(g, own) for g in wedge.elements()])
+    far, image = scipy.spatial.cKDTree(places).query(carried)
+    if not len(own) or far.max() > near or not np.bincount(image, minlength=len(places)).all():
+        return None
+    return np.asarray(image, dtype=np.int64).reshape(-1, len(own))
 
 
 def is_carried(wedge: Wedge, chart: Chart, places: FloatArray) -> bool:
     """Whether every element of a wedge carries nodes (n, 2), those of the outline first, to nodes."""
     near = _MERGED * float(np.max(np.ptp(np.concatenate(chart.boundary), axis=0)))
-    return _images(wedge, places, near) is not None
+    return _orbits(wedge, places, near) is not None
+
+
+def _symmetric_mean(wedge: Wedge, orbits: IntArray, places: FloatArray) -> FloatArray:
+    """Every node at the mean of what the elements carry to it."""
+    elements = np.array(wedge.elements())
+    off = np.einsum("gkj,gji->gki", places[orbits] - wedge.centre, elements)  # each carried back to the one wedge
+    mean = np.empty_like(places)
+    mean[orbits] = wedge.centre + np.einsum("kj,gij->gki", off.mean(axis=0), elements)
+    return mean
 
 
 def carried_by_mirrors(  # noqa: PLR0917
@@ -199,17 +211,13 @@ def carried_by_mirrors(  # noqa: PLR0917
     origin, x, y = chart.lift(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))[0]
     axes = np.stack([x - origin, y - origin])
     relaxed = np.concatenate([rim, (made.inner_points - origin) @ axes.T])
-    elements = wedge.elements()
-    images = _images(wedge, before, _MERGED * float(np.max(np.ptp(rim, axis=0))))
-    if images is None:
+    orbits = _orbits(wedge, before, _MERGED * float(np.max(np.ptp(rim, axis=0))))
+    if orbits is None:
         return None
     shortest = min(float(_edge_lengths(outline.known[nodes]).min()) for nodes in outline.nodes)
     best: FaceQuads | None = None
     for places in (relaxed, before):
-        mean = np.zeros_like(places)
-        for g, image in zip(elements, images, strict=True):
-            mean += wedge.carry(g.T, places[image])
-        points = origin + (mean / len(elements))[len(rim) :] @ axes
+        points = origin + _symmetric_mean(wedge, orbits, places)[len(rim) :] @ axes
         every = np.concatenate([outline.known[boundary], points])
         normals = np.broadcast_to(-outline.face.surface.normals(chart.boundary_uv[:1]), every.shape)
         worst = float(corner_sines(every, quads, normals).min())

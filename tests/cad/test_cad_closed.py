@@ -9,6 +9,8 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_closed, load  # noqa: E402
+from cadsweep.cad.heal.divide import divide_closed, is_divided  # noqa: E402
+from cadsweep.cad.heal.tracing import Traced  # noqa: E402
 from cadsweep.recognition.find import search_sweeps  # noqa: E402
 
 pytestmark = pytest.mark.cad
@@ -90,3 +92,30 @@ def test_a_ring_with_a_lug_is_no_closed_sweep():
     opened = next(cut_closed(load(part)))
     assert opened.solids[0].volume == pytest.approx(load(part).solids[0].volume, rel=1e-6)
     assert not [sweep for sweep in search_sweeps(opened.solids[0]).sweeps if sweep.closed]
+
+
+def test_a_ball_from_a_file_is_parted_as_one_from_a_script(tmp_path):
+    """Its face has a vertex for an outline and a seam of OpenCASCADE's: halves of it have edges of one range."""
+    path = str(tmp_path / "ball.step")
+    cq.exporters.export(cq.Workplane().sphere(7), path)
+    cells = cs.decompose(path).solids
+    assert [cell.volume for cell in cells] == pytest.approx([math.pi * 7**3 / 6] * 8, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        cq.Workplane().cylinder(3, 1),
+        cq.Workplane().sphere(2),
+        cq.Workplane().rect(4, 3).extrude(1).faces(">Z").workplane().hole(1),
+        cq.Workplane(cq.Solid.makeCone(2, 0, 3)),
+    ],
+    ids=["cylinder", "sphere", "hole", "cone"],
+)
+def test_seams_are_found_before_they_are_divided_and_not_after(solid):
+    shape = solid.val().wrapped
+    assert not is_divided(shape)
+    traced = Traced(shape)
+    divide_closed(traced)
+    assert is_divided(traced.shape)
+    assert is_divided(cq.Workplane().box(1, 2, 3).val().wrapped)

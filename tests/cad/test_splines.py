@@ -107,3 +107,20 @@ def test_compiled_arc_lengths_are_those_of_the_general_way():
     assert mine.length == pytest.approx(general.length, rel=1e-14)
     at = np.linspace(0.0, 1.0, 101)
     np.testing.assert_allclose(mine.parameters(at), general.parameters(at), atol=1e-12)
+
+
+@pytest.mark.parametrize("weighted", [False, True])
+def test_compiled_nearest_points_are_those_of_the_general_way(weighted):
+    random = np.random.default_rng(5)
+    knots, poles = clamped(3, 12), random.random((12, 3))
+    spline = BSpline(degree=3, knots=knots, poles=poles, weights=random.uniform(0.5, 2.0, 12) if weighted else None)
+    hidden = Reparametrised(curve=spline, offset=0.0, rate=1.0)
+    breaks = np.unique(knots)
+    mine, general = (EdgeCurve(geometry=g, first=0.0, last=1.0, breaks=breaks) for g in (spline, hidden))
+    points = np.concatenate([random.uniform(-0.5, 1.5, (60, 3)), mine.evaluate(np.linspace(0.0, 1.0, 21))])
+    found = mine.distance(points)
+    np.testing.assert_allclose(found, general.distance(points), atol=1e-12)
+    # None of the curve's own points is nearer.
+    dense = mine.evaluate(np.linspace(0.0, 1.0, 20_001))
+    assert (found <= np.linalg.norm(dense[None] - points[:, None], axis=2).min(axis=1) + 1e-12).all()
+    assert found[60:].max() < 1e-14

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cadsweep.cad.read.step_text import on_circle
+from cadsweep.cad.read.step_text import numbers_of, on_circle
 
 
 def circle_of(pairs, n):
@@ -24,3 +24,20 @@ def test_entity_on_the_circle_is_named_not_one_that_leads_to_it(length, tail):
     leaves = [(tail, tail + length)]
     found = circle_of(lead + ring + leaves, tail + length + 1)
     assert tail <= found < tail + length
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers", "begins"),
+    [
+        (b"#1=A(#2,\n#30);#2 \r\n= B(#1)", [1, 2, 30, 2, 1], [True, False, False, True, False]),
+        (b"#7='#8 it''s #9'(#10)", [7, 10], [True, False]),  # strings, with a quote in them
+        (b"#1=(#,#x,'#2'/* '#3 */#4)/* #5", [1, 4, 5], [True, False, False]),  # a comment, and one that never ends
+        (b"#1='a'(#2)'#3", [1, 2, 3], [True, False, False]),  # a string that never ends is none
+        (b"", [], []),
+        (b"#12", [12], [False]),
+    ],
+)
+def test_numbers_of_entities_are_those_outside_of_strings_and_comments(text, numbers, begins):
+    found, is_begin = numbers_of(text)
+    assert found.tolist() == numbers
+    assert is_begin.tolist() == begins

@@ -86,3 +86,9 @@ def test_pipes_of_unequal_width_that_cross_are_divided(tmp_path):
     cq.exporters.export(along.union(up).cut(bore).cut(other), str(tmp_path / "cross.step"))
     (solid,) = load(tmp_path / "cross.step").solids
     assert min(edge.length for edge in solid.edges) > 1.0
+
+
+def test_a_body_without_cylinders_has_no_strips():
+    """A bore across a ring: there is no cylinder that the sides of a strip would leave through."""
+    ring = cq.Workplane(cq.Solid.makeTorus(20, 6)).cut(cq.Workplane("YZ").circle(2).extrude(40))
+    assert along_features(load(ring).solids[0], FLAT) == []

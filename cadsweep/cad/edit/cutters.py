@@ -42,8 +42,10 @@ from .crossings import at_crossings
 from .cushions import under_rims
 from .grids import on_grid
 from .mitres import at_mitres
+from .ports import at_ports
 from .regions import into_boxes
 from .spokes import along_spokes
+from .stars import from_inside
 from .strips import along_features
 
 FLAT = 1e-4
@@ -118,8 +120,8 @@ class _Cutters:
         """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
         is_whole = all(face.key for face in self.solid.faces)
         if is_whole:
-            strips = along_features(self.solid, FLAT)
-            yield from strips or along_spokes(self.solid, FLAT)
+            turned = along_features(self.solid, FLAT) or along_spokes(self.solid, FLAT)
+            yield from turned or at_ports(self.solid)
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
@@ -158,7 +160,8 @@ class _Cutters:
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
-        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
+        last = [*through_axes(self.solid), *from_inside(self.solid)]
+        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *last]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""

@@ -70,7 +70,8 @@ class _Stripped(TurnedBody):
         if any(way is None for way in ways):
             return []
         own = [way for way in ways if way is not None and len(way)]
-        if not own:
+        radii = self.radii()
+        if not own or not radii:  # a strip is measured against the cylinders that its sides leave through
             return []
         axis = self.line.direction
         x = own[0]
@@ -92,7 +93,7 @@ class _Stripped(TurnedBody):
             across=across,
             beside=beside,
             floors=(self.floors(across[0], frame[0]), self.floors(across[1], frame[1])),
-            radii=self.radii(),
+            radii=radii,
             corners=[corner for feature in beside if surrounds(feature) for corner in self.corners(feature, frame)],
         )
         levels = self.levels()

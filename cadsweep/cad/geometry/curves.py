@@ -323,8 +323,13 @@ class EdgeCurve:
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray]:
-        n = 65 if self.constant_speed else int(min(max(65, 8 * len(self._table[0])), 2049))
-        parameters = self.parameters(np.linspace(0.0, 1.0, n))
+        """Parameters about evenly along the edge, and the places there: where a search for the nearest point begins."""
+        if self.constant_speed:
+            parameters = np.linspace(self.first, self.last, 65)
+        else:
+            ends, lengths = self._table
+            n = min(max(65, 8 * len(ends)), 2049)
+            parameters = np.interp(np.linspace(0.0, lengths[-1], n), lengths, ends)
         return parameters, self.geometry.derivatives(parameters)[0]
 
     @cached_property
@@ -356,7 +361,11 @@ class EdgeCurve:
             t -= 2.0 * np.pi * np.round((t - (self.first + self.last) / 2.0) / (2.0 * np.pi))
             return np.clip(t, self.first, self.last)
         samples, places = self._samples
+        enough = 1e-15 * (abs(self.first) + abs(self.last))
         if len(points) * len(places) <= _FEW:
+            if self._spline is not None:
+                spline, period = self._spline
+                return spline.nearest((samples, places), points, enough=enough, period=period)
             nearest = np.empty(len(points), dtype=np.int64)
             nearest_rows(places, np.ascontiguousarray(points), nearest)
         else:
@@ -374,6 +383,6 @@ class EdgeCurve:
             new = np.clip(t - slope / curvature, lower, upper)
             moved = np.abs(new - t).max(initial=0.0)
             t = new
-            if moved <= 1e-15 * (abs(self.first) + abs(self.last)):
+            if moved <= enough:
                 break
         return t

@@ -98,7 +98,7 @@ class Feet:
         """
         grid, places = self._grid
         n = self._n_across
-        corners, normals = places.reshape(-1, n, 3), self.patch.normals(grid).reshape(-1, n, 3)
+        corners, normals = places.reshape(-1, n, 3), self._normals.reshape(-1, n, 3)
         far = np.full(corners.shape[:2], np.inf)
         other_walls(corners, normals, _MOST_STEPS, _TURNED, far)
         return grid[::n, 0], grid[:n, 1], far
@@ -202,9 +202,26 @@ class Feet:
         """A tree of the places of the grid."""
         return scipy.spatial.cKDTree(self._grid[1])
 
-    @cached_property
+    @property
     def _grid(self) -> tuple[FloatArray, FloatArray]:
         """Parameters (g, 2) over the face's box, and the places (g, 3) there."""
+        return self._placed[:2]
+
+    @cached_property
+    def _normals(self) -> FloatArray:
+        """Unit normals (g, 3) at the grid's places, all to one side."""
+        grid, _, normals = self._placed
+        if normals is None:
+            return self.patch.normals(grid)
+        singular = np.flatnonzero(~normals.any(axis=1))
+        if len(singular):
+            # Of a point nearby, which knows the sides of the solid: those of the others are the parameters'.
+            normals[singular] = self.patch.outward * self.patch.normals(grid[singular])
+        return normals
+
+    @cached_property
+    def _placed(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        """The grid, and normals (g, 3), 0 where it is singular, where the same loop gives them."""
         stops = []
         for low, high, knots in zip(*self.patch.box, knots_of(self.patch.geometry), strict=True):
             inner = knots[(knots > low) & (knots < high)]
@@ -214,12 +231,12 @@ class Feet:
                 turning_stops(self.patch.curved, own, other[[0, -1]], axis, _GRID - 1, _MOST_GRID, _LARGEST_TURN)
                 for axis, (own, other) in enumerate((stops, stops[::-1]))
             )
-            grid, places = np.empty((len(u) * len(v), 2)), np.empty((len(u) * len(v), 3))
-            grid_places(self.patch.curved, u, v, grid, places)
-            return grid, places
+            grid, places, normals = (np.empty((len(u) * len(v), width)) for width in (2, 3, 3))
+            grid_places(self.patch.curved, u, v, grid, places, normals)
+            return grid, places, normals
         axes = [self._divided(stops[0], stops[1], 0), self._divided(stops[1], stops[0], 1)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        return grid, grid_points(self.patch.geometry, *axes)
+        return grid, grid_points(self.patch.geometry, *axes), None
 
     def _divided(self, stops: FloatArray, across: FloatArray, axis: int) -> FloatArray:
         """Parameters along one axis, between which the surface hardly turns: no coil of a spring is missed."""

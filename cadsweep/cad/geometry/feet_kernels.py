@@ -168,13 +168,25 @@ def turning_stops(record, stops, across, axis, least, most, largest_turn):  # ty
 
 
 @kernel
-def grid_places(record, u, v, uv, places):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Parameters ``uv`` (g, 2) and points ``places`` (g, 3) of a grid, v running faster."""
-    room, h, found = np.empty(ROOM), np.empty((3, 4)), np.empty((3, 3))
+def grid_places(record, u, v, uv, places, normals):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Parameters ``uv`` (g, 2), points ``places`` and unit normals (g, 3) of a grid, v running faster.
+
+    The normals are those of the parameters' sense; at a singular point they are 0.
+    """
+    room, h, found, cross = np.empty(ROOM), np.empty((3, 4)), np.empty((3, 3)), np.empty(3)
+    norms = np.empty(len(uv))
     for i in range(len(u)):
         for j in range(len(v)):
             k = i * len(v) + j
             uv[k, 0], uv[k, 1] = u[i], v[j]
             surface_point(record, u[i], v[j], room, h, found)
+            norms[k], by_u, by_v = cross_and_norms(found, cross)
+            if not norms[k] > 1e-9 * by_u * by_v:
+                norms[k] = 0.0
             for c in range(3):
                 places[k, c] = found[0, c]
+                normals[k, c] = cross[c]
+    least = 1e-9 * norms.max()
+    for k in range(len(uv)):
+        for c in range(3):
+            normals[k, c] = normals[k, c] / norms[k] if norms[k] > least else 0.0

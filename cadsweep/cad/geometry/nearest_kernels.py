@@ -64,15 +64,15 @@ def from_part(places, g, following, point):  # type: ignore[no-untyped-def]  # p
 
 
 @kernel
-def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, shares):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
     """For each of points (m, 3) where the lines of a grid along an axis are nearer to it than the lines beside.
 
     ``places`` (g, 3) are those of the grid, `n_across` of them in each line along its axis 1; ``blocks`` their boxes
     (p, q, 2, 3), the widest cell of each, and how many cells wide they are. Left out is what cannot be nearer than
     ``found`` (m,): a cell reaches no farther from its lines than it is wide. So is what lies beside the cells (m, 2)
-    where that was found, unless a line is nearer there: the same descent would be made again. ``rows`` (m, k) gets
-    where the parts of the lines begin, nearest ones first, -1 where there are fewer, and ``shares`` (m, k) how far
-    along the part the place is.
+    where that was found, unless a line is nearer there: the same descent would be made again; and of every line what
+    is nearer a little along it. ``rows`` (m, k) gets where the parts of the lines begin, nearest ones first, -1 where
+    there are fewer, and ``shares`` (m, k) how far along the part the place is.
     """
     boxes, widest, width = blocks
     n_lines, most = places.shape[0] // n_across, rows.shape[1]
@@ -97,6 +97,12 @@ def near_on_lines(places, n_across, axis, blocks, points, found, cells, rows, sh
                         if not own <= limit or (n == most and own >= least[n - 1]):
                             continue
                         if own >= found[m] ** 2 and abs(i - cells[m, 0]) <= 1 and abs(j - cells[m, 1]) <= 1:
+                            continue
+                        # The following part of the line begins where this one ends, and is as near there.
+                        k, k_last = (i, n_i - 1) if axis == 0 else (j, n_j - 1)
+                        if share == 1.0 and k < k_last:
+                            continue
+                        if share == 0.0 and k > 0 and from_part(places, g - ahead, g, points[m])[1] < 1.0:
                             continue
                         at, last = (j, n_across - 1) if axis == 0 else (i, n_lines - 1)
                         if at > 0 and own > from_part(places, g - beside, g - beside + ahead, points[m])[0]:

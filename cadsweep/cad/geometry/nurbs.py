@@ -14,7 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
-from .spline_kernels import arc_lengths, arc_parameters, curve_derivatives, surface_derivatives
+from .spline_kernels import arc_lengths, arc_parameters, curve_derivatives, nearest_parameters, surface_derivatives
+
+_MOST_ROUNDS = 30
+"""Rounds of a search for the nearest point."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,6 +73,21 @@ class BSpline:
         knots, poles = self.arrays
         out = np.empty(len(wanted))
         arc_parameters(knots, self.degree, poles, period, self.poles.shape[1], rule, *table, _packed(wanted), out)
+        return out
+
+    def nearest(
+        self, samples: tuple[FloatArray, FloatArray], points: FloatArray, *, enough: float, period: float = 0.0
+    ) -> FloatArray:
+        """Parameters (m,) nearest to points (m, d), looked for beside the nearest of samples: parameters and places.
+
+        The search ends where it moves by no more than `enough`.
+        """
+        knots, poles = self.arrays
+        out = np.empty(len(points))
+        limits = np.array([_MOST_ROUNDS, enough])
+        nearest_parameters(
+            knots, self.degree, poles, period, self.poles.shape[1], *samples, _packed(points), limits, out
+        )
         return out
 
 

@@ -18,6 +18,9 @@ kernel = compiled(cache=True, nogil=True, error_model="numpy")
 part = compiled(nogil=True, error_model="numpy", inline="always")
 callee = compiled(nogil=True, error_model="numpy")
 
+NEAR = 1e-9
+"""Miss of an arc length, as a share of its interval, after which Newton's step leaves nothing but rounding."""
+
 
 @part
 def into_knots(knots, degree, n_poles, period, t):  # type: ignore[no-untyped-def]  # pragma: no cover
@@ -168,9 +171,62 @@ def arc_parameters(knots, degree, poles, period, d, rule, ends, lengths, wanted,
                 break
             speed = speed_at(knots, degree, poles, period, d, t, room)
             new = min(max(t - miss / (speed if speed > 0.0 else mean), ends[k]), ends[k + 1])
-            if new == t:
-                break
+            # Where it is near, a step doubles the digits: this was the last one that a sum can tell from the next.
+            last_step = new == t or (speed > 0.0 and abs(miss) <= NEAR * min(step, speed * (ends[k + 1] - ends[k])))
             t = new
+            if last_step:
+                break
+        out[m] = t
+
+
+@kernel
+def nearest_parameters(knots, degree, poles, period, d, samples, places, points, limits, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Parameters ``out`` (m,) of the curve nearest to points (m, 3), from the nearest of its samples (s,) and places.
+
+    Newton's method between the samples beside that one; the Gauss-Newton term stands in where the full second
+    derivative is not positive. `limits` are the numbers of rounds, and the move below which none follows.
+    """
+    n, width = poles.shape
+    f0, f1, f2, lower = np.empty(degree + 1), np.empty(degree + 1), np.empty(degree + 1), np.empty(degree + 1)
+    h = np.empty((3, width))
+    most, enough = int(limits[0]), limits[1]
+    for m in range(points.shape[0]):
+        row, least = 0, np.inf
+        for g in range(places.shape[0]):
+            squared = 0.0
+            for c in range(d):
+                squared += (places[g, c] - points[m, c]) ** 2
+            if squared < least:
+                row, least = g, squared
+        t = samples[row]
+        low, high = samples[max(row - 1, 0)], samples[min(row + 1, len(samples) - 1)]
+        for _ in range(most):
+            at, span = into_knots(knots, degree, n, period, t)
+            functions(knots, degree, span, at, f0, f1)
+            second_derivatives(knots, degree, span, at, lower, f2)
+            h[:] = 0.0
+            for j in range(degree + 1):
+                for c in range(width):
+                    pole = poles[span - degree + j, c]
+                    h[0, c] += f0[j] * pole
+                    h[1, c] += f1[j] * pole
+                    h[2, c] += f2[j] * pole
+            slope = gauss = full = 0.0
+            for c in range(d):
+                place, first, second = h[0, c], h[1, c], h[2, c]
+                if width > d:
+                    place /= h[0, d]
+                    first = (first - h[1, d] * place) / h[0, d]
+                    second = (second - 2.0 * h[1, d] * first - h[2, d] * place) / h[0, d]
+                slope += (place - points[m, c]) * first
+                gauss += first * first
+                full += (place - points[m, c]) * second
+            curvature = gauss + full if gauss + full > 0.1 * gauss else max(gauss, 1e-300)
+            new = min(max(t - slope / curvature, low), high)
+            moved = abs(new - t)
+            t = new
+            if not moved > enough:
+                break
         out[m] = t
 
 

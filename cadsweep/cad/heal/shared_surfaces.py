@@ -14,6 +14,8 @@ from typing import Any
 
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.Geom import Geom_Plane
+from OCP.gp import gp_Vec2d
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
@@ -46,20 +48,33 @@ def _uses_seam(face: Any) -> bool:
 
 
 def _own_surface(face: Any) -> None:
+    change_surface(face, BRep_Tool.Surface_s(face).Copy(), 0.0)  # the location is in it
+
+
+def change_surface(face: Any, surface: Any, shift: float) -> None:
+    """Put a face on another surface, in place; its edges' curves in the parameters are moved along the second.
+
+    On a plane edges need no such curves.
+    """
     face = typed(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD), FACE)
     here = TopLoc_Location()
-    surface = BRep_Tool.Surface_s(face).Copy()  # the location is in it
     builder = BRep_Builder()
     tolerance = BRep_Tool.Tolerance_s(face)
     todo = []
-    for edge in subshapes(face, EDGE):
+    is_plane = isinstance(surface, Geom_Plane)
+    edges: list[Any] = []
+    for edge in [] if is_plane else explore(face, EDGE):
+        if not any(edge.IsSame(known) for known in edges):
+            edges.append(edge)
+    for edge in edges:
         uses = [use for use in explore(face, EDGE) if use.IsSame(edge)]
         uses.sort(key=lambda use: use.Orientation() == TopAbs_Orientation.TopAbs_REVERSED)
         todo.append((edge, [BRep_Tool.CurveOnSurface_s(use, face, 0.0, 1.0) for use in uses]))
     for edge, curves in todo:
         if None not in curves:
             first, last = surface_range(edge, face)
+            moved = [curve.Translated(gp_Vec2d(0.0, shift)) for curve in curves]
             # of a true seam both curves, that of its forward use first
-            builder.UpdateEdge(edge, *[c.Copy() for c in curves], surface, here, BRep_Tool.Tolerance_s(edge))
+            builder.UpdateEdge(edge, *moved, surface, here, BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, surface, here, first, last)
     builder.UpdateFace(face, surface, here, tolerance)

@@ -15,16 +15,18 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from ...arrays import IntArray
+from ...arrays import BoolArray, IntArray
 from ...errors import CadError
 
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
-_HUGE = re.compile(rb"[\d.][eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
+_HUGE = re.compile(rb"[eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
 _STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
-_NUMBERS = re.compile(rb"#(\d+)(\s*=)?")
-"""Numbers of entities: where they begin, with what follows up to the next, and where they are referred to."""
+_SPACES = np.frombuffer(b" \t\r\n\v\f", dtype=np.uint8)
 _MOST_FOLLOWED = 1 << 27
 """Bytes of a file in which references are followed; a check of more would take longer than it is worth."""
+_BEFORE_EXPONENT = tuple(b"%c" % character for character in b"0123456789.")
+_MOST_DIGITS = 19
+"""Digits from which on an entity has no number that fits in 64 bits."""
 _USUAL_DEPTH = 100
 """References from an assembly down to a coordinate: some 20 in files of all programs that were met."""
 
@@ -44,13 +46,13 @@ def check_step_text(path: Path, data: bytes) -> None:
         )
     if b"END-ISO-10303-21" not in tail or b"ENDSEC" not in tail:
         raise CadError(f"{path}: the STEP file is cut off: END-ISO-10303-21 is missing. Export or copy it again.")
-    for pattern, what in ((_NOT_FINITE, "a number that is not finite"), (_HUGE, "a number above 1e30")):
-        found = pattern.search(data)
-        if found:
-            line = data.count(b"\n", 0, found.start()) + 1
-            raise CadError(f"{path}, line {line}: the file holds {what}. Export it again from its CAD program.")
+    lowered = data.lower()
+    if b"nan" in lowered or b"inf" in lowered:
+        _refuse_number(path, data, _NOT_FINITE.search(data), "a number that is not finite")
+    huge = (found for found in _HUGE.finditer(data) if data[found.start() - 1 : found.start()] in _BEFORE_EXPONENT)
+    _refuse_number(path, data, next(huge, None), "a number above 1e30")
     if len(data) <= _MOST_FOLLOWED:
-        circle = _circular(_STRINGS.sub(b"''", data))
+        circle = _circular(data)
         if circle is not None:
             raise CadError(
                 f"{path}: the STEP file is damaged: entity #{circle} refers to itself, directly or through others. "
@@ -58,11 +60,43 @@ def check_step_text(path: Path, data: bytes) -> None:
             )
 
 
+def _refuse_number(path: Path, data: bytes, found: re.Match[bytes] | None, what: str) -> None:
+    if found is not None:
+        line = data.count(b"\n", 0, found.start()) + 1
+        raise CadError(f"{path}, line {line}: the file holds {what}. Export it again from its CAD program.")
+
+
+def numbers_of(data: bytes) -> tuple[IntArray, BoolArray]:
+    """Numbers of entities in the order of the text, and which of them begin the entity: an = follows."""
+    if b"/*" in data:
+        data = _STRINGS.sub(b"''", data)
+    text = np.frombuffer(data + b" ", dtype=np.uint8)
+    at = np.flatnonzero(text == ord("#"))
+    quotes = np.flatnonzero(text == ord("'"))
+    quotes = quotes[: len(quotes) // 2 * 2]
+    at = at[np.searchsorted(quotes, at) % 2 == 0] + 1  # outside of strings: a quote in one is written twice
+    numbers = np.zeros(len(at), dtype=np.int64)
+    length = np.zeros(len(at), dtype=np.int64)
+    going = np.arange(len(at))
+    while len(going):
+        digits = text[at[going]] - np.uint8(ord("0"))  # what comes before the digits wraps round to more than 9
+        is_digit = digits <= 9
+        going = going[is_digit]
+        numbers[going] = 10 * numbers[going] + digits[is_digit]
+        at[going] += 1
+        length[going] += 1
+    is_number = (length > 0) & (length < _MOST_DIGITS)
+    numbers, at = numbers[is_number], at[is_number]
+    going = np.flatnonzero(np.isin(text[at], _SPACES) & (at + 1 < len(text)))
+    while len(going):
+        at[going] += 1
+        going = going[np.isin(text[at[going]], _SPACES) & (at[going] + 1 < len(text))]
+    return numbers, text[at] == ord("=")
+
+
 def _circular(data: bytes) -> int | None:
     """Number of an entity on a circle of references, or None."""
-    words = _NUMBERS.findall(data)
-    numbers = np.array([word for word, _ in words], dtype=bytes).astype(np.int64)
-    begins = np.array([bool(equals) for _, equals in words], dtype=bool)
+    numbers, begins = numbers_of(data)
     entities = numbers[begins]
     order = np.argsort(entities, kind="stable")
     owners = np.cumsum(begins) - 1
