@@ -44,6 +44,7 @@ from .mitres import at_mitres
 from .ports import at_ports
 from .regions import into_boxes
 from .spokes import along_spokes
+from .stars import from_inside
 from .strips import along_features
 
 FLAT = 1e-4
@@ -158,7 +159,8 @@ class _Cutters:
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
-        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
+        last = [*through_axes(self.solid), *from_inside(self.solid)]
+        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *last]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
