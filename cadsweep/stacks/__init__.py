@@ -20,6 +20,7 @@ widths     how wide the cells of the arrangement are
 planar     how good the quads of the arrangement are
 mending    quads that are poor on the part's own levels, by the loops of `mending_kernels`
 nodes      heights of all nodes
+rims       heights of free levels along the lines between cells, evened out
 places     places of the nodes of every level
 harmonic   values of some nodes carried to the others
 slides     nodes that may move on the part's faces

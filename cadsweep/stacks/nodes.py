@@ -3,8 +3,9 @@
 Place in the flow: after :mod:`.levels`, with the quads of the arrangement.
 
 Method: a node is a place of the plane and a level. Over a place the caps of all cells around it fix some levels; those
-between follow the mean heights of the levels. On the lines between cells this may differ from what lies inside of a
-cell: the difference is carried inwards by one harmonic function a level, which keeps layers in order.
+between follow the mean heights of the levels, evened out along the lines between cells (:mod:`.rims`). There this may
+differ from what lies inside of a cell: the difference is carried inwards by one harmonic function a level, which keeps
+layers in order.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import heights_on_cap, heights_on_edge
 from .harmonic import carried
+from .rims import even_out, segments_of
 from .sheets import TOLERANCE
 
 _SAME = 1e-9
@@ -97,10 +99,16 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
         place = stack.solid.units.place(mesh.points[node])
         raise SurfaceMeshError(f"two caps of one level cross each other over ({place})")
     heights = Heights(below=below, above=above)
-    fill_levels(heights, levels.heights)
     on_lines = np.zeros(len(mesh.points), dtype=bool)
     for e in arrangement.over:
         on_lines[mesh.edge_nodes[e]] = True
+    known = np.isfinite(below[:, on_lines])
+    fill_levels(heights, levels.heights)
+    line_of = np.cumsum(on_lines) - 1
+    segments, lengths = segments_of([mesh.edge_nodes[e] for e in arrangement.over], mesh.points)
+    evened = even_out(below[:, on_lines], above[:, on_lines], known, levels.heights, line_of[segments], lengths)
+    for side in (below, above):
+        side[:, on_lines] = np.where(known, side[:, on_lines], evened)
     for quads, columns in zip(quads_of, stack.columns, strict=True):
         for a, b in columns:
             _relax(heights, levels, (levels.caps[a], levels.caps[b]), quads, on_lines)

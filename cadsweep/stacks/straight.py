@@ -24,6 +24,7 @@ from .blocks import find_material, find_walls
 from .harmonic import carried
 from .lines import nodes_on_edges
 from .nodes import Heights, fill_levels, quads_by_cell
+from .rims import even_out, segments_of
 from .sheets import TOLERANCE
 
 _FLAT = 1e-9
@@ -133,7 +134,10 @@ class _Skeleton:
             if (np.abs(known - height) > tolerance).any():
                 return False  # a crack between two layers that stands open
             self.heights[level, on] = np.where(np.isnan(known), height, known)
+        known = np.isfinite(self.heights)
         fill_levels(Heights(below=self.heights, above=self.heights), levels.heights)
+        segments, lengths = segments_of([mesh.edge_nodes[e] for e in stack.arrangement.over], mesh.points)
+        self.heights = even_out(self.heights, self.heights, known, levels.heights, self.line_of[segments], lengths)
         return True
 
     def column(self, nodes: IntArray, quads: IntArray, loops: list[IntArray], caps: tuple[int, int]) -> StraightColumn:

@@ -1,0 +1,103 @@
+"""Heights of free levels along the lines between cells, evened out: no level jumps where a rim ends.
+
+Place in the flow: after the levels over every place are filled by themselves (:mod:`.nodes`, :mod:`.straight`).
+
+Method: over two places beside each other a level may be a cap's rim at one and free at the other. Filled by the known
+levels of its own place alone, it jumps there, however near the two are: a quad of a wall at a pinch of
+the plane is then narrow and steep, all but flat. A wall is a strip, along by lengths and upwards by the mean heights
+of the levels; by how much a level is off its mean height solves Laplace's equation there, the known levels given. Where
+that would bring two levels near each other, the place goes only part of the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from ..arrays import BoolArray, FloatArray, IntArray
+
+_SAME = 1e-9
+"""Part of all heights by which a known level may be off its mean height without anything being evened out."""
+_LEAST = 0.1
+"""Part of its height filled by itself that a layer keeps in any case."""
+
+
+def segments_of(lines: Iterable[IntArray], points: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Pairs of nodes (s, 2) next to each other on the lines, and their distances."""
+    pairs = np.concatenate([np.stack([line[:-1], line[1:]], axis=1) for line in lines])
+    return pairs, np.linalg.norm(points[pairs[:, 1]] - points[pairs[:, 0]], axis=1)
+
+
+def even_out(  # noqa: PLR0917
+    below: FloatArray, above: FloatArray, known: BoolArray, means: FloatArray, segments: IntArray, lengths: FloatArray
+) -> FloatArray:
+    """Heights of all levels along lines; of a known level that is open, the middle.
+
+    Parameters
+    ----------
+    below, above : (n_levels, n) float64
+        Where the layer below a level ends and the one above it begins, filled over every place by itself; NaN below the
+        lowest known level and above the highest. Only known ones may differ.
+    known : (n_levels, n) bool
+        Where they stay.
+    means : (n_levels,) float64
+        Mean heights of the levels, rising.
+    segments : (s, 2) int
+        Places beside each other.
+    lengths : (s,) float64
+        Their distances.
+    """
+    heights = 0.5 * (below + above)
+    there = np.isfinite(heights)
+    free = there & ~known
+    off = np.where(there, heights - means[:, None], 0.0)
+    if not free.any() or float(np.abs(off[known]).max()) <= _SAME * float(means[-1] - means[0]):
+        return heights
+    n = heights.shape[1]
+    number = np.arange(heights.size).reshape(heights.shape)
+    steps = np.diff(means)
+    share = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    reach = np.bincount(segments.ravel(), weights=np.repeat(0.5 * lengths, 2), minlength=n)
+    a, b = segments.T
+    beside = there[:, a] & there[:, b]
+    over = there[:-1] & there[1:]
+    along, upwards = share[:, None] / lengths, reach / steps[:, None]
+    first = np.concatenate([number[:, a][beside], number[:-1][over]])
+    second = np.concatenate([number[:, b][beside], number[1:][over]])
+    weights = np.concatenate([along[beside], upwards[over]])
+    matrix = scipy.sparse.coo_array(
+        (np.tile(weights, 2), (np.append(first, second), np.append(second, first))), shape=(heights.size,) * 2
+    ).tocsr()
+    inner, outer = np.flatnonzero(free), np.flatnonzero(known & there)
+    rows = matrix[inner]
+    degree = np.asarray(matrix.sum(axis=1)).ravel()[inner]
+    within = scipy.sparse.csc_array(scipy.sparse.diags_array(degree) - rows[:, inner])
+    wanted = heights.copy()
+    wanted.ravel()[inner] = scipy.sparse.linalg.splu(within, permc_spec="MMD_AT_PLUS_A").solve(
+        np.ascontiguousarray(rows[:, outer] @ off.ravel()[outer])
+    )
+    wanted[free] += np.broadcast_to(means[:, None], heights.shape)[free]
+    return _in_order(heights, below[1:] - above[:-1], wanted, known)
+
+
+def _in_order(heights: FloatArray, layers: FloatArray, wanted: FloatArray, known: BoolArray) -> FloatArray:
+    """From heights as far to the wanted ones as every layer between two known levels keeps its part of its height."""
+    change = np.diff(wanted - heights, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        part = np.where(change < 0.0, (1.0 - _LEAST) * layers / -change, 1.0)
+    part = np.fmin(part, 1.0)
+    found = heights.copy()
+    patterns, which = np.unique(known, axis=1, return_inverse=True)
+    for j, rows in enumerate(patterns.T):
+        nodes = np.flatnonzero(which.ravel() == j)
+        for low, high in pairwise(np.flatnonzero(rows)):
+            if high - low > 1:
+                own = np.ix_(np.arange(low + 1, high), nodes)
+                found[own] += part[low:high, nodes].min(axis=0) * (wanted[own] - heights[own])
+    return found
+
+
+__all__ = ["even_out", "segments_of"]
