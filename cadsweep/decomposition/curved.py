@@ -9,7 +9,8 @@ are cut next. The budget counts parts that are looked at, and their faces: the s
 A cut that keeps features apart leaves more cells in the way at first; it is lent what that costs, for a while.
 
 Where one cut seems best, best first goes on with what it leaves until the budget is gone, though another first cut may
-leave cells that sweep at once. So after a while every cut of the whole gets its turn, those first that part it most.
+leave cells that sweep at once. So after a while every cut of the whole gets its turn, first those that leave the least
+in the way or part it most.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Cut, Part, Solid
@@ -39,10 +42,13 @@ MOST_FACES = 8000
 """Faces that are read or cut before the search is given up, whatever the count of parts: some 5 ms each."""
 CREDIT = 40
 """Parts that may be looked at until a cut that keeps features apart has paid."""
-MOST_BEFORE = 40
-"""Parts that are looked at best first, before every other cut of the whole gets its turn."""
-MOST_OPENINGS, MOST_OPENING_FACES = 80, 4000
+MOST_BEFORE, MOST_FACES_BEFORE = 40, 3000
+"""Parts that are looked at best first, and faces that are read or cut for them, before every other cut of the whole
+gets its turn."""
+MOST_OPENINGS, MOST_OPENING_FACES = 100, 6000
 """Parts that are looked at in these turns, and faces that are read or cut for them."""
+MOST_FACES_OF_ALL = 12000
+"""Faces that are read or cut best first and in turns together."""
 TURN = 20
 """Parts that are looked at in one turn."""
 MOST_CELLS = 80
@@ -213,15 +219,17 @@ class CellSearch:
             yield first
         queue: list[_Waiting] = [(first.cost, 0, first, self.children(first))]
         if self.most_openings:
-            yield from self.best_first(queue, MOST_BEFORE)
+            yield from self.best_first(queue, MOST_BEFORE, MOST_FACES_BEFORE)
             yield from self.openings(first)
         yield from self.best_first(queue)
 
-    def best_first(self, queue: list[_Waiting], most: int | None = None) -> Iterator[Found]:
-        """Go on from the cheapest parts of a queue until so many have been looked at; the rest stay in it."""
+    def best_first(
+        self, queue: list[_Waiting], most_parts: float = np.inf, most_faces: float = np.inf
+    ) -> Iterator[Found]:
+        """Go on from the cheapest parts of a queue until so many, or so many faces, were looked at; the rest stay."""
         n = 1 + max((number for _, number, _, _ in queue), default=0)
-        pause = self.most_parts if most is None else self.n_parts + most
-        while queue and not self.is_over() and self.n_parts < pause:
+        most_parts, most_faces = most_parts + self.n_parts, most_faces + self.n_faces
+        while queue and not self.is_over() and self.n_parts < most_parts and self.n_faces < most_faces:
             rank, number, here, children = heapq.heappop(queue)
             if rank < here.cost and self.n_parts >= here.until:
                 heapq.heappush(queue, (here.cost, number, replace(here, lent=0.0), children))
@@ -238,7 +246,7 @@ class CellSearch:
                     # A cell less in the way, or features apart, whatever the other cutters would do: these wait.
                     heapq.heappush(queue, (rank + CELL, n, here, children))
                     break
-                if self.n_parts >= pause:
+                if self.n_parts >= most_parts or self.n_faces >= most_faces:
                     heapq.heappush(queue, (rank, number, here, children))
                     break
 
@@ -246,7 +254,8 @@ class CellSearch:
         """Every cut of the whole that was not looked at yet: all of them, then a turn for each."""
         parts, faces = self.n_parts, self.n_faces
         most = self.most_parts, self.most_faces
-        self.most_parts, self.most_faces = parts + self.most_openings, faces + MOST_OPENING_FACES
+        self.most_parts = parts + self.most_openings
+        self.most_faces = min(faces + MOST_OPENING_FACES, MOST_FACES_OF_ALL)
         starts: list[Found] = []
         for child in self.children(first):
             self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
@@ -254,10 +263,13 @@ class CellSearch:
                 yield child
             else:
                 starts.append(child)
-        for start in sorted(starts, key=lambda found: -len(found.part.solids)):
+        for start in _in_turns(starts):
+            if self.is_over():
+                break
             log.debug("a turn for %s", start.cuts[-1])
             yield from self.best_first([(start.cost, 0, start, self.children(start))], TURN)
-        self.most_parts, self.most_faces = most[0] + self.n_parts - parts, most[1] + self.n_faces - faces
+        self.most_parts = most[0] + self.n_parts - parts
+        self.most_faces = min(most[1] + self.n_faces - faces, MOST_FACES_OF_ALL)
 
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""
@@ -349,6 +361,16 @@ class CellSearch:
             cost=cost,
             prices=prices,
         )
+
+
+def _in_turns(starts: Sequence[Found]) -> list[Found]:
+    """One of those that cost least, one of those with the most cells, and so on: no one measure knows which leads."""
+    cheap = sorted(starts, key=lambda found: found.cost)
+    parted = sorted(starts, key=lambda found: -len(found.part.solids))
+    order: dict[int, Found] = {}
+    for pair in zip(cheap, parted, strict=True):
+        order.update((id(found), found) for found in pair if id(found) not in order)
+    return list(order.values())
 
 
 def _middle(solid: Solid) -> FloatArray:

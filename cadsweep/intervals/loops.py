@@ -22,7 +22,7 @@ from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .demands import Demand, find_conflict, name_demands
 from .naming import name_edges
-from .patterns import ring_sides
+from .patterns import ring_sides, stepped, symmetric_counts
 from .programme import Programme
 from .symmetry import find_symmetry, needs_even_sides, symmetric_pairs
 
@@ -95,7 +95,12 @@ def _settle(
         column = {c: j for j, c in enumerate(members)}
         firm = {column[classes[e]] for e in wished if e in classes}
         want = [_mean_count(members[c], wanted, wished) for c in column]
-        want = [max(1.0, round(w)) if j in firm else w for j, w in enumerate(want)]
+        # Rings between the caps want what they are worth themselves: the mean is brought back to what symmetry asks.
+        steps = {e: own.step for e, own in symmetric_counts(sweep, wanted).items()} if align else {}
+        want = [
+            max(1.0, round(w)) if j in firm else stepped(w, [steps[e] for e in members[c] if e in steps])
+            for j, (c, w) in enumerate(zip(column, want, strict=True))
+        ]
         weight = [len(members[c]) / w for c, w in zip(column, want, strict=True)]
         rows = [{column[c]: v for c, v in row.items()} for row in sums]
         demanded: dict[int, int] = {}

@@ -48,9 +48,11 @@ def symmetric_counts(
     """
     found: dict[int, Patterned] = {}
     faces = [sweep.solid.faces[f] for f in (*sweep.source, *sweep.target)]  # edges that answer each other want the same
+    plane = all(face.kind == "plane" for face in faces)
     for face in faces:
-        if face.kind == "plane" and len(face.loops) > 1:
-            found |= _of_face(sweep.solid, face, {**wanted, **counts_of(found)})  # faces of one cap share circles
+        if face.kind == "plane":
+            own = {**wanted, **counts_of(found)}  # faces of one cap share circles
+            found |= _of_face(sweep.solid, face, own, plane=plane)
     for face in faces:
         if face.kind == "plane" and len(face.loops) == 2:
             known = {**(steps or {}), **{e: own.step for e, own in found.items()}}
@@ -135,7 +137,8 @@ def _centre(places: FloatArray) -> FloatArray:
     return np.asarray(places.mean(axis=0) + solved)
 
 
-def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int, Patterned]:
+def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float], *, plane: bool) -> dict[int, Patterned]:
+    """As :func:`symmetric_counts`, of one face; `plane`: all caps are, so that no curved one has the last word."""
     circles = [c for c in _circles(solid, face) if len(c[0]) == 2 and _halves(solid, c[0])]
     open_ones = [circle for circle in circles if set(circle[0]) <= set(wanted)]
     rings: dict[int, Patterned] = {}
@@ -143,6 +146,13 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
         # Nearer to what the rim wants: there are more quads outside than inside.
         rings = dict.fromkeys((*rim, *bore), Patterned((2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0, 1))
     wanted = {**wanted, **counts_of(rings)}
+    if plane and len(circles) == len(face.loops) and _concentric(circles, solid):
+        # Every turn carries them to themselves: quarters are what a square core has, and what costs next to nothing.
+        halves = {e: wanted[e] for edges, *_ in open_ones for e in edges}
+        if len(open_ones) == 2 and max(halves.values()) <= _MOST_UNLIKE * min(halves.values()):
+            # Of a wall equal counts are made, of their mean.
+            halves = dict.fromkeys(halves, float(np.exp(np.mean(np.log(list(halves.values()))))))
+        return {e: Patterned(2.0 * max(1, ceil(n / 2.0 - _LEAVE)), 2) for e, n in halves.items()}
     symmetry = find_symmetry(solid, face)
     if symmetry is None:
         return rings
@@ -157,6 +167,10 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float]) -> dict[int,
             if all(count <= max(_MOST_MORE * wanted[e], wanted[e] + _MOST_ADDED) for e, count in counts.items()):
                 return {**rings, **{e: Patterned(count, multiples[e] // 2) for e, count in counts.items()}}
     return rings
+
+
+def _concentric(circles: Sequence[_Circle], solid: Solid) -> bool:
+    return all(np.linalg.norm(centre - circles[0][1]) <= _SAME * solid.size for _, centre, _ in circles)
 
 
 def _halves(solid: Solid, edges: Sequence[int]) -> bool:

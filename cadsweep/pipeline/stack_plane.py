@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Collection
+from typing import NamedTuple
 
 from .. import stacks
+from ..arrays import IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, SurfaceMesh
 from ..stack import Levels, Stack
@@ -13,6 +16,8 @@ from .biases import say_graded
 from .dividing import MOST_HALVINGS
 from .run import Run
 from .stack_hints import StackHints
+
+log = logging.getLogger(__name__)
 
 MOST_REFINED = 3
 """How often the segments around poor quads are halved."""
@@ -26,13 +31,22 @@ MOST_BLUNTED = 4
 MOST_GROWTH = 3.0
 """Quads, as a multiple of those before, beyond which better ones are too dear."""
 
-Attempt = Callable[[dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
+Attempt = Callable[[StackHints, dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
 
 
 def mesh_plane(
-    stack: Stack, levels: Levels, hints: StackHints, attempt: Attempt, run: Run
+    stack: Stack,
+    levels: Levels,
+    hints: StackHints,
+    attempt: Attempt,
+    run: Run,
+    *,
+    narrow: Callable[[StackHints, IntArray], StackHints] | None,
 ) -> tuple[QuadMesh, list[str]]:
-    """Mesh the arrangement, again with segments twice as short around cells whose quads are poor, while that helps.
+    """Mesh the arrangement, again with shorter segments where cells are narrow, or have poor quads, while that helps.
+
+    Cells whose quads are poor get segments as their widths ask for, all at once; where that is not enough, those
+    around poor quads are halved.
 
     Parameters
     ----------
@@ -40,22 +54,21 @@ def mesh_plane(
     levels : Levels
     hints : StackHints
     attempt : callable
-        Sizes of edges to their counts, and what meshes the boundary of the prism with these.
+        Hints and sizes of edges to their counts, and what meshes the boundary of the prism with these.
     run : Run
+    narrow : callable
+        Hints and counts to hints that have shorter segments at narrow places.
 
     Raises
     ------
     SurfaceMeshError
         A cell cannot be meshed with shorter segments either.
     """
-    counts, surfaces, notes = _until_meshed(stack, hints, {}, attempt, run)
+    asked = hints.divisions
+    known, best, judged, hints, notes = _first_mesh(stack, levels, hints, attempt, run, narrow)
     finer = dict[int, float]()
-    with run.stage("surface"):
-        best = stacks.mend_quads(stack, levels, surfaces.source)
-        judged = stacks.judge_plane(stack, levels, best)
     poor, whole = _to_halve(judged)
-    known = counts
-    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes)
+    fixed = _fixed(hints)
     for turn in range(MOST_UNFOLDED):
         if turn >= MOST_REFINED and judged.worst > 0.0:
             break
@@ -91,7 +104,56 @@ def mesh_plane(
         best, judged, known = mended, found, counts
         poor, whole = _to_halve(judged)
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
-    return best, [*notes, *say_graded(hints.divisions, hints.divisions, dict(enumerate(known.counts.tolist())))]
+    return best, [*notes, *say_graded(asked, asked, dict(enumerate(known.counts.tolist())))]
+
+
+class _Made(NamedTuple):
+    """A mesh of the plane, how good it is, and from which hints it was made."""
+
+    counts: Intervals
+    quads: QuadMesh
+    judged: stacks.Judged
+    hints: StackHints
+    notes: list[str]
+
+
+def _first_mesh(  # noqa: PLR0917
+    stack: Stack,
+    levels: Levels,
+    hints: StackHints,
+    attempt: Attempt,
+    run: Run,
+    narrow: Callable[[StackHints, IntArray], StackHints] | None,
+) -> _Made:
+    """Mesh the plane with the sizes that are asked for, or with those that narrow places need where that is better."""
+
+    def made(hints: StackHints, found: tuple[Intervals, SurfaceMesh, list[str]]) -> _Made:
+        counts, surfaces, notes = found
+        with run.stage("surface"):
+            quads = stacks.mend_quads(stack, levels, surfaces.source)
+            return _Made(counts, quads, stacks.judge_plane(stack, levels, quads), hints, notes)
+
+    plain: _Made | None = None
+    if narrow is None:
+        return made(hints, _until_meshed(stack, hints, {}, attempt, run))
+    counts, mesh = _blunted(stack, hints.most_sizes | hints.sizes, _fixed(hints), hints, attempt)
+    try:
+        with run.stage("surface"):
+            surfaces = mesh()
+        plain = made(hints, (counts, surfaces, []))
+        if not plain.judged.lacking:
+            return plain
+    except SurfaceMeshError as error:
+        log.info("one size for all cells: %s", error)
+    finer = narrow(hints, counts.counts)
+    try:
+        fit = made(finer, _until_meshed(stack, finer, {}, attempt, run))
+    except SurfaceMeshError as error:
+        log.info("segments as short as cells are narrow: %s", error)
+        return plain or made(hints, _until_meshed(stack, hints, {}, attempt, run))
+    if plain is not None and plain.judged.lacking <= fit.judged.lacking:
+        return plain
+    return fit._replace(notes=["segments are shorter where outlines come near each other", *fit.notes])
 
 
 def _gained(stack: Stack, before: stacks.Judged, after: stacks.Judged, shorter: Collection[int]) -> set[int]:
@@ -114,16 +176,21 @@ def _to_halve(judged: stacks.Judged) -> tuple[set[int], bool]:
     return (judged.around if whole else judged.poor), whole
 
 
+def _fixed(hints: StackHints) -> set[int]:
+    """Edges whose segments the user asked for."""
+    return {e for edges in hints.counts for e in edges} | set(hints.sizes)
+
+
 def _until_meshed(
     stack: Stack, hints: StackHints, finer: dict[int, float], attempt: Attempt, run: Run
 ) -> tuple[Intervals, SurfaceMesh, list[str]]:
     """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
     wished = hints.most_sizes | hints.sizes | finer
     sizes = dict(wished)
-    fixed = {e for edges in hints.counts for e in edges} | set(hints.sizes) | set(finer)
+    fixed = _fixed(hints) | set(finer)
     last: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
-        counts, mesh = _blunted(stack, wished, fixed, attempt)
+        counts, mesh = _blunted(stack, wished, fixed, hints, attempt)
         try:
             with run.stage("surface"):
                 surfaces = mesh()
@@ -143,14 +210,14 @@ def _until_meshed(
 
 
 def _blunted(
-    stack: Stack, wished: dict[int, float], fixed: set[int], attempt: Attempt
+    stack: Stack, wished: dict[int, float], fixed: set[int], hints: StackHints, attempt: Attempt
 ) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
     """Counts with which no two outlines cross that part at a sharp corner; `wished` gets the sizes for them."""
-    counts, mesh = attempt(wished)
+    counts, mesh = attempt(hints, wished)
     for _ in range(MOST_BLUNTED):
         shorter = {e: size for e, size in stacks.divide_at_cusps(stack, counts.counts).items() if e not in fixed}
         if not shorter:
             break
         wished |= shorter
-        counts, mesh = attempt(wished)
+        counts, mesh = attempt(hints, wished)
     return counts, mesh

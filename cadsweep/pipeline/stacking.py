@@ -35,6 +35,7 @@ from .several import finish
 from .stack_accuracy import MadeStack, accurate_stack
 from .stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
 from .stack_merging import merged_stack
+from .stack_narrow import narrow_hints
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
@@ -209,7 +210,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     memory = surface.Memory()
     matches, walls = match_walls(part, stack, options), StackWalls()
 
-    def attempt(sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+    def attempt(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
             splits = splits_of(hints.divisions)
             assign = partial(
@@ -230,7 +231,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
             memory=memory,
         )
 
-    counts, _ = attempt(hints.sizes)
+    counts, _ = attempt(hints, hints.sizes)
     hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
     hints = by_place(part, stack, sheets, options, hints, counts.size)
     walls = plan_stack_walls(part, stack, sheets, options, counts)
@@ -247,8 +248,11 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
         estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
 
+    # Edges that answer others, or have rows of quads along them, are divided as these ask.
+    narrow = None if options.periodic or options.wall_layers else partial(narrow_hints, stack, size=counts.size)
+
     def make(hints: StackHints) -> MadeStack:
-        quads, finer = mesh_plane(stack, levels, hints, attempt, run)
+        quads, finer = mesh_plane(stack, levels, hints, attempt, run, narrow=narrow)
         with run.stage("assembly"):
             straight = stacks.build_straight(stack, levels, quads)
             if straight is not None:

@@ -24,7 +24,7 @@ from .affine import fit_affine
 from .caps import boundary_loops
 from .face_grids import carry_inside, find_grid
 from .layers import project_layers
-from .target import GOOD_ENOUGH, POOR, mean_stretch, relaxed_cap, sweep_normals, unwrapped, worst_corner
+from .target import GOOD_ENOUGH, SHEARED, mean_stretch, relaxed_cap, sweep_normals, unwrapped, worst_corner
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +144,7 @@ def carry_face(
         points[known] = boundary
     if not relax:
         return points
-    limit = min(POOR, GOOD_ENOUGH * good, GOOD_ENOUGH * worst_corner(face.points, face.quads, None))
+    limit = min(SHEARED, GOOD_ENOUGH * good, GOOD_ENOUGH * worst_corner(face.points, face.quads, None))
     worst = worst_corner(points, face.quads, sweep_normals(points, face.quads, surface))
     if worst < limit:
         relaxed = relaxed_cap(points, face.points, face.quads, loops, surface)

@@ -36,11 +36,15 @@ _RELAXATIONS = 3
 _STEEP = 0.2
 """Cosine to the mean normal below which a surface is too steep for its plane view."""
 
-POOR = 0.59
-"""A cap with a worse corner, and worse than the source's by `GOOD_ENOUGH`, is relaxed.
-
-A disc of rings that is stretched to twice its width has just 0.6, and stays the exact affine image.
-"""
+POOR = 0.7
+"""A cap with a worse corner, and worse than the source's by `GOOD_ENOUGH`, is relaxed: free quads have as much."""
+SHEARED = 0.59
+"""The same where the cap is the source's affine image, which is exact: a disc of rings stretched to twice its width has
+just 0.6, and stays so."""
+_RELAXED = 0.75
+"""Worst corner that a relaxed cap is led to, where it can have it: layers between the caps have a little less."""
+_AFFINE = 1e-6
+"""Greatest distance, in sizes of the ring, between it and the affine image of the source's loops."""
 GOOD_ENOUGH = 0.9
 """A method whose worst quad reaches this fraction of the source's worst quad is taken without trying the next."""
 
@@ -160,8 +164,10 @@ def project_target(
     movable = ~np.isin(cap_quads, nodes)
     movable |= np.roll(movable, 1, axis=1) | np.roll(movable, -1, axis=1)
     # Corners between three boundary nodes are what they are; only the others ask to be moved.
-    if worst_corner(points, cap_quads, sweep_normals(points, cap_quads, surface), movable) < min(POOR, wanted):
-        relaxed = relaxed_cap(points, source, cap_quads, cap_loops, surface)
+    movable_worst = worst_corner(points, cap_quads, sweep_normals(points, cap_quads, surface), movable)
+    is_poor = movable_worst < min(POOR, wanted)
+    if is_poor and (movable_worst < SHEARED or not _is_affine(source[nodes], cap_ring)):
+        relaxed = relaxed_cap(points, source, cap_quads, cap_loops, surface, wanted=_RELAXED)
         if relaxed is not None:
             better = worst_corner(relaxed, cap_quads, sweep_normals(relaxed, cap_quads, surface))
             found[method + "+relaxed"] = better, relaxed
@@ -214,6 +220,14 @@ def worst_corner(
         about = normals[quads]
     sines = np.einsum("qci,qci->qc", np.cross(_unit(following), _unit(preceding)), about)
     return float(np.min(sines if counted is None else sines[counted], initial=1.0))
+
+
+def _is_affine(source: FloatArray, ring: FloatArray) -> bool:
+    """Whether one affine map takes the source's loops (b, 3) to the ring's nodes."""
+    off = source - source.mean(axis=0)
+    image = ring - ring.mean(axis=0)
+    matrix = np.linalg.lstsq(off, image, rcond=1e-9)[0]
+    return float(np.abs(off @ matrix - image).max()) < _AFFINE * float(np.abs(image).max())
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

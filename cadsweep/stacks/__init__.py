@@ -16,6 +16,7 @@ steps      where outlines nearly coincide in plan
 merging    those outlines laid together, where `outline_crossings` finds no new crossing by it
 sheets     caps that share a level, and which level must lie over which
 levels     one integer programme for all levels
+widths     how wide the cells of the arrangement are
 planar     how good the quads of the arrangement are
 mending    quads that are poor on the part's own levels, by the loops of `mending_kernels`
 nodes      heights of all nodes
@@ -42,6 +43,7 @@ from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
 from .straight import build_straight
 from .touching import touching_columns
+from .widths import Widths
 
 __all__ = [
     "NEAR",
@@ -49,6 +51,7 @@ __all__ = [
     "Normals",
     "Sheets",
     "Sides",
+    "Widths",
     "assign_levels",
     "build_mesh",
     "build_straight",

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
+from .background import limited as limited_sizes
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
     Division,
@@ -59,6 +60,7 @@ __all__ = [
     "graded_together",
     "grid_quads",
     "lay_star",
+    "limited_sizes",
     "match_quads",
     "mesh_surfaces",
     "patches_of",

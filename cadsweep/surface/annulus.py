@@ -124,8 +124,17 @@ def _best_turn(outer: FloatArray, hole: FloatArray) -> int:
         other = np.roll(hole, -turn, axis=0)
         worst = _worst_sines(np.stack([outer, np.roll(outer, -1, 0), np.roll(other, -1, 0), other], axis=1))
         costs.append(float(((1 - worst) ** _SHARPNESS).sum()))
-    # Rounded, so that of turns alike by symmetry the first is taken.
-    return int(np.argmin(np.round(costs, 9)))
+    return _least(np.array(costs))
+
+
+def _least(costs: FloatArray) -> int:
+    """The first of the least costs, but for rounding in what their quads lack, so that symmetry does not decide."""
+    return int(np.argmin(np.round(_lack(costs), 9)))
+
+
+def _lack(cost: FloatArray) -> FloatArray:
+    """About what the worst corner sine of a cost lacks: the cost itself, a high power, is nothing for good quads."""
+    return np.asarray(cost ** (1.0 / _SHARPNESS))
 
 
 def _quad_of(move: tuple[int, int], i: IntArray, j: IntArray, m: int, n: int) -> IntArray:
@@ -154,7 +163,7 @@ def _best_strip(outer: FloatArray, hole: FloatArray, outer_flat: FloatArray, hol
     for first in (0, 1):  # of two nodes in a row, one is joined to the hole
         near = np.argsort(np.linalg.norm(hole - outer[first], axis=1), kind="stable")[:_MOST_STARTS]
         cost, quads = _walk_round(costs, first, near, m, n)
-        if np.isfinite(cost) and (best is None or cost < best[0] - 1e-9):
+        if np.isfinite(cost) and (best is None or _lack(np.array(cost)) < _lack(np.array(best[0])) - 1e-9):
             best = cost, quads
     return None if best is None else best[1]
 
@@ -176,7 +185,7 @@ def _walk_round(costs: Sequence[FloatArray], first: int, starts: IntArray, m: in
                 better = trial < total[a, b]
                 total[a, b, better] = trial[better]
                 taken[a, b, better] = k
-    start = int(np.argmin(np.round(total[m, n], 9)))
+    start = _least(total[m, n])
     cost = float(total[m, n, start])
     quads: list[IntArray] = []
     a, b = (m, n) if np.isfinite(cost) else (0, 0)

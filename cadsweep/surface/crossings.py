@@ -44,11 +44,10 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     blur = _ROUNDING * float(np.abs(starts).max())
     sides = np.stack([_side(a, b, c, blur), _side(a, b, d, blur), _side(c, d, a, blur), _side(c, d, b, blur)])
     across = (sides[0] * sides[1] <= 0) & (sides[2] * sides[3] <= 0)
-    in_line = ~sides.any(axis=0)
-    along = b - a
-    first, last = ((c - a) * along).sum(axis=1), ((d - a) * along).sum(axis=1)
-    overlap = (np.maximum(first, last) >= 0) & (np.minimum(first, last) <= (along**2).sum(axis=1))
-    return bool((across & (~in_line | overlap)).any())
+    # Of segments in one line, one after the other, rounding may put some ends in line and others beside it.
+    first, last = np.maximum(np.minimum(a, b), np.minimum(c, d)), np.minimum(np.maximum(a, b), np.maximum(c, d))
+    overlap = (first <= last + blur).all(axis=1)
+    return bool((across & overlap).any())
 
 
 def _firsts(loops: Sequence[FloatArray]) -> list[int]:

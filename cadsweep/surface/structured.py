@@ -47,6 +47,8 @@ _FEWEST = 100
 """Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
 _MOST = 2000
 """Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
+_SYMMETRIC = 1e-9
+"""Distance, in sizes of the outline, up to which a core's corner lies where a mirror carries another one."""
 _TIE = 1e-6
 """Cells of the lattice by which a place is nearer than another only by rounding."""
 _STEPS = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
@@ -299,7 +301,10 @@ def _turned(rim: FloatArray) -> FloatArray:
 
 
 def core_corners(rim: FloatArray) -> tuple[int, int]:
-    """Node over the core's first corner, and segments up to the second: where the outline reaches farthest aslant."""
+    """Node over the core's first corner, and segments up to the second: where the outline reaches farthest aslant.
+
+    Or a node beside, where the corners are then as symmetric as the outline.
+    """
     n, places = len(rim), _turned(rim)
     x, y = places.T
     if signed_area(places) < 0:
@@ -307,7 +312,23 @@ def core_corners(rim: FloatArray) -> tuple[int, int]:
     corners = sorted(int(np.argmax(a * x + b * y)) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
     sides = np.diff([*corners, corners[0] + n])
     p = int(np.clip(round(float(sides[0] + sides[2]) / 2.0), 1, n // 2 - 1))
-    return corners[0], p
+    beside = [(corners[0] + a, p + b) for a in (0, 1, -1) for b in (0, 1, -1) if 1 <= p + b < n // 2]
+    first, p = max(beside, key=lambda tried: _mirrored(places[(tried[0] + _corners_after(n, tried[1])) % n], places))
+    return first % n, p
+
+
+def _corners_after(n: int, p: int) -> IntArray:
+    """The corners of a core of p quads on two of its sides, from the first one on, with n nodes around."""
+    return np.array([0, p, n // 2, n // 2 + p])
+
+
+def _mirrored(corners: FloatArray, places: FloatArray) -> int:
+    """How many of the two axes mirror the corners (4, 2) of a core."""
+    near = _SYMMETRIC * float(np.ptp(places, axis=0).max())
+    return sum(
+        np.abs(corners * axis - corners[order]).max() < near
+        for axis, order in (((-1, 1), [1, 0, 3, 2]), ((1, -1), [3, 2, 1, 0]))
+    )
 
 
 def _around_core(n: int, first: int, p: int, rings: int) -> tuple[int, IntArray]:

@@ -246,7 +246,9 @@ def _along_rays(
         own = sorted((v for v in starts | ends if ray[v]), key=lambda v: radii[v])
         # Outward on the first ray, inward on the last one: what is inside lies to the left.
         leaves = ends if outward else starts
-        if not own or own[0] not in leaves:
+        if not own:
+            continue  # the middle is outside, as that of a channel, and its web on the other ray
+        if own[0] not in leaves:
             own = [_CENTRE, *own]
         if len(own) % 2:
             return None

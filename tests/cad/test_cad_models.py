@@ -190,6 +190,16 @@ def test_slivers_are_merged_and_said_so(name):
     assert any("slivers merged" in note for note in part.notes)
 
 
+def test_a_step_between_two_floors_is_no_sliver():
+    # The corner of one boss stands on the other, 0.01 above it: without that edge both tops would share a vertex.
+    plate = cq.Workplane().box(60, 60, 10)
+    one = cq.Workplane("XY", (-5, -5, 4)).rect(20, 20).extrude(6)
+    other = cq.Workplane("XY", (5, 5, 4)).rect(20, 20).extrude(6.01)
+    part = load(plate.union(one).union(other))
+    assert not any("slivers" in note for note in part.notes)
+    assert min(edge.length for edge in part.solids[0].edges) * part.scale == pytest.approx(0.01)
+
+
 @pytest.mark.parametrize(
     "shape",
     [

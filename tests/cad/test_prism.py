@@ -11,9 +11,10 @@ from OCP.gp import gp_Ax3, gp_Pln, gp_Vec
 from OCP.TopAbs import TopAbs_Orientation
 
 from cadsweep.cad.extract.prism import extrude_cells
-from cadsweep.cad.extract.solids import extract_solid
+from cadsweep.cad.extract.shared import read_edge_curve
+from cadsweep.cad.extract.solids import extract_solid, read_wires
 from cadsweep.cad.geometry.convert import read_surface
-from cadsweep.cad.shapes import EDGE, FACE, SOLID, WIRE, subshapes, typed
+from cadsweep.cad.shapes import EDGE, FACE, SOLID, WIRE, compound, index_map, subshapes, typed
 from cadsweep.errors import CadError
 
 UP = np.array([0.0, 0.0, 4.0])
@@ -32,6 +33,13 @@ def half_ellipse():
     return cq.Workplane().ellipseArc(9, 6, 0, 180, startAtCurrent=False).close()
 
 
+def as_data(cells, lines):
+    """The wires of cells by the numbers of their lines, the lines, and their curves."""
+    number = index_map(compound(lines), EDGE)
+    wires = [[[(use.number, use.sense) for use in wire] for wire in read_wires(cell, number)] for cell in cells]
+    return wires, lines, [read_edge_curve(line, j) for j, line in enumerate(lines)]
+
+
 def extruded(outline, *, hole=False):
     """The cell of an outline as data, and as OpenCASCADE has it."""
     wire = outline.wires().val().wrapped
@@ -42,7 +50,7 @@ def extruded(outline, *, hole=False):
     cell = maker.Face()
     lines = subshapes(cell, EDGE)
     sides = [(0, -1) if line.Orientation() == TopAbs_Orientation.TopAbs_FORWARD else (-1, 0) for line in lines]
-    made = extrude_cells([cell], lines, sides, read_surface(BRep_Tool.Surface_s(cell)), UP)
+    made = extrude_cells(*as_data([cell], lines), sides, read_surface(BRep_Tool.Surface_s(cell)), UP)
     known = extract_solid(subshapes(BRepPrimAPI_MakePrism(cell, gp_Vec(*UP)).Shape(), SOLID)[0])
     return made, known
 
@@ -111,4 +119,4 @@ def test_cells_that_touch_in_a_corner_are_refused():
         for line in own
     ]
     with pytest.raises(CadError, match=r"touches itself at \(2, 2, 0\)"):
-        extrude_cells(cells, lines[0] + lines[1], sides, read_surface(BRep_Tool.Surface_s(cells[0])), UP)
+        extrude_cells(*as_data(cells, lines[0] + lines[1]), sides, read_surface(BRep_Tool.Surface_s(cells[0])), UP)

@@ -298,3 +298,20 @@ class TestRefusals:
             project_target(
                 section.points, section.quads, section.loops, ring, surface=Plane(), boundary_uv=np.zeros((2, 2))
             )
+
+
+def test_a_hole_that_stays_while_the_outline_shrinks_is_led_to_good_corners():
+    mesh = plate_with_hole()
+    ring = mesh.points[np.concatenate(mesh.loops)]
+    ring[np.abs(ring[:, :2]).max(axis=1) > 1.5, 0] *= 0.8
+    cap = project_target(mesh.points, mesh.quads, mesh.loops, ring, surface=Plane())
+    assert cap.qualities["parametric"] < 0.65
+    assert cap.min_quality > 0.7
+
+
+def test_an_affine_image_of_fair_corners_is_left_exact():
+    mesh = plate_with_hole()
+    ring = mesh.points[np.concatenate(mesh.loops)] * [1.3, 1.0, 1.0]
+    cap = project_target(mesh.points, mesh.quads, mesh.loops, ring, surface=Plane())
+    assert 0.59 < cap.min_quality < 0.7
+    assert np.abs(cap.points - mesh.points * [1.3, 1.0, 1.0]).max() < 1e-12

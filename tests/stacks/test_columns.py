@@ -32,7 +32,13 @@ def passage() -> cq.Workplane:
     return block(10, 8, 5).cut(bar).faces(">Z").workplane().center(3, 2).rect(2, 2).cutBlind(-1)
 
 
-@pytest.mark.parametrize("make", [pocketed, stairs_with_holes, passage])
+def stepped() -> cq.Workplane:
+    """A boss whose corner stands on another one, a thousandth above it: that edge is no sliver."""
+    tall = block(3, 3, 5.501).translate((1, 1, 0))
+    return block().union(block(3, 3, 5.5).translate((-0.5, -0.5, 0))).union(tall)
+
+
+@pytest.mark.parametrize("make", [pocketed, stairs_with_holes, passage, stepped])
 def test_volume_and_every_flat_area_are_the_parts(make):
     part = make()
     mesh = cs.sweep_mesh(part, size=0.8)

@@ -72,3 +72,12 @@ def test_a_corner_that_is_flat_on_the_other_cap_is_joined_to_the_hole(flat):
     uses = np.bincount(quads.ravel())
     assert (uses[list(flat)] >= 2).all()
     assert (uses[:16] == 1).sum() == 2
+
+
+def test_many_nodes_are_joined_straight_across():
+    """Between rings of 156 nodes quads that are off by one have corners of 0.98: good, but not symmetric."""
+    outer, hole = circle(156, 20.0), circle(156, 11.0, 2 * np.pi / 156)
+    inner, quads = fill_wall((outer, hole[::-1]))
+    points = np.concatenate([outer, hole[::-1], inner])
+    angles = np.unwrap(np.arctan2(*points[quads].T[::-1]), axis=0)
+    assert np.allclose(np.ptp(angles, axis=0), 2 * np.pi / 156)

@@ -52,3 +52,13 @@ def test_a_straight_side_does_not_cross_itself_by_the_rounding_of_its_coordinate
     random = np.random.default_rng(0)
     for _ in range(100):
         assert not loops_cross([box + random.integers(-2, 3, box.shape) * np.spacing(box)])
+
+
+def test_a_slanted_side_divided_unevenly_does_not_cross_itself_by_rounding():
+    at = np.cumsum([0.0, 0.1, 0.9, 1.3, 0.2, 2.9, 1.8])
+    random = np.random.default_rng(0)
+    for turn in random.uniform(0.0, 2.0 * np.pi, 50):
+        along = np.array([np.cos(turn), np.sin(turn)])
+        side = at[:, None] * along
+        loop = np.concatenate([side, side[::-1] + 0.5 * np.array([-along[1], along[0]])]) + (3.5, -2.3)
+        assert not loops_cross([loop + random.normal(0.0, 2e-13, loop.shape)])  # as far off as a part's own outlines

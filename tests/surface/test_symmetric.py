@@ -5,7 +5,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 import cadsweep as cs
+from cadsweep.polygons import signed_area
 from cadsweep.surface.symmetry import find_wedges
+from cadsweep.surface.wedge_domain import Core, cut_wedge
 
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
@@ -95,6 +97,8 @@ TURNED = {
     "octagon": (lambda: cq.Workplane().polygon(8, 20).extrude(3), 8),
     "triangle with three holes": (triangle_with_holes, 3),
     "disc with five holes": (lambda: flange(5, 0), 5),
+    "disc": (lambda: cq.Workplane().circle(7.9).extrude(3), 4),
+    "ring": (lambda: cq.Workplane().circle(13.7).circle(11).extrude(3), 4),
 }
 
 
@@ -113,5 +117,23 @@ def test_what_turns_carry_to_itself_is_meshed_so(name):
 def test_bolt_holes_in_a_plate_have_both_mirrors(columns, rows):
     work = cq.Workplane().rect(12 * columns, 12 * rows).extrude(3).faces(">Z").workplane(origin=(0, 0, 0))
     mesh = cs.sweep_mesh(work.rarray(11, 11, columns, rows).hole(3), source="<Z", size=1.0, layers=1)
+    for angle in (0, np.pi / 2):
+        assert off_mirror(top(mesh), angle) < 1e-9
+
+
+def test_half_of_a_channel_is_cut_out_though_its_middle_is_outside():
+    corners = np.array([(0, -6), (8, -6), (8, -4), (2, -4), (2, 4), (8, 4), (8, 6), (0, 6)], dtype=float)
+    pairs = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    nodes = np.concatenate([np.linspace(a, b, int(np.abs(b - a).sum()) + 1)[:-1] for a, b in pairs])
+    (wedge,) = find_wedges([nodes])
+    core = Core(points=nodes, loops=[np.arange(len(nodes))])
+    half = cut_wedge(core, wedge, 1.0)
+    (loop,) = half.loops
+    assert not core.is_centre_inside(wedge)
+    assert signed_area(half.places(nodes)[loop]) == pytest.approx(signed_area(nodes) / 2)
+
+
+def test_a_rounded_rectangle_has_a_core_as_symmetric_as_itself():
+    mesh = cs.sweep_mesh(cq.Workplane().rect(50, 30).extrude(5).edges("|Z").fillet(7), source="<Z")
     for angle in (0, np.pi / 2):
         assert off_mirror(top(mesh), angle) < 1e-9

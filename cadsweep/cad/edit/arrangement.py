@@ -3,10 +3,10 @@
 Place in the flow: called by the pipeline for a part that is to be meshed as columns of material.
 
 Method: edges are projected on the plane exactly (lines, circles, splines; what OpenCASCADE projects by
-approximation is as good as its tolerance), OpenCASCADE's general fuse divides them where they meet, and its face
-builder makes the cells. Which faces lie over a cell follows from its neighbour by the edge between them: who crosses
-it enters some faces and leaves others. The cells are extruded to a prism, so that whatever meshes the source cap of a
-sweep can mesh them.
+approximation is as good as its tolerance), OpenCASCADE's general fuse divides those that may touch others, and cells
+are made between all of them. Which faces lie over a cell follows from its neighbour by the edge between them: who
+crosses it enters some faces and leaves others. The cells are extruded to a prism, so that whatever meshes the source
+cap of a sweep can mesh them.
 
 Not handled: shadows that touch themselves at a point.
 """
@@ -30,17 +30,22 @@ from OCP.GeomProjLib import GeomProjLib
 from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.TopAbs import TopAbs_Orientation
 
-from ...arrays import FloatArray
+from ...arrays import BoolArray, FloatArray
 from ...brep import Edge, Solid
 from ...errors import CadError
 from ...stack import Arrangement
 from ..geometry.curves import EdgeCurve
+from ..geometry.plane_curves import PlaneCurves
 from ..shapes import EDGE, SolidShape, index_map, listed, typed
+from .lines_apart import Corners, lines_apart
 from .plane_cells import Line, cells_between
+from .plane_loops import plane_frame
 
 _FORWARD, _REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
 _FUZZY = 1e-7
 """Distance, in sizes of the part, up to which projected edges and their ends count as the same."""
+_STRANGE = 4.0
+"""Times that distance, up to which edges may be divided by each other."""
 
 
 def arrange(solid: Solid, direction: FloatArray, sides: Mapping[int, int], lines: Sequence[int]) -> Arrangement:
@@ -69,7 +74,12 @@ def arrange(solid: Solid, direction: FloatArray, sides: Mapping[int, int], lines
     fuzzy = max(_FUZZY * solid.size, 2.0 * solid.tolerance)
     plane = Geom_Plane(gp_Pln(gp_Pnt(*(low * direction)), gp_Dir(*direction)))
     projected = _projected(solid, holder, direction, plane, lines, fuzzy)
-    pieces = _fused(projected, fuzzy)
+    curves = PlaneCurves([solid.edges[line.over[0][0]].curve for line in projected], *plane_frame(plane))
+    ends = curves.points(np.arange(len(projected)), np.tile([0.0, 1.0], (len(projected), 1)))
+    corners = Corners(ends @ curves.axes + curves.origin, fuzzy)
+    over = [[e for e, _ in line.over] for line in projected]
+    apart = lines_apart(solid, sides, over, curves, corners, _STRANGE * fuzzy)
+    pieces = _divided(projected, apart, corners, fuzzy)
     return cells_between(solid, direction, sides, pieces, plane, (high - low) * direction)
 
 
@@ -144,8 +154,17 @@ def _project(edge: Any, direction: FloatArray, plane: Any) -> Any:
     return BRepBuilderAPI_MakeEdge(image).Edge()
 
 
-def _fused(projected: Sequence[Line], fuzzy: float) -> list[Line]:
-    """The pieces into which the projected edges divide each other."""
+def _divided(projected: Sequence[Line], apart: BoolArray, corners: Corners, fuzzy: float) -> list[Line]:
+    """The pieces into which the projected edges divide each other, in their order."""
+    alone = {j: [Line(corners.join(j, projected[j].shape), projected[j].over)] for j in np.flatnonzero(apart).tolist()}
+    rest = np.flatnonzero(~apart).tolist()
+    fused = _fused([projected[j] for j in rest], fuzzy) if rest else []
+    found = alone | dict(zip(rest, fused, strict=True))
+    return [piece for j in range(len(projected)) for piece in found[j]]
+
+
+def _fused(projected: Sequence[Line], fuzzy: float) -> list[list[Line]]:
+    """The pieces into which projected edges divide each other, with the first edge that has them."""
     builder = BOPAlgo_Builder()
     for line in projected:
         builder.AddArgument(line.shape)
@@ -154,18 +173,19 @@ def _fused(projected: Sequence[Line], fuzzy: float) -> list[Line]:
     builder.Perform()
     if builder.HasErrors():
         raise CadError("OpenCASCADE could not divide the outlines of the caps by each other")
-    pieces: list[Line] = []
+    pieces: list[list[Line]] = []
     number = index_map(builder.Shape(), EDGE)
-    at: dict[int, int] = {}
+    at: dict[int, Line] = {}
     for line in projected:
+        pieces.append([])
         images = listed(builder.Modified(line.shape)) or ([] if builder.IsDeleted(line.shape) else [line.shape])
         for image in images:
             key = number.FindIndex(image)
             if key not in at:
-                at[key] = len(pieces)
-                pieces.append(Line(typed(number.FindKey(key), EDGE), []))
-            same = image.IsSame(line.shape) or _runs_along(pieces[at[key]].shape, line.shape)
-            pieces[at[key]].over.extend((e, own == same) for e, own in line.over)
+                at[key] = Line(typed(number.FindKey(key), EDGE), [])
+                pieces[-1].append(at[key])
+            same = image.IsSame(line.shape) or _runs_along(at[key].shape, line.shape)
+            at[key].over.extend((e, own == same) for e, own in line.over)
     return pieces
 
 

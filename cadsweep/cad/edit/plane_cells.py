@@ -2,7 +2,7 @@
 
 Place in the flow: called for the projected outlines of a part's caps, and again for those that were laid together.
 
-Method: OpenCASCADE's face builder makes the cells. Which faces lie over a cell follows from its neighbour by the edge
+Method: :mod:`.plane_loops` makes the cells. Which faces lie over a cell follows from its neighbour by the edge
 between them: who crosses it enters some faces and leaves others. The cells are extruded to a prism, so that whatever
 meshes the source cap of a sweep can mesh them.
 """
@@ -13,23 +13,16 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from OCP.BOPAlgo import BOPAlgo_BuilderFace
-from OCP.BOPTools import BOPTools_AlgoTools3D
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.BRepGProp import BRepGProp
-from OCP.gp import gp_Pnt, gp_Pnt2d
-from OCP.GProp import GProp_GProps
-from OCP.IntTools import IntTools_Context
-from OCP.TopAbs import TopAbs_Orientation
-from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
 from ...brep import Solid
 from ...errors import CadError
 from ...stack import Arrangement
 from ..extract.prism import extrude_cells
+from ..extract.shared import read_edge_curve
 from ..geometry.convert import read_surface
-from ..shapes import EDGE, FACE, compound, explore, index_map, listed, typed
+from ..geometry.curves import EdgeCurve
+from .plane_loops import Cell, find_cells
 
 
 class Line(NamedTuple):
@@ -50,47 +43,21 @@ def cells_between(  # noqa: PLR0917
         OpenCASCADE fails, or what it makes is no division of the plane by these lines.
     """
     edges = [piece.shape for piece in pieces]
-    faces = _cells(edges, plane)
-    beside = _beside(faces, edges)
-    caps = _caps_over(solid, direction, sides, pieces, beside, len(faces))
+    read = [read_edge_curve(edge, j) for j, edge in enumerate(edges)]
+    cells = find_cells(edges, [curve for curve, _ in read], plane)
+    beside = _beside(cells, len(edges))
+    caps = _caps_over(solid, direction, sides, pieces, beside, len(cells))
     kept = [j for j, own in enumerate(caps) if own]
-    return _prism(faces, kept, pieces, beside, caps, plane, along)
+    return _prism(cells, kept, pieces, read, beside, caps, plane, along)
 
 
-def _cells(edges: Sequence[Any], plane: Any) -> list[Any]:
-    """Plane faces between edges, their normals along the direction."""
-    builder = BOPAlgo_BuilderFace()
-    builder.SetFace(typed(BRepBuilderAPI_MakeFace(plane.Pln()).Face(), FACE))
-    shapes = TopTools_ListOfShape()
-    for edge in edges:
-        shapes.Append(edge.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-        shapes.Append(edge.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
-    builder.SetShapes(shapes)
-    builder.Perform()
-    if builder.HasErrors() or not builder.Areas().Size():
-        raise CadError("OpenCASCADE could not make cells of the outlines of the caps")
-    # What lies outside of all outlines comes as a face of negative area.
-    return [typed(face, FACE) for face in listed(builder.Areas()) if _area(face) > 0.0]
-
-
-def _area(face: Any) -> float:
-    properties = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, properties)
-    return float(properties.Mass())
-
-
-def _beside(faces: Sequence[Any], edges: Sequence[Any]) -> list[list[int]]:
+def _beside(cells: Sequence[Cell], n_edges: int) -> list[list[int]]:
     """For every edge the cells on its left and on its right, -1 outside."""
-    number = index_map(compound(edges), EDGE)
-    beside = [[-1, -1] for _ in edges]
-    for j, face in enumerate(faces):
-        if face.Orientation() != TopAbs_Orientation.TopAbs_FORWARD:
-            raise CadError("a cell of the arrangement is turned over")
-        for edge in explore(face, EDGE):
-            turn = edge.Orientation()
-            if turn not in (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED):
-                raise CadError("an outline of the caps ends inside a cell of the arrangement")
-            beside[number.FindIndex(edge) - 1][turn != TopAbs_Orientation.TopAbs_FORWARD] = j
+    beside = [[-1, -1] for _ in range(n_edges)]
+    for c, cell in enumerate(cells):
+        for wire in cell.wires:
+            for j, left in wire:
+                beside[j][not left] = c
     return beside
 
 
@@ -141,9 +108,10 @@ def _caps_over(  # noqa: PLR0917
 
 
 def _prism(  # noqa: PLR0917
-    faces: Sequence[Any],
+    cells: Sequence[Cell],
     kept: Sequence[int],
     pieces: Sequence[Line],
+    read: Sequence[tuple[EdgeCurve, str]],
     beside: Sequence[Sequence[int]],
     caps: Sequence[frozenset[int]],
     plane: Any,
@@ -153,34 +121,25 @@ def _prism(  # noqa: PLR0917
     number = {j: k for k, j in enumerate(kept)}
     sides = [(number.get(left, -1), number.get(right, -1)) for left, right in beside]
     lines = [j for j, own in enumerate(sides) if own != (-1, -1)]  # others bound no material
+    line_of = {j: k for k, j in enumerate(lines)}
     prism = extrude_cells(
-        [faces[j] for j in kept],
+        [[[(line_of[j], left) for j, left in wire] for wire in cells[c].wires] for c in kept],
         [pieces[j].shape for j in lines],
+        [read[j] for j in lines],
         [sides[j] for j in lines],
         read_surface(plane),
         along,
     )
-    context = IntTools_Context()
-    places = []
-    for j in kept:
-        place = gp_Pnt()
-        if BOPTools_AlgoTools3D.PointInFace_s(faces[j], place, gp_Pnt2d(), context) != 0:
-            raise CadError("a cell of the arrangement has no inside")
-        places.append(_row(place))
     return Arrangement(
         prism=prism.solid,
         bottoms=prism.bottoms,
         tops=prism.tops,
         top_edges=dict(zip(prism.lower, prism.upper, strict=True)),
         caps=tuple(caps[j] for j in kept),
-        places=np.array(places),
+        places=np.array([cells[c].place for c in kept]),
         over={e: tuple(one for one, _ in pieces[j].over) for e, j in zip(prism.lower, lines, strict=True)},
         ways={e: tuple(same for _, same in pieces[j].over) for e, j in zip(prism.lower, lines, strict=True)},
     )
-
-
-def _row(point: Any) -> FloatArray:
-    return np.array([point.X(), point.Y(), point.Z()])
 
 
 __all__ = ["Line", "cells_between"]

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -31,10 +31,10 @@ from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
 from ..geometry.surfaces import Cone, Frame, Geometry, Plane
 from ..geometry.vectors import cross_rows
-from ..shapes import EDGE, bounds, compound, explore, index_map
+from ..shapes import bounds, compound
 from .flat import is_exact, measure_flat
 from .shared import PartGeometry
-from .solids import largest_tolerance, read_wires
+from .solids import largest_tolerance
 from .upright import known_as, limits_of, renumbered, surface_over, turned_round, upright_face
 
 _PANELS, _GAUSS = 8, np.polynomial.legendre.leggauss(8)
@@ -71,17 +71,28 @@ class PlaneShapes:
     vertices: dict[int, Any]
 
 
-def extrude_cells(
-    cells: Sequence[Any], lines: Sequence[Any], beside: Sequence[tuple[int, int]], plane: Geometry, along: FloatArray
+Wires: TypeAlias = "Sequence[Sequence[tuple[int, bool]]]"
+"""Lines that bound a cell, outer wire first, and whether the cell is on their left."""
+
+
+def extrude_cells(  # noqa: PLR0917
+    cells: Sequence[Wires],
+    lines: Sequence[Any],
+    read: Sequence[tuple[EdgeCurve, str]],
+    beside: Sequence[tuple[int, int]],
+    plane: Geometry,
+    along: FloatArray,
 ) -> Prism:
     """Make the prism over the cells of a plane.
 
     Parameters
     ----------
-    cells : sequence of TopoDS_Face
+    cells : sequence of Wires
         On the plane, facing along the direction.
     lines : sequence of TopoDS_Edge
         All that bound them.
+    read : sequence of (EdgeCurve, str)
+        Their curves and kinds.
     beside : sequence of (int, int)
         Cells on the left and on the right of each line, -1 outside.
     plane : Geometry
@@ -95,7 +106,7 @@ def extrude_cells(
         The outline of the cells touches itself, or a cell is turned over.
     """
     assert isinstance(plane, Plane)
-    return _Extrusion(cells, lines, beside, plane, along).prism()
+    return _Extrusion(cells, lines, read, beside, plane, along).prism()
 
 
 def plane_shapes(prism: Solid) -> PlaneShapes:
@@ -108,10 +119,11 @@ def plane_shapes(prism: Solid) -> PlaneShapes:
 class _Extrusion:
     """What is known of the lines and cells of the plane, each by its number, and the ids they take in the prism."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0917
         self,
-        cells: Sequence[Any],
+        cells: Sequence[Wires],
         lines: Sequence[Any],
+        read: Sequence[tuple[EdgeCurve, str]],
         beside: Sequence[tuple[int, int]],
         plane: Plane,
         along: FloatArray,
@@ -119,38 +131,30 @@ class _Extrusion:
         self.plane, self.along = plane, along
         self.height = float(np.linalg.norm(along))
         self.up = along / self.height
-        number = index_map(compound(lines), EDGE)
-        wires = [read_wires(cell, number) for cell in cells]
         # The rim first, then as the cells have them.
         rim = [j for j, own in enumerate(beside) if -1 in own]
-        met = (number.FindIndex(edge) - 1 for cell in cells for edge in explore(cell, EDGE))
+        met = (j for cell in cells for wire in cell for j, _ in wire)
         order = list(dict.fromkeys([*rim, *met]))
         place = {j: k for k, j in enumerate(order)}
         self.place, self.n_rim = place, len(rim)
         self.shapes = [lines[j] for j in order]
         self.beside = [beside[j] for j in order]
-        self.shared = PartGeometry(compound(self.shapes))
-        read = [self.shared.curve(shape, j) for j, shape in enumerate(self.shapes)]
-        self.curves, self.kinds = [curve for curve, _ in read], [kind for _, kind in read]
+        own = [read[j] for j in order]
+        self.shared = PartGeometry(compound(self.shapes), curves=own)
+        self.curves, self.kinds = [curve for curve, _ in own], [kind for _, kind in own]
         self.samples, self.ends = self.shared.samples, self.shared.ends
         self.lifted = [self._lifted(curve) for curve in self.curves]
         self.frame = {**dict.fromkeys(range(len(order)), np.broadcast_to(self.up, (3, 3))), MIDDLE: self.up[None]}
-        self.loops = self._loops([[[(place[u.number], u.sense) for u in wire] for wire in own] for own in wires])
+        self.loops = self._loops([[[(place[j], left) for j, left in wire] for wire in cell] for cell in cells])
         self._number()
 
-    def _loops(self, wires: Sequence[Sequence[Sequence[tuple[int, bool | None]]]]) -> list[list[Loop]]:
+    def _loops(self, cells: Sequence[Wires]) -> list[list[Loop]]:
         """The loops of every cell seen from above, outer loop first."""
         ends = [(start, end) for start, end in self.ends.tolist()]
         tangents = self.samples.end_tangents
         chains = [
-            [
-                chain
-                for wire in own
-                for chain in chain_loops(
-                    [(j, sense) for j, sense in wire if sense is not None], ends, self.curves, self.frame, tangents
-                )
-            ]
-            for own in wires
+            [chain for wire in cell for chain in chain_loops(wire, ends, self.curves, self.frame, tangents)]
+            for cell in cells
         ]
         flat = [chain for own in chains for chain in own]
         angles = iter(corner_angles(flat, self.curves, [self.frame] * len(flat), tangents))

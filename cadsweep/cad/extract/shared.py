@@ -31,14 +31,16 @@ class PartGeometry:
     ----------
     shape : TopoDS_Shape
         The part: one solid, or a compound of solids that share what they touch in.
+    curves : sequence of (EdgeCurve, str), optional
+        Curves and kinds of its edges, where they were read already.
     closed : float
         Width of gaps between solids that were closed, which leaves edges as far from vertices and faces.
     """
 
-    def __init__(self, shape: Any, *, closed: float = 0.0) -> None:
+    def __init__(self, shape: Any, *, curves: Sequence[tuple[EdgeCurve, str]] = (), closed: float = 0.0) -> None:
         self.closed = closed
         self._maps = {kind: index_map(shape, kind) for kind in (VERTEX, EDGE, FACE)}
-        self._curves: dict[int, tuple[EdgeCurve, str]] = {}
+        self._curves: dict[int, tuple[EdgeCurve, str]] = dict(enumerate(curves, start=1))
         self._surfaces: dict[int, Geometry] = {}
 
     def keys(self, kind: Any, own: Sequence[Any]) -> IntArray:
@@ -50,7 +52,7 @@ class PartGeometry:
         """Curve and kind of an edge, one object for all solids; messages call the edge by `number`."""
         key = self._maps[EDGE].FindIndex(edge)
         if key not in self._curves:
-            self._curves[key] = _edge_curve(edge, number)
+            self._curves[key] = read_edge_curve(edge, number)
         return self._curves[key]
 
     def surface(self, face: Any) -> Geometry:
@@ -95,7 +97,8 @@ class PartGeometry:
         return points
 
 
-def _edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
+def read_edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
+    """Curve and kind of an edge; messages call it by `number`."""
     curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
     if curve is None:
         raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")

@@ -6,6 +6,10 @@ elements of that size.
 
 Method: ``ShapeFix_FixSmallFace`` and ``ShapeFix_Wireframe`` of OpenCASCADE. Their result is taken only where
 it is one valid, closed solid of the same volume; else the shape stays as it is.
+
+A short edge without a narrow face beside it stays where all faces run along or across one direction: there it is the
+height of a step, or where two outlines pass each other closely, and without it faces at different heights would share
+a corner. Such parts are meshed as columns, whose outlines are laid together in the mesh alone.
 """
 
 from __future__ import annotations
@@ -13,7 +17,11 @@ from __future__ import annotations
 import logging
 from typing import Any
 
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepGProp import BRepGProp
+from OCP.GeomAbs import GeomAbs_SurfaceType
+from OCP.gp import gp_Dir
 from OCP.GProp import GProp_GProps
 from OCP.ShapeBuild import ShapeBuild_ReShape
 from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
@@ -32,6 +40,10 @@ _THINNEST = 0.02
 """The same as a share of the part's mean thickness, so that a thin sheet is not taken for a sliver."""
 
 
+_PARALLEL = 1e-9
+"""Angle up to which directions are the same, radians."""
+
+
 def merge_slivers(traced: Traced, size: float) -> list[str]:
     """Merge sliver faces and edges in place; `size` is the part's. Returns a note where something was merged."""
     if not any(_slivers(traced.shape, TOLERANCE * size)):
@@ -39,29 +51,15 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     volume, area = _volume(traced.shape), _area(traced.shape)
     tolerance = min(TOLERANCE * size, _THINNEST * 2.0 * volume / area)
     short, narrow = _slivers(traced.shape, tolerance)
-    if not short and not narrow:
+    if not narrow and (not short or _is_upright(traced.shape)):
         return []
-    context = ShapeBuild_ReShape()
-    shape = traced.shape
     try:
-        if narrow:
-            faces = ShapeFix_FixSmallFace()
-            faces.Init(shape)
-            faces.SetPrecision(tolerance)
-            faces.SetContext(context)
-            faces.Perform()
-            shape = faces.Shape()
-        if _slivers(shape, tolerance)[0]:
-            wires = ShapeFix_Wireframe(shape)
-            wires.SetContext(context)
-            wires.SetPrecision(tolerance)
-            wires.SetMaxTolerance(tolerance)
-            wires.ModeDropSmallEdges = True
-            wires.FixSmallEdges()
-            shape = wires.Shape()
-        if not _is_as_good(shape, volume):
+        # What fails has changed tolerances in place by then: it is tried on a copy.
+        trial, _ = _merged(BRepBuilderAPI_Copy(traced.shape).Shape(), tolerance)
+        if not _is_as_good(trial, volume):
             logger.info("slivers below %.3g could not be merged and stay", tolerance)
             return []
+        shape, context = _merged(traced.shape, tolerance)
     except Exception as error:  # OpenCASCADE raises any of its own here; the part can do without this step.
         logger.info("OpenCASCADE failed at merging slivers (%s), and they stay", error)
         return []
@@ -72,6 +70,27 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     if n_edges == 0:
         return []
     return [f"slivers merged: {n_faces} faces and {n_edges} edges fewer (below {tolerance:.3g} working units)"]
+
+
+def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
+    """The shape without its slivers, and the record of what became of its parts."""
+    context = ShapeBuild_ReShape()
+    if _slivers(shape, tolerance)[1]:
+        faces = ShapeFix_FixSmallFace()
+        faces.Init(shape)
+        faces.SetPrecision(tolerance)
+        faces.SetContext(context)
+        faces.Perform()
+        shape = faces.Shape()
+    if _slivers(shape, tolerance)[0]:
+        wires = ShapeFix_Wireframe(shape)
+        wires.SetContext(context)
+        wires.SetPrecision(tolerance)
+        wires.SetMaxTolerance(tolerance)
+        wires.ModeDropSmallEdges = True
+        wires.FixSmallEdges()
+        shape = wires.Shape()
+    return shape, context
 
 
 def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
@@ -86,6 +105,27 @@ def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
             if _area(face) < 0.5 * tolerance * perimeter:
                 narrow.append(face)
     return short, narrow
+
+
+def _is_upright(shape: Any) -> bool:
+    """Whether all faces are planes and cylinders along one direction, or planes across it."""
+    normals: list[gp_Dir] = []
+    axes: list[gp_Dir] = []
+    for face in subshapes(shape, FACE):
+        surface = BRepAdaptor_Surface(face)
+        if surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
+            found, own = normals, surface.Plane().Axis().Direction()
+        elif surface.GetType() == GeomAbs_SurfaceType.GeomAbs_Cylinder:
+            found, own = axes, surface.Cylinder().Axis().Direction()
+        else:
+            return False
+        if not any(own.IsParallel(other, _PARALLEL) for other in found):
+            found.append(own)
+    return any(
+        all(axis.IsParallel(up, _PARALLEL) for axis in axes)
+        and all(n.IsParallel(up, _PARALLEL) or n.IsNormal(up, _PARALLEL) for n in normals)
+        for up in [*axes[:1], *normals]
+    )
 
 
 def _is_as_good(shape: Any, volume: float) -> bool:
