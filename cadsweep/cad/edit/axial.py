@@ -312,4 +312,6 @@ __all__ = [
     "is_across",
     "main_normals",
     "make_box",
+    "round_axis",
+    "sliced",
 ]

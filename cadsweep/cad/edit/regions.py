@@ -226,7 +226,8 @@ def _walls(solid: Solid, normal: FloatArray, flat: float) -> list[float]:
 
     The plane of a face that runs into a rounding of an inner corner would leave a cusp beyond it.
     """
-    kept, cusps = [], []
+    kept: list[float] = []
+    cusps: list[float] = []
     for face in solid.faces:
         if face.kind != "plane":
             continue
@@ -241,7 +242,7 @@ def _walls(solid: Solid, normal: FloatArray, flat: float) -> list[float]:
                 if abs(float(way @ normal)) > 1.0 - ALONG
             ]
     near = GAP * GAP * solid.size
-    return np.unique([at for at in kept if all(abs(at - cusp) > near for cusp in cusps)]).tolist()
+    return sorted({at for at in kept if all(abs(at - cusp) > near for cusp in cusps)})
 
 
 def _ends_smoothly(solid: Solid, face: Face, edge: Edge, flat: float) -> bool:
