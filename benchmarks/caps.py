@@ -3,13 +3,20 @@
 The cap is a square with a square pattern of round holes of 24 segments. Each setting is timed with sizes that grow
 away from the holes, as the surface stage wants them, and told with its seconds of the processor per 100,000 quads and
 its worst corner.
+
+``--collars 1 2`` lays so many rings of quads around every hole first and meshes what is left; ``--pieces 2 4`` cuts the
+square along so many equal rows and columns and meshes the pieces in two processes, each without the others' holes.
+Both are measured with the first setting.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import multiprocessing
+import os
 import time
+from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
@@ -27,17 +34,60 @@ SETTINGS = {
 }
 
 
-def make_loops(n_holes: int) -> list[np.ndarray]:
-    """Outer loop counter-clockwise, holes clockwise, each (m, 2)."""
+def make_loops(n_holes: int, *, n_collars: int = 0) -> list[np.ndarray]:
+    """Outer loop counter-clockwise, holes with so many rings about them clockwise, each (m, 2)."""
     side = math.ceil(math.sqrt(n_holes))
     n = 2 * round(PITCH * side / (4.0 * np.pi * RADIUS / SEGMENTS) / 2)
     along = np.arange(n) / n - 0.5
     low, high = np.full(n, -0.5), np.full(n, 0.5)
     rim = np.concatenate([[along, low], [high, along], [-along, high], [low, -along]], axis=1).T
-    turn = -2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
-    circle = RADIUS * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     middles = PITCH * (np.stack(np.divmod(np.arange(n_holes), side), axis=1) - (side - 1) / 2)
-    return [PITCH * side * rim, *(circle + middle for middle in middles)]
+    return [PITCH * side * rim, *(circle(n_collars) + middle for middle in middles)]
+
+
+def circle(ring: int) -> np.ndarray:
+    """A hole's nodes, or those of a ring about it, each as wide as a segment of the one before."""
+    turn = -2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    radius = RADIUS * (1.0 + 2.0 * np.pi / SEGMENTS) ** ring
+    return radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+def mesh_piece(loops: list[np.ndarray], setting: Setting, largest: float) -> tuple[int, float, float]:
+    """Number of quads, worst corner and seconds of the processor, the sizes' among them."""
+    start = time.process_time()
+    inner, quads = mesh_polygon(loops, setting, background=make_background(loops, largest=largest))
+    return len(quads), worst_corner(np.concatenate([*loops, inner]), quads), time.process_time() - start
+
+
+def with_collars(n_holes: int, n_collars: int, largest: float) -> None:
+    """Measure rings of quads about the holes and a mesher's between them."""
+    setting = next(iter(SETTINGS.values()))
+    n_quads, worst, seconds = mesh_piece(make_loops(n_holes, n_collars=n_collars), setting, largest)
+    show(n_holes, f"{n_collars} collars", n_quads + n_collars * SEGMENTS * n_holes, seconds, worst)
+
+
+def in_pieces(n_holes: int, n_rows: int, largest: float) -> None:
+    """Measure squares of the square, in two processes that have meshed a small one before."""
+    own = round(math.sqrt(n_holes) / n_rows) ** 2
+    setting = next(iter(SETTINGS.values()))
+    loops = make_loops(own)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        list(pool.map(mesh_piece, [make_loops(1)] * 4, [setting] * 4, [largest] * 4))
+        start = time.perf_counter()
+        found = list(pool.map(mesh_piece, [loops] * n_rows**2, [setting] * n_rows**2, [largest] * n_rows**2))
+        waited = time.perf_counter() - start
+    n_quads, seconds = sum(n for n, _, _ in found), sum(each for _, _, each in found)
+    show(own * n_rows**2, f"{n_rows} x {n_rows} pieces", n_quads, seconds, min(worst for _, worst, _ in found))
+    print(f"{'':12s} {waited:.2f} s by the clock at a load of {os.getloadavg()[0]:.1f}", flush=True)
+
+
+def show(n_holes: int, name: str, n_quads: int, seconds: float, worst: float) -> None:
+    """Print a row."""
+    print(
+        f"{n_holes:5d} holes, {name:24s}: {n_quads:7,} quads in {seconds:.2f} s, "
+        f"{1e5 * seconds / n_quads:.1f} s per 100,000, worst corner {worst:.2f}",
+        flush=True,
+    )
 
 
 def worst_corner(points: np.ndarray, quads: np.ndarray) -> float:
@@ -52,25 +102,25 @@ def main() -> None:
     """Measure, and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--holes", type=int, nargs="+", default=[100, 400])
+    parser.add_argument("--collars", type=int, nargs="*", default=[], help="rings of quads about every hole")
+    parser.add_argument("--pieces", type=int, nargs="*", default=[], help="rows and columns of pieces")
     parser.add_argument("--largest", type=float, default=0.8, help="greatest length of an edge away from the holes")
     options = parser.parse_args()
     for n_holes in options.holes:
         loops = make_loops(n_holes)
-        sizes = make_background(loops, largest=options.largest)
         for name, setting in SETTINGS.items():
-            start = time.process_time()
             try:
-                inner, quads = mesh_polygon(loops, setting, background=sizes)
+                n_quads, worst, seconds = mesh_piece(loops, setting, options.largest)
             except SurfaceMeshError as error:
                 print(f"{n_holes:5d} holes, {name:24s}: {error}", flush=True)
                 continue
-            seconds = time.process_time() - start
-            worst = worst_corner(np.concatenate([*loops, inner]), quads)
-            print(
-                f"{n_holes:5d} holes, {name:24s}: {len(quads):7,} quads in {seconds:.2f} s, "
-                f"{1e5 * seconds / len(quads):.1f} s per 100,000, worst corner {worst:.2f}",
-                flush=True,
-            )
+            show(n_holes, name, n_quads, seconds, worst)
+            if options.collars or options.pieces:
+                break
+        for n_collars in options.collars:
+            with_collars(n_holes, n_collars, options.largest)
+        for n_rows in options.pieces:
+            in_pieces(n_holes, n_rows, options.largest)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,14 +37,20 @@ def checked_out(commit: str) -> Iterator[Path]:
 
 def figures(tree: Path, arguments: list[str]) -> tuple[dict[str, float], dict[str, str]]:
     """Seconds by name, from one turn of ``cad.py`` with the package of a tree, and what became of every part."""
-    answer = subprocess.run(
-        [sys.executable, str(HERE / "cad.py"), "--json", *arguments],
-        env={**os.environ, "PYTHONPATH": str(tree)},
-        check=True,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    data = json.loads(answer.stdout)
+    command = [sys.executable, str(HERE / "cad.py"), "--json", *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(tree)}
+    # A session of its own: what is ended here would leave the processes of its parts behind.
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
+        try:
+            answer, _ = process.communicate()
+        except BaseException:
+            os.killpg(process.pid, signal.SIGKILL)
+            raise
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, command)
+    data = json.loads(answer)
     found = {f"{row['part']}, {what}": row[what] for row in data["parts"] if "all" in row for what in ("load", "all")}
     found |= {f"start-up, {name}": seconds for name, seconds in (data["start"] or {}).items()}
     return found, {row["part"]: outcome(row) for row in data["parts"]}
@@ -65,6 +72,8 @@ def main() -> int:
     words = sys.argv[1:]
     split = words.index("--") if "--" in words else len(words)
     options = parser.parse_args(words[:split])
+    # As an error, so that the folders with the commits are removed.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
     least: list[dict[str, float]] = [{}, {}]
     became: list[dict[str, str]] = [{}, {}]
     with checked_out(options.old) as old, checked_out(options.new) as new:

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -24,14 +24,7 @@ from ..errors import InputError, no_such_file
 from ..projection.storage import sweep_arrays, sweep_of_arrays
 from .block import FactoredMesh
 
-SUFFIX = ".sweep.npz"
-
 _PREFIX = "mesh_"
-
-
-def save_factors(factored: FactoredMesh, stream: BinaryIO, more: Mapping[str, Any] | None = None) -> None:
-    """Write `factored` as a numpy archive, with `more` arrays beside it."""
-    np.savez_compressed(stream, **factor_arrays(factored), **(more or {}))
 
 
 def factor_arrays(factored: FactoredMesh) -> dict[str, Any]:

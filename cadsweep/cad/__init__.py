@@ -40,6 +40,7 @@ __all__ = [
     "find_facets",
     "find_mergeable",
     "find_touching",
+    "from_inside",
     "imprint",
     "load",
     "merge_faces",
@@ -180,6 +181,13 @@ def find_crossing(solid: "Solid", *, coincident: "Collection[int]" = ()) -> tupl
 def find_touching(solid: "Solid") -> "tuple[int, int, FloatArray] | None":
     """Find two faces that touch without a vertex in common (:func:`cadsweep.cad.crossing.find_touching`)."""
     from .geometry.crossing import find_touching as find
+
+    return find(solid)
+
+
+def from_inside(solid: "Solid") -> "list[Cutter]":
+    """Triangles from all edges to a point inside (:func:`cadsweep.cad.edit.stars.from_inside`)."""
+    from .edit.stars import from_inside as find
 
     return find(solid)
 

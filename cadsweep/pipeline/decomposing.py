@@ -41,6 +41,8 @@ MOST_HEXES = 300_000
 """Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
 MOST_BOXED = 10
 """Parts that are looked at where planes alone do not part a block: boxes around its features, and a few cuts more."""
+MOST_POINTED = 60
+"""Planar complexes that are looked at where a star parts the solid: it has no inner corner, and needs few planes."""
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _ONE_SWEEP = (
@@ -97,11 +99,13 @@ def mesh_decomposed(
     refused = refused or NotSweepableError("its sweep makes poor hexahedra")
     if not may_decompose(part, options):
         raise refused
+    is_convex = max(edge.dihedral for edge in solid.edges) < np.pi
+    most_states = MOST_POINTED if is_convex and cad.from_inside(solid) else round(share * MOST_STATES)
     search = decomposition.Search(
         model=solid,
         recognise=own,
         make_plan=make_plan,
-        most_states=round(share * MOST_STATES),
+        most_states=most_states,
         is_late=run.is_late,
         on_progress=lambda n: run.on_progress(say_open(n), None),
     )
@@ -118,19 +122,26 @@ def mesh_decomposed(
 
 
 def _boxed(part: Part, options: SweepOptions, run: Run) -> AnyMesh | None:
-    """A planar block meshed with boxes around its features, whose cells are more than planes make; None where not."""
-    boxes = [cutter for cutter in cad.find_cutters(part, 0) if cutter.kind == "boxes"]
+    """A planar part meshed with what planes alone do not make; None where not."""
+    with run.stage("decomposition"):
+        search = _boxed_search(part, run)
+    if search is None:
+        return None
+    best, _ = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
+    return best
+
+
+def _boxed_search(part: Part, run: Run) -> CellSearch | None:
+    """A search that begins with boxes around a planar part's features, or a star; None where it has neither."""
+    boxes = [cutter for cutter in cad.find_cutters(part, 0) if cutter.kind in {"boxes", "star"}]
     if not boxes:
         return None
 
     def find_cutters(now: Part, cell: int, faces: Sequence[int]) -> Iterable[cad.Cutter]:
         return boxes if now is part else cad.find_cutters(now, cell, faces)
 
-    with run.stage("decomposition"):
-        tools = replace(cutting_tools(run), find_cutters=find_cutters)
-        search = CellSearch(part, tools, most_parts=MOST_BOXED)
-    best, _ = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
-    return best
+    tools = replace(cutting_tools(run), find_cutters=find_cutters)
+    return CellSearch(part, tools, most_parts=MOST_BOXED)
 
 
 def mesh_cut(
@@ -275,7 +286,14 @@ def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, A
             except CadError as error:
                 part = replace(part, notes=(*part.notes, str(error)))
             if is_planar(part):
-                return _planar_cells(part, refused)
+                try:
+                    return _planar_cells(part, refused)
+                except NotSweepableError:
+                    search = _boxed_search(part, run)
+                    found = None if search is None else next(search.solutions(), None)
+                    if found is None:
+                        raise
+                    return as_complex(found, part).part
     return plan_cells(part, run).part
 
 

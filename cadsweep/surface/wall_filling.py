@@ -22,6 +22,8 @@ from .walls import LaidRows, lay_all_walls
 
 _KEPT = 0.99
 """Part of a first height from which on it counts as kept."""
+_SHARP = np.radians(10)
+"""Angle between two walls up to which their corner is why rows have no room."""
 _FLAT_CORNER = np.radians(150)
 """Angle on the target cap from which on a node is no corner of a grid there."""
 
@@ -37,7 +39,7 @@ def lay_rows_along_walls(outline: Outline) -> FaceQuads:
     label = outline.face.label()
     boundary = np.concatenate(outline.nodes)
     best: FaceQuads | None = None
-    reasons = ["there is no room for them; ask for fewer or thinner layers"]
+    reasons = [_no_room(outline)]
     for chart in outline.charts(outline.nodes):
         rows = lay_all_walls(chart.boundary, _walls_in(outline, chart))
         if rows is None:
@@ -68,6 +70,26 @@ def lay_rows_along_walls(outline: Outline) -> FaceQuads:
     if best is None:
         raise SurfaceMeshError(f"{label}: wall layers cannot be laid: {'; '.join(dict.fromkeys(reasons[-2:]))}")
     return best
+
+
+def _no_room(outline: Outline) -> str:
+    """Why rows have no place: the sharpest corner between two walls, where that is one; else they are too thick."""
+    assert outline.walls is not None
+    walls = outline.walls.layers
+    corners = [
+        (angle, outline.edge_nodes[edge][0 if forward else -1])
+        for loop in outline.loops
+        for angle, (last, _), (edge, forward) in zip(outline.angles(loop), [loop[-1], *loop], loop, strict=False)
+        if last in walls and edge in walls
+    ]
+    angle, node = min(corners, default=(np.pi, 0))
+    if angle > _SHARP:
+        return "there is no room for them; ask for fewer or thinner layers"
+    place = outline.face.units.place(outline.known[node])
+    return (
+        f"the corner of {np.degrees(angle):.2g} degrees between two walls at {place} leaves no room for them; ask for "
+        "fewer or thinner layers, or round it"
+    )
 
 
 def _walls_in(outline: Outline, chart: Chart) -> list[Wall]:

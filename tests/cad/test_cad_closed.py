@@ -9,6 +9,8 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_closed, load  # noqa: E402
+from cadsweep.cad.heal.divide import divide_closed, is_divided  # noqa: E402
+from cadsweep.cad.heal.tracing import Traced  # noqa: E402
 from cadsweep.recognition.find import search_sweeps  # noqa: E402
 
 pytestmark = pytest.mark.cad
@@ -98,3 +100,22 @@ def test_a_ball_from_a_file_is_parted_as_one_from_a_script(tmp_path):
     cq.exporters.export(cq.Workplane().sphere(7), path)
     cells = cs.decompose(path).solids
     assert [cell.volume for cell in cells] == pytest.approx([math.pi * 7**3 / 6] * 8, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        cq.Workplane().cylinder(3, 1),
+        cq.Workplane().sphere(2),
+        cq.Workplane().rect(4, 3).extrude(1).faces(">Z").workplane().hole(1),
+        cq.Workplane(cq.Solid.makeCone(2, 0, 3)),
+    ],
+    ids=["cylinder", "sphere", "hole", "cone"],
+)
+def test_seams_are_found_before_they_are_divided_and_not_after(solid):
+    shape = solid.val().wrapped
+    assert not is_divided(shape)
+    traced = Traced(shape)
+    divide_closed(traced)
+    assert is_divided(traced.shape)
+    assert is_divided(cq.Workplane().box(1, 2, 3).val().wrapped)

@@ -145,6 +145,17 @@ def test_a_sharp_corner_of_a_section_keeps_the_heights_and_the_best_angle_there_
     assert mesh.info["quality"].min_scaled_jacobian == pytest.approx(np.sin(slope / 2), rel=0.05)
 
 
+def test_a_corner_of_six_degrees_has_thinner_layers_or_else_is_the_reason_given(monkeypatch):
+    wedge = cq.Workplane().polyline([(0, 0), (60, 0), (60, 60 * np.tan(np.radians(6)))]).close().extrude(10)
+    walls = {"wall": cs.WallLayers(first=0.1, growth=1.2, n=8)}
+    mesh = cs.sweep_mesh(walled(wedge), size=4, layers=2, wall_layers=walls)
+    assert mesh.quality().valid
+    assert any("wall layers are thinner" in note for note in mesh.info["notes"])
+    monkeypatch.setattr("cadsweep.surface.walls._ROUNDS", 5)  # columns that are not shortened enough
+    with pytest.raises(cs.CadSweepError, match="the corner of 6 degrees between two walls at 0, 0, 0 leaves no room"):
+        cs.sweep_mesh(walled(wedge), size=4, layers=2, wall_layers=walls)
+
+
 def test_a_sharp_tip_in_the_flow_lowers_the_layers_at_the_tip_alone_and_says_so():
     outline = [(-9, 0), (0, -9 * np.tan(np.radians(6))), (9, 0), (0, 9 * np.tan(np.radians(6)))]
     duct = cq.Workplane().rect(36, 24).extrude(4).cut(cq.Workplane().polyline(outline).close().extrude(4))

@@ -40,10 +40,12 @@ from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
+from .grids import on_grid
 from .mitres import at_mitres
 from .ports import at_ports
 from .regions import into_boxes
 from .spokes import along_spokes
+from .stars import from_inside
 from .strips import along_features
 
 FLAT = 1e-4
@@ -151,14 +153,15 @@ class _Cutters:
         parted, is_well = into_boxes(self.solid, FLAT)
         boxes = [*self.between(), *parted]
         if is_whole:
-            around = around_features(self.solid, FLAT)
+            around = around_features(self.solid, FLAT) or on_grid(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
         joints = [*at_mitres(self.solid), *around_bores(self.solid), *at_crossings(self.solid)]
         first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *joints]
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         early = closed if any(rim.price for rim in rims) else []
         late = [] if early else closed
-        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *through_axes(self.solid)]
+        last = [*through_axes(self.solid), *from_inside(self.solid)]
+        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *last]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""

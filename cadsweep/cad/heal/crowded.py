@@ -31,8 +31,8 @@ from ..shapes import EDGE, FACE, SHELL, WIRE, explore, near_boxes, subshapes, ty
 MANY = 32
 """Wires of a face from which on pairs of them take longer than what is done here."""
 _FINE = BRepCheck_Status.BRepCheck_NoError
-_SAMPLES = 9
-"""Points of an edge by which the course of a wire is judged."""
+_SHARES = [k / 8 for k in range(8)]
+"""Shares of an edge at which the course of a wire is judged."""
 
 
 def is_valid_apart(shape: Any) -> bool:
@@ -95,15 +95,18 @@ def _boxes(shapes: Sequence[Any]) -> FloatArray:
 
 def _course(wire: Any, face: Any) -> FloatArray:
     """Points (m, 3) along a wire, in its direction."""
-    points = []
+    points: list[tuple[float, float, float]] = []
     walk = BRepTools_WireExplorer(typed(wire, WIRE), typed(face, FACE))
     while walk.More():
         edge = walk.Current()
         curve = BRepAdaptor_Curve(edge)
-        at = np.linspace(curve.FirstParameter(), curve.LastParameter(), _SAMPLES)[:-1]
+        begin, end = curve.FirstParameter(), curve.LastParameter()
         if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
-            at = np.linspace(curve.LastParameter(), curve.FirstParameter(), _SAMPLES)[:-1]
-        points += [_row(curve.Value(t)) for t in at.tolist()]
+            begin, end = end, begin
+        # Tuples: an array for each point takes longer than the point.
+        for share in _SHARES:
+            point = curve.Value(begin + share * (end - begin))
+            points.append((point.X(), point.Y(), point.Z()))
         walk.Next()
     return np.array(points)
 

@@ -32,17 +32,22 @@ from OCP.ShapeFix import ShapeFix_Face, ShapeFix_Wireframe
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges
 from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
-from ..shapes import EDGE, FACE, VERTEX, bounds, explore, index_map, mapped, space_range, subshapes
+from ..shapes import EDGE, FACE, bounds, explore, index_map, listed, mapped, space_range, subshapes, typed
 from .crowded import is_valid_apart
 from .tracing import Traced
 from .validate import place
 
 TINY = 1e-6
 """Length of a new edge, as a share of the shape's size, below which it is none: two curves that meet were cut apart."""
+
+_OPEN = (GeomAbs_SurfaceType.GeomAbs_Plane, GeomAbs_SurfaceType.GeomAbs_Cylinder, GeomAbs_SurfaceType.GeomAbs_Cone)
+"""Surfaces that are never closed both ways."""
 
 
 def divide_closed(traced: Traced) -> list[str]:
@@ -103,7 +108,7 @@ def _quarter_whole_surfaces(traced: Traced) -> None:
     found = False
     for face in subshapes(traced.shape, FACE):
         surface = BRep_Tool.Surface_s(face)
-        if [n for _, n in _uses(face)] != [2, 2]:
+        if GeomAdaptor_Surface(surface).GetType() in _OPEN or [n for _, n in _uses(face)] != [2, 2]:
             continue
         u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
         u, v = (u0 + u1) / 2, (v0 + v1) / 2
@@ -132,8 +137,25 @@ def _uses(face: Any) -> list[tuple[Any, int]]:
 
 def is_divided(shape: Any) -> bool:
     """Whether no face and no edge of a shape is closed upon itself."""
-    uses = (use for face in subshapes(shape, FACE) for use in _uses(face))
-    return not any(n_uses > 1 or len(subshapes(edge, VERTEX)) < 2 for edge, n_uses in uses)
+    return _closed_upon_itself(shape) is None
+
+
+def _closed_upon_itself(shape: Any) -> tuple[int, Any] | None:
+    """The first face with a seam or an edge that begins where it ends, and that edge."""
+    uses = TopTools_IndexedDataMapOfShapeListOfShape()
+    # One walk for all faces: an edge has its face twice where that is closed along it.
+    TopExp.MapShapesAndAncestors_s(shape, EDGE, FACE, uses)
+    faces = index_map(shape, FACE)
+    found = []
+    for j in range(1, uses.Extent() + 1):
+        edge, of_edge = typed(uses.FindKey(j), EDGE), uses.FindFromIndex(j)
+        if BRep_Tool.Degenerated_s(edge) or not of_edge.Extent():
+            continue
+        numbers = [faces.FindIndex(face) for face in listed(of_edge)]
+        seams = [n for n in numbers if numbers.count(n) > 1]
+        if seams or TopExp.FirstVertex_s(edge).IsSame(TopExp.LastVertex_s(edge)):
+            found.append((min(seams or numbers) - 1, edge))
+    return min(found, key=lambda pair: pair[0], default=None)
 
 
 def _mend(traced: Traced, old_faces: Any) -> None:
@@ -173,13 +195,13 @@ def _as_forward(mended: Any, face: Any) -> Any:
 
 def _check_divided(shape: Any, old_faces: Any) -> None:
     """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
-    for number, face in enumerate(subshapes(shape, FACE)):
-        for edge, n_uses in _uses(face):
-            if n_uses > 1 or len(subshapes(edge, VERTEX)) < 2:
-                raise CadError(
-                    f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
-                    "Split it in the CAD program, for example by drawing the section in two halves."
-                )
+    closed = _closed_upon_itself(shape)
+    if closed is not None:
+        number, edge = closed
+        raise CadError(
+            f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
+            "Split it in the CAD program, for example by drawing the section in two halves."
+        )
     new_faces = index_map(shape, FACE)
     gone = [f for f in mapped(old_faces, FACE) if not new_faces.Contains(f)]
     come = [f for f in mapped(new_faces, FACE) if not old_faces.Contains(f)]
