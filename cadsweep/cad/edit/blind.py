@@ -97,7 +97,7 @@ def under_bored_bosses(solid: Solid, flat: float) -> Iterator[Cutter]:
     axes = find_axes(solid)
     for rim in find_rims(solid, flat):
         for axis in axes:
-            seam = _seam_in(solid, rim, axis)
+            seam = seam_in(solid, rim, axis)
             room = None if seam is None else _room(rim, axis)
             if seam is None or room is None or room < LEAST_SLOPE * (rim.radius - axis.radius):
                 continue
@@ -105,12 +105,12 @@ def under_bored_bosses(solid: Solid, flat: float) -> Iterator[Cutter]:
             yield Cutter(
                 kind="cushion",
                 reason=f"a cone from the circle on {rim.face.label()} to the bore in it",
-                tools=_countersink(rim, axis, seam, depth, solid.size),
+                tools=countersink(solid, rim, axis, seam, depth),
                 weight=rim.length,
             )
 
 
-def _seam_in(solid: Solid, rim: Rim, axis: Axis) -> FloatArray | None:
+def seam_in(solid: Solid, rim: Rim, axis: Axis) -> FloatArray | None:
     """Direction from the axis to where the wall of a bore inside of a circle is divided; None where it is none."""
     off = rim.center - axis.place
     is_coaxial = (
@@ -135,12 +135,27 @@ def _room(rim: Rim, axis: Axis) -> float | None:
     return SHARE * (level - low) if high > level - SAME * rim.radius else None
 
 
-def _countersink(rim: Rim, axis: Axis, seam: FloatArray, depth: float, size: float) -> tuple[Any, ...]:
-    """A cone from a circle to a bore, and planes from its sides up through the boss."""
+def countersink(solid: Solid, rim: Rim, axis: Axis, seam: FloatArray, depth: float) -> tuple[Any, ...]:
+    """A cone from a circle to a bore, and planes from its sides up through the boss.
+
+    Parameters
+    ----------
+    solid : Solid
+    rim : Rim
+    axis : Axis
+        Of the bore in it.
+    seam : (3,) float64
+        Unit vector from the axis to where its wall is divided, as :func:`seam_in` gives it.
+    depth : float
+        Of the cone.
+    """
+    size = solid.size
     frame = gp_Ax3(gp_Pnt(*map(float, rim.center)), gp_Dir(*map(float, rim.normal)), gp_Dir(*map(float, seam)))
     half_angle = float(np.arctan2(rim.radius - axis.radius, depth))
     surface = Geom_ConicalSurface(frame, half_angle, rim.radius)
-    bottom, top = (share * depth / float(np.cos(half_angle)) for share in (-1.0 - BEYOND, BEYOND))
+    # Around a boss is nothing that a cone could reach into, but around the floor of a counterbore is.
+    above = 0.0 if _is_sunk(rim, solid) else BEYOND
+    bottom, top = (share * depth / float(np.cos(half_angle)) for share in (-1.0 - BEYOND, above))
     # All around at once: where two halves meet, OpenCASCADE's splitter loses both.
     tools = [BRepBuilderAPI_MakeFace(surface, 0.0, 2.0 * pi, bottom, top, 1e-7).Face()]
     slope = (rim.radius - axis.radius) / depth
@@ -154,6 +169,15 @@ def _countersink(rim: Rim, axis: Axis, seam: FloatArray, depth: float, size: flo
         wire.Close()
         tools.append(BRepBuilderAPI_MakeFace(wire.Wire(), True).Face())
     return tuple(tools)
+
+
+def _is_sunk(rim: Rim, solid: Solid) -> bool:
+    """Whether a circle is the rim of a floor, not that of a boss."""
+    for edge in (solid.edges[e] for e in rim.face.edges):
+        wall = solid.faces[edge.faces[edge.faces[0] == rim.face.id]]
+        if wall.kind != "plane" and abs(float(np.linalg.norm(edge.midpoint - rim.center)) - rim.radius) < SAME:
+            return is_hollow(wall, edge.midpoint, rim.center, rim.normal)
+    return False
 
 
 def _fits(rim: Rim, depth: float, is_inside: Any) -> bool:
@@ -173,3 +197,6 @@ def _cone(rim: Rim, out: FloatArray, depth: float) -> Any:
     half_angle = float(np.arctan2(rim.radius, depth))
     surface = Geom_ConicalSurface(frame, half_angle, rim.radius)
     return BRepBuilderAPI_MakeFace(surface, 0.0, 2.0 * pi, -depth / np.cos(half_angle), 0.0, 1e-7).Face()
+
+
+__all__ = ["LEAST_SLOPE", "SHARE", "SLOPE", "countersink", "seam_in", "under_bored_bosses", "under_circles"]

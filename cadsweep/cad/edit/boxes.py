@@ -22,7 +22,7 @@ features, and turned parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -85,26 +85,36 @@ def around_features(solid: Solid, flat: float) -> list[Cutter]:
     if boxed is None or np.prod([len(own) + 1 for own in levels.inner()]) > MOST_BRICKS:
         return []
     inside = [_inside(block, site) for site in boxed]
-    tools = [*_planes(block, boxed, levels), *(tool for own in inside for tool in own or ())]
+
+    def barred(axis: int, level: float) -> list[Site]:
+        return [site for site in boxed if site.bars(axis, level, block.tight)]
+
+    tools = [*planes_of(block, levels.inner(), barred), *(tool for own in inside for tool in own or ())]
     if not tools or any(own is None for own in inside):
         return []
     reason = f"boxes around {len(boxed)} features and planes through the rest"
     return [Cutter(kind="boxes", reason=reason, tools=tuple(tools), weight=solid.size, leads=True)]
 
 
-def _planes(block: Block, sites: Sequence[Site], levels: Levels) -> Iterator[Any]:
-    """The planes of the grid, without what lies in boxes that they must not go through."""
+def planes_of(
+    block: Block, levels: Sequence[Sequence[float]], barred: Callable[[int, float], Sequence[Site]]
+) -> Iterator[Any]:  # fmt: skip
+    """Planes at levels along each normal, without what lies in boxes that they must not go through.
+
+    Parameters
+    ----------
+    block : Block
+    levels : three sequences of float
+    barred : callable
+        The boxes in the way of a plane, by normal and level.
+    """
     margin = OUTSIDE * block.solid.size
     is_inside = inside_of(block.solid)
-    outer = [_reach(block, site, is_inside) for site in sites]
-    for axis, own in enumerate(levels.inner()):
+    for axis, own in enumerate(levels):
         i, j = (a for a in range(3) if a != axis)
         for level in own:
-            holes = [
-                _rectangle(block, axis, level, (low[i], high[i]), (low[j], high[j]))
-                for site, (low, high) in zip(sites, outer, strict=True)
-                if site.bars(axis, level, block.tight)
-            ]
+            outer = [_reach(block, site, is_inside) for site in barred(axis, level)]
+            holes = [_rectangle(block, axis, level, (low[i], high[i]), (low[j], high[j])) for low, high in outer]
             whole = _rectangle(
                 block,
                 axis,
@@ -191,4 +201,4 @@ def _inside(block: Block, site: Site) -> list[Any] | None:
     return tools
 
 
-__all__ = ["around_features"]
+__all__ = ["LEAST_FILL", "LEAST_WIDTH", "MOST_BRICKS", "around_features", "planes_of"]

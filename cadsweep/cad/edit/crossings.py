@@ -41,6 +41,10 @@ INSIDE = 0.25
 FAR = 0.5
 """Distance of the plane through what two cylinders have in common from the axis of one, in radii of it, from which on a
 plane goes through the axis, too: on one side of both less than a quarter more than half of the wall would be left."""
+OFF = 0.3
+"""Distance of two axes, in radii of the smaller bore, from which on there is room between planes on both."""
+BOTH = 0.6
+"""The same, in radii of the wider one, up to which these two planes are enough."""
 ALIKE = 1e-4
 """Difference of two radii, as a share of them, up to which they are one."""
 NEAR_FLOOR = 0.7
@@ -156,18 +160,12 @@ def at_crossings(solid: Solid) -> list[Cutter]:
     points: dict[int, list[float]] = {}
     through: list[Cutter] = []
     crossings = find_crossings(axes)
-    # What crosses one bore is parted by the same planes along it.
-    met = Counter(line for crossing in crossings for line in crossing.lines)
-    widest = {line: max(axis.radius for axis in axes if axis.line == line) for line in met}
-    order = sorted(met, key=lambda line: (-met[line], -widest[line], line))
+    order = _order(axes, crossings)
     for crossing in crossings:
         a, b = (axes[i] for i in crossing.axes)
         for i, place in zip(crossing.axes, crossing.on_axes, strict=True):
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
-        ends = [
-            {i: at for i, axis in enumerate(axes) if axis.line == line and (at := _floors(solid, axis, other, place))}
-            for line, other, place in zip(crossing.lines, (b, a), crossing.on_axes, strict=True)
-        ]
+        ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
         tools = [
             plane_tool(solid, normal, place)
@@ -186,6 +184,48 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             )
         )
     return [*_between(solid, axes, points), *through]
+
+
+def plain_planes(
+    solid: Solid, axes: Sequence[Axis], crossings: Sequence[Crossing]
+) -> list[list[tuple[FloatArray, FloatArray]]] | None:  # fmt: skip
+    """Normals and places of the planes through every crossing; None where planes alone do not part one.
+
+    Parameters
+    ----------
+    axes, crossings : sequence
+        Of :func:`find_axes` and :func:`find_crossings`.
+    """
+    order = _order(axes, crossings)
+    found = []
+    for crossing in crossings:
+        a, b = (axes[i] for i in crossing.axes)
+        if is_joint(solid, a, b) or any(_ends(solid, axes, crossing)):
+            return None
+        planes = _sides(a, b, crossing, crossing.through(order), solid.size, floors=((), ()))
+        if OFF * min(a.radius, b.radius) < abs(crossing.gap) < BOTH * max(a.radius, b.radius):
+            # With a plane on either axis no piece has more than a quarter of a wall.
+            square = crossing.square
+            planes = [plane for plane in planes if abs(float(plane[0] @ square)) < 0.5]
+            planes += [(square, place) for place in crossing.on_axes]
+        found.append(planes)
+    return found
+
+
+def _order(axes: Sequence[Axis], crossings: Sequence[Crossing]) -> list[int]:
+    """Lines of axes; what crosses one bore is parted by the same planes along it, so these come first."""
+    met = Counter(line for crossing in crossings for line in crossing.lines)
+    widest = {line: max(axis.radius for axis in axes if axis.line == line) for line in met}
+    return sorted(met, key=lambda line: (-met[line], -widest[line], line))
+
+
+def _ends(solid: Solid, axes: Sequence[Axis], crossing: Crossing) -> list[dict[int, list[FloatArray]]]:
+    """For either line of a crossing the axes that end inside of the other bore, with their floors."""
+    a, b = (axes[i] for i in crossing.axes)
+    return [
+        {i: at for i, axis in enumerate(axes) if axis.line == line and (at := _floors(solid, axis, other, place))}
+        for line, other, place in zip(crossing.lines, (b, a), crossing.on_axes, strict=True)
+    ]
 
 
 def _floors(solid: Solid, axis: Axis, other: Axis, place: FloatArray) -> list[FloatArray]:
@@ -345,4 +385,4 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     return (on_axes, square, (low, high)) if reached else None
 
 
-__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow", "is_joint"]
+__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow", "is_joint", "plain_planes"]

@@ -40,6 +40,7 @@ from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
+from .grids import on_grid
 from .mitres import at_mitres
 from .ports import at_ports
 from .regions import into_boxes
@@ -152,7 +153,7 @@ class _Cutters:
         parted, is_well = into_boxes(self.solid, FLAT)
         boxes = [*self.between(), *parted]
         if is_whole:
-            around = around_features(self.solid, FLAT)
+            around = around_features(self.solid, FLAT) or on_grid(self.solid, FLAT)
             boxes = [*boxes, *around] if is_well else [*around, *boxes]
         joints = [*at_mitres(self.solid), *around_bores(self.solid), *at_crossings(self.solid)]
         first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *joints]
