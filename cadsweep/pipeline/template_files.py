@@ -35,8 +35,8 @@ _CELLS, _GROUPS, _PAIRS = "cells_", "groups_", "pairs_"
 
 def save_template(mesh: HexMesh, stream: BinaryIO) -> None:
     """Write a mesh of order 1 so that others can be made like it."""
-    pairs = {_PAIRS + names: nodes for names, nodes in mesh.periodic.items()}
-    np.savez_compressed(stream, **_arrays(make_template(mesh, "a file of factors")), **pairs)
+    arrays = _arrays(make_template(mesh, "a file of factors"))
+    np.savez_compressed(stream, **arrays | {_PAIRS + names: nodes for names, nodes in mesh.periodic.items()})
 
 
 def load_template(path: str | PathLike[str]) -> AnyTemplate:
