@@ -2,12 +2,14 @@
 
 Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. The
 mesh of one sweep is kept as its factors (:mod:`cadsweep.blocks.files`), any other as its arrays; of solids that do not
-touch the file holds one after another, each with a number before its names.
+touch the file holds one after another, each with a number before its names. Pairs of nodes on periodic faces stand
+beside any of them.
 """
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from os import PathLike
 from typing import Any, BinaryIO
 
@@ -28,12 +30,13 @@ from .template import (
     tuples,
 )
 
-_CELLS, _GROUPS = "cells_", "groups_"
+_CELLS, _GROUPS, _PAIRS = "cells_", "groups_", "pairs_"
 
 
 def save_template(mesh: HexMesh, stream: BinaryIO) -> None:
     """Write a mesh of order 1 so that others can be made like it."""
-    np.savez_compressed(stream, **_arrays(make_template(mesh, "a file of factors")))
+    arrays = _arrays(make_template(mesh, "a file of factors"))
+    np.savez_compressed(stream, **arrays | {_PAIRS + names: nodes for names, nodes in mesh.periodic.items()})
 
 
 def load_template(path: str | PathLike[str]) -> AnyTemplate:
@@ -51,11 +54,9 @@ def load_template(path: str | PathLike[str]) -> AnyTemplate:
 def load_mesh(path: str | PathLike[str]) -> HexMesh:
     """The mesh of a file; raises as :func:`load_template`."""
     with reading(path) as arrays:
-        for prefix in (_CELLS, _GROUPS):
-            own = _own(arrays, prefix)
-            if own:
-                return mesh_of_arrays(own)
-        return factored_of_arrays(arrays).to_mesh()
+        own = _own(arrays, _CELLS) or _own(arrays, _GROUPS)
+        mesh = mesh_of_arrays(own) if own else factored_of_arrays(arrays).to_mesh()
+        return replace(mesh, periodic=_own(arrays, _PAIRS))
 
 
 def _arrays(template: AnyTemplate) -> dict[str, Any]:

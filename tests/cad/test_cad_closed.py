@@ -119,3 +119,18 @@ def test_seams_are_found_before_they_are_divided_and_not_after(solid):
     divide_closed(traced)
     assert is_divided(traced.shape)
     assert is_divided(cq.Workplane().box(1, 2, 3).val().wrapped)
+
+
+def test_a_face_that_two_solids_share_is_not_closed():
+    # A compound holds it twice, once from either side, and a cylinder beside it is closed as ever.
+    from OCP.BOPAlgo import BOPAlgo_Builder
+
+    builder = BOPAlgo_Builder()
+    for x in (0.0, 1.0):
+        builder.AddArgument(cq.Workplane().box(1, 1, 1).translate((x, 0, 0)).val().wrapped)
+    builder.Perform()
+    pair = cq.Shape.cast(builder.Shape())
+    assert len(pair.Faces()) == 11, "six faces each, one of them in common"
+    assert is_divided(pair.wrapped)
+    beside = cq.Workplane().circle(1).extrude(1).translate((5, 0, 0)).val()
+    assert not is_divided(cq.Compound.makeCompound([pair, beside]).wrapped)

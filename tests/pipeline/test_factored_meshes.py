@@ -36,6 +36,57 @@ def test_factors_give_the_mesh_back_bit_for_bit(part, request, tmp_path):
     assert same(expand(tmp_path / "p.sweep.npz"), mesh)
 
 
+def stack():
+    """A round boss on a plate."""
+    return cq.Workplane().box(4, 2, 1).faces(">Z").workplane().circle(0.6).extrude(1)
+
+
+def cells():
+    """Blocks that stick out in two directions: no sweep and no stack."""
+    bar = cq.Workplane().box(6, 2, 1.5)
+    return bar.union(cq.Workplane().box(1.5, 2, 2).translate((0, 0, 1.75))).union(
+        cq.Workplane().box(1.5, 3, 1).translate((0, 2.5, 0))
+    )
+
+
+@pytest.mark.parametrize("make", [stack, cells])
+def test_a_file_gives_columns_and_cells_back_bit_for_bit(make, tmp_path):
+    # Turned out of the axes, so that no coordinate is a short number.
+    shape = make().rotate((0, 0, 0), (1, 2, 3), 17).translate((0.1, 0.2, 0.3))
+    path = tmp_path / "p.sweep.npz"
+    mesh = write_factors(shape, path, size=0.5)
+    assert mesh.structure is None, "it is no plain sweep"
+    back = expand(path)
+    for kind in ("boundaries", "interfaces", "parts"):
+        assert list(getattr(back, kind)) == list(getattr(mesh, kind))
+    for here, there in zip(arrays_of(mesh), arrays_of(back), strict=True):
+        assert (here.dtype, here.shape) == (there.dtype, there.shape)
+        assert here.tobytes() == there.tobytes()
+
+
+def arrays_of(mesh):
+    return [mesh.points, mesh.hexes, *mesh.boundaries.values(), *mesh.interfaces.values(), *mesh.parts.values()]
+
+
+@pytest.fixture
+def pocket():
+    """A plate of columns."""
+    return cq.Workplane().box(20, 20, 6).faces(">Z").workplane().rect(6, 6).cutBlind(-3)
+
+
+@pytest.mark.parametrize("part", ["plate", "pocket"])
+def test_a_file_keeps_the_pairs_of_periodic_faces(part, request, tmp_path):
+    shape = request.getfixturevalue(part)
+    path = tmp_path / "p.sweep.npz"
+    mesh = write_factors(shape, path, size=3.0, periodic={"<X": ">X"})
+    (name,) = mesh.periodic
+    back = expand(path)
+    assert list(back.periodic) == [name]
+    assert np.array_equal(back.periodic[name], mesh.periodic[name])
+    here, there = back.points[back.periodic[name].T]
+    assert np.allclose(there - here, [20, 0, 0], atol=1e-12)
+
+
 def test_factors_stay_small_however_many_layers(plate, tmp_path):
     path = tmp_path / "p.sweep.npz"
     mesh = write_factors(plate, path, size=1.5, layers=200)

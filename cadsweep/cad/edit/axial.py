@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 from typing import Any
 
@@ -192,6 +193,42 @@ def _cluster(solid: Solid, normals: FloatArray, edges: Iterable[int], ways: froz
     return Cluster(spans=make_box(along.min(axis=0), along.max(axis=0)), ways=ways, edges=frozenset(own))
 
 
+def sliced(solid: Solid, normals: FloatArray, axes: Sequence[FloatArray | None], cluster: Cluster) -> list[Cluster]:
+    """A feature along its one direction, parted where its outline changes: beside a rib there is only the rounding.
+
+    Parameters
+    ----------
+    solid : Solid
+    normals : (3, 3) float64
+    axes : sequence of (3,) float64 or None
+        By face, as :func:`direction_of` gives it.
+    cluster : Cluster
+    """
+    if len(cluster.ways) != 1 or cluster.axes:
+        return [cluster]
+    (way,) = cluster.ways
+    picky = {f for e in cluster.edges for f in solid.edges[e].faces if _ways(solid.faces[f], axes[f], normals) != EVERY}
+    at = np.linspace(0.0, 1.0, 9)
+    # What has an extent along the way: faces, and edges by themselves.
+    pieces = [[e] for e in sorted(cluster.edges)] + [list(solid.faces[f].edges) for f in sorted(picky)]
+    reach = [np.concatenate([solid.edges[e].curve.evaluate(at) for e in own]) @ normals.T for own in pieces]
+    near = SQUARE * solid.size
+    reach = [points for points in reach if np.ptp(points[:, way]) > near]
+    ends = np.sort(np.concatenate([[points[:, way].min(), points[:, way].max()] for points in reach] or [[]]))
+    levels = ends[np.append(True, np.diff(ends) > near)] if len(ends) else ends
+    if len(levels) < 3:
+        return [cluster]
+    found = []
+    for low, high in pairwise(levels):
+        here = [p for p in reach if p[:, way].min() < high - near and p[:, way].max() > low + near]
+        if here:
+            points = np.concatenate(here)
+            points[:, way] = np.clip(points[:, way], low, high)
+            spans = make_box(points.min(axis=0), points.max(axis=0))
+            found.append(Cluster(spans=spans, ways=cluster.ways, edges=cluster.edges))
+    return found
+
+
 def _crossed(
     solid: Solid, normals: FloatArray, edges: Iterable[int], axes: Sequence[Axis], crossings: Sequence[Crossing]
 ) -> Iterator[Cluster]:
@@ -275,4 +312,6 @@ __all__ = [
     "is_across",
     "main_normals",
     "make_box",
+    "round_axis",
+    "sliced",
 ]

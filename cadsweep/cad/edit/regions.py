@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations, pairwise
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -26,9 +27,23 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
-from ...brep import Solid
-from .axial import EVERY, Box, Cluster, direction_of, find_clusters, is_across, main_normals, make_box
+from ...brep import Edge, Face, Solid
+from ..shapes import shapes_of
+from .axial import (
+    ALONG,
+    EVERY,
+    Box,
+    Cluster,
+    direction_of,
+    find_clusters,
+    is_across,
+    main_normals,
+    make_box,
+    round_axis,
+    sliced,
+)
 from .central import Cutter
+from .crossings import is_hollow
 
 GAP = 0.01
 """Distance of two ends of features, as a share of the cell's size, from which a plane fits between them."""
@@ -184,13 +199,11 @@ def into_boxes(solid: Solid, flat: float) -> tuple[list[Cutter], bool]:
     normals = main_normals(solid, axes)
     if len(normals) < 3:
         return [], False
-    features = find_clusters(solid, axes, normals, flat)
+    whole = find_clusters(solid, axes, normals, flat)
+    features = [piece for cluster in whole for piece in sliced(solid, normals, axes, cluster)]
     if EVERY.intersection(*(f.ways for f in features)):
         return [], False
-    walls = [
-        np.unique([face.center @ normal for face in solid.faces if is_across(face, normal)]).tolist()
-        for normal in normals
-    ]
+    walls = [_walls(solid, normal, flat) for normal in normals]
     search = _Guillotine(features=features, walls=walls, least=GAP * solid.size)
     reach, margin = solid.vertices @ normals.T, 0.1 * solid.size
     box = make_box(reach.min(axis=0) - margin, reach.max(axis=0) + margin)
@@ -206,6 +219,39 @@ def into_boxes(solid: Solid, flat: float) -> tuple[list[Cutter], bool]:
             leads=True,
         )
     ], is_well
+
+
+def _walls(solid: Solid, normal: FloatArray, flat: float) -> list[float]:
+    """Offsets of planes across a normal on which the cell may be parted: of its faces, and at the ends of roundings.
+
+    The plane of a face that runs into a rounding of an inner corner would leave a cusp beyond it.
+    """
+    kept: list[float] = []
+    cusps: list[float] = []
+    for face in solid.faces:
+        if face.kind != "plane":
+            continue
+        ends = [edge for edge in map(solid.edges.__getitem__, face.edges) if _ends_smoothly(solid, face, edge, flat)]
+        if is_across(face, normal):
+            (cusps if ends else kept).append(float(face.center @ normal))
+        else:
+            across = (np.cross(edge.tangents[0], face.normal) for edge in ends)
+            kept += [
+                float(edge.midpoint @ normal)
+                for edge, way in zip(ends, across, strict=True)
+                if abs(float(way @ normal)) > 1.0 - ALONG
+            ]
+    near = GAP * GAP * solid.size
+    return sorted({at for at in kept if all(abs(at - cusp) > near for cusp in cusps)})
+
+
+def _ends_smoothly(solid: Solid, face: Face, edge: Edge, flat: float) -> bool:
+    """Whether a plane face runs into the rounding of an inner corner at a straight edge."""
+    if edge.kind != "line" or abs(edge.dihedral - pi) > flat:
+        return False
+    other = solid.faces[edge.faces[0] if edge.faces[1] == face.id else edge.faces[1]]
+    axis = round_axis(shapes_of(solid).faces[other.id])
+    return axis is not None and is_hollow(other, edge.midpoint, *axis)
 
 
 def _rectangle(cut: _Cut, normals: FloatArray) -> Any:

@@ -38,7 +38,7 @@ from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
-from ..shapes import EDGE, FACE, bounds, explore, index_map, listed, mapped, space_range, subshapes, typed
+from ..shapes import EDGE, FACE, bounds, compound, explore, index_map, listed, mapped, space_range, subshapes, typed
 from .crowded import is_valid_apart
 from .tracing import Traced
 from .validate import place
@@ -143,9 +143,9 @@ def is_divided(shape: Any) -> bool:
 def _closed_upon_itself(shape: Any) -> tuple[int, Any] | None:
     """The first face with a seam or an edge that begins where it ends, and that edge."""
     uses = TopTools_IndexedDataMapOfShapeListOfShape()
-    # One walk for all faces: an edge has its face twice where that is closed along it.
-    TopExp.MapShapesAndAncestors_s(shape, EDGE, FACE, uses)
     faces = index_map(shape, FACE)
+    # One walk for all faces, a face between two solids once: an edge has its face twice where that is closed along it.
+    TopExp.MapShapesAndAncestors_s(compound(mapped(faces, FACE)), EDGE, FACE, uses)
     found = []
     for j in range(1, uses.Extent() + 1):
         edge, of_edge = typed(uses.FindKey(j), EDGE), uses.FindFromIndex(j)
