@@ -239,10 +239,11 @@ def _places(flat: PlaneCurves, samples: FloatArray, cells: Sequence[Sequence[Wir
     uses = [[use for wire in wires for use in wire] for wires in cells]
     found = np.empty((len(cells), 2))
     waiting = list(range(len(cells)))
-    for n_heights in (1, 3, len(_HEIGHTS)):
+    # One height after the other: the widest stretch of all may have its middle on a line that touches it there.
+    for height in _HEIGHTS:
         for c in waiting:
             drawn = samples[[j for j, _ in uses[c]]]
-            found[c] = _widest(drawn[:, :-1].reshape(-1, 2), drawn[:, 1:].reshape(-1, 2), _HEIGHTS[:n_heights])
+            found[c] = _widest(drawn[:, :-1].reshape(-1, 2), drawn[:, 1:].reshape(-1, 2), height)
         owner = np.repeat(np.arange(len(waiting)), [len(uses[c]) for c in waiting])
         lines = np.array([j for c in waiting for j, _ in uses[c]])
         senses = np.array([1.0 if left else -1.0 for c in waiting for _, left in uses[c]])
@@ -257,20 +258,18 @@ def _places(flat: PlaneCurves, samples: FloatArray, cells: Sequence[Sequence[Wir
     raise CadError("a cell of the arrangement has no inside")
 
 
-def _widest(starts: FloatArray, ends: FloatArray, heights: Sequence[float]) -> FloatArray:
-    """The middle (2,) of the widest stretch inside a polygon at some shares of its extent."""
+def _widest(starts: FloatArray, ends: FloatArray, share: float) -> FloatArray:
+    """The middle (2,) of the widest stretch inside a polygon at a share of its extent; a corner where there is none."""
     low, high = float(starts[:, 1].min()), float(starts[:, 1].max())
-    best, place = -1.0, starts[0]
-    for share in heights:
-        y = low + share * (high - low)
-        across = (starts[:, 1] <= y) != (ends[:, 1] <= y)
-        a, b = starts[across], ends[across]
-        x = np.sort(a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0]))
-        widths = x[1::2] - x[: len(x) - len(x) % 2 : 2]
-        if len(widths) and float(widths.max()) > best:
-            k = int(widths.argmax())
-            best, place = float(widths[k]), np.array([(x[2 * k] + x[2 * k + 1]) / 2.0, y])
-    return place
+    y = low + share * (high - low)
+    across = (starts[:, 1] <= y) != (ends[:, 1] <= y)
+    a, b = starts[across], ends[across]
+    x = np.sort(a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0]))
+    widths = x[1::2] - x[: len(x) - len(x) % 2 : 2]
+    if not len(widths):
+        return starts[0]
+    k = int(widths.argmax())
+    return np.array([(x[2 * k] + x[2 * k + 1]) / 2.0, y])
 
 
 def _row(point: Any) -> FloatArray:
