@@ -54,7 +54,13 @@ def from_bore_to_bore():
     return block(100, 50, 40).cut(bore(12, -25)).cut(bore(10, 25)).cut(port(4, 20, -25, 25))
 
 
-@pytest.mark.parametrize("make", [bolted, blind, in_a_boss, one_above_the_other, from_bore_to_bore])
+def counterbored():
+    """The wider piece of a port is carried on from its shoulder to the bore, on each side by itself."""
+    body = block(60, 40, 40).cut(bore(12)).cut(port(4, 20, -40, 40))
+    return body.cut(port(6, 20, 24, 40)).cut(port(6, 20, -40, -26))
+
+
+@pytest.mark.parametrize("make", [bolted, blind, in_a_boss, one_above_the_other, from_bore_to_bore, counterbored])
 def test_all_cells_sweep_and_agree_without_a_search(make):
     part = load(make())
     (cutter,) = at_ports(part.solids[0])

@@ -20,10 +20,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import Any
 
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
@@ -93,6 +95,8 @@ class _Port:
         The port's reach along the first: its end in the wall of the bore, and its mouth.
     faces, bosses : frozenset of int
         Of the port, and of what is round about it from outside, on its side.
+    wider : tuple of Axis
+        Its pieces that end at a shoulder before the wall of the bore.
     """
 
     solid: Solid
@@ -105,6 +109,7 @@ class _Port:
     end: float
     faces: frozenset[int]
     bosses: frozenset[int]
+    wider: tuple[Axis, ...] = ()
 
     @property
     def near(self) -> float:
@@ -162,6 +167,14 @@ class _Port:
         away = np.abs(span[:, 1:] - [self.off, 0.0])
         is_wide = bool((low[1:] < [self.off, 0.0]).all() and (high[1:] > [self.off, 0.0]).all())
         return is_beside and is_wide and bool((away > self.radius - self.near).all())
+
+    def along(self, faces: Collection[int]) -> FloatArray:
+        """Where points of some faces' edges (n,) lie along it, from the origin."""
+        at = np.linspace(0.0, 1.0, 17)
+        edges = sorted({e for f in faces for e in self.solid.faces[f].edges})
+        points = np.concatenate([self.solid.edges[e].curve.evaluate(at) for e in edges])
+        places: FloatArray = (points - self.origin) @ self.frame[0]
+        return places
 
     def reach(self, direction: FloatArray) -> tuple[float, float]:
         """How far its faces reach along a direction; nothing where it goes along that itself."""
@@ -277,6 +290,16 @@ class _Box:
             normal = np.cross(frame[i], frame[j])
             whole = rectangle_tool(self.place(along), normal, frame[i], (low[i], high[i]), (low[j], high[j]))
             yield from subshapes(BRepAlgoAPI_Cut(whole, hollow).Shape(), FACE) if axis else [whole]
+        for own in self.port.wider:
+            yield from self._carried(own, float(low[0]))
+
+    def _carried(self, own: Axis, start: float) -> Iterator[Any]:
+        """A wider piece of the port carried on from its shoulder to the wall of the bore."""
+        shoulder = self.port.along(own.faces & self.port.faces).min()
+        places = (self.port.origin + t * self.port.frame[0] - own.place for t in (start, shoulder))
+        ends = sorted(float(place @ own.direction) for place in places)
+        for turn in (0.0, pi):
+            yield BRepBuilderAPI_MakeFace(own.cylinder, turn, turn + pi, *ends).Face()
 
     def _hollow(self) -> Any:
         """The bore without what it is in, longer than the part: a tool that lies on the bore's floor would mark it."""
@@ -346,6 +369,7 @@ def _find_ports(solid: Solid, axes: Sequence[Axis]) -> Iterator[_Port]:
                     end=float(((points - origin) @ way).max()),
                     faces=faces,
                     bosses=frozenset(beyond - faces),
+                    wider=tuple(a for a in line if a.faces & faces and a.radius > own.radius),
                 )
 
 
