@@ -132,8 +132,10 @@ def _turned_circle(circle: Any, place: FloatArray, way: FloatArray, middle: floa
     first = float(np.arctan2(out @ y, out @ x))
     shift = float(np.angle(np.exp(1j * (middle - first)))) - middle
     frame = _frame(foot, np.cos(first) * y - np.sin(first) * x, out, np.cross(way, out))
-    made = Geom_SphericalSurface(frame, radius) if is_sphere else Geom_ToroidalSurface(frame, major, radius)
-    return made, shift
+    if is_sphere:
+        return Geom_SphericalSurface(frame, radius), shift
+    # A circle that reaches its axis, by rounding maybe, turns into a surface with poles, and no ring.
+    return (Geom_ToroidalSurface(frame, major, radius), shift) if major > radius else None
 
 
 def _is_same(face: Any, surface: Any, shift: float, near: float) -> bool:
