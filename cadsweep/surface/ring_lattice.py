@@ -109,6 +109,8 @@ def pierced(
         if heights is not None and own[:, 1].min() <= heights[0]:
             return None
         own[:, 1] = rows * own[:, 1] if heights is None else np.interp(own[:, 1], heights, np.arange(rows + 1.0))
+        if not np.ptp(own, axis=0).all():
+            return None  # all of it lies beyond the lattice's last row
         begin, p, q = _rectangle(own, across)
         if min(p, q) < 1:
             return None
