@@ -106,11 +106,10 @@ def pierced(
         own = _in_lattice(ring, hole)
         if own is None or len(ids) % 2:
             return None
-        if heights is not None and own[:, 1].min() <= heights[0]:
+        # A hole all beyond the last row would have no height of its own.
+        if heights is not None and not heights[0] < own[:, 1].min() < heights[-1]:
             return None
         own[:, 1] = rows * own[:, 1] if heights is None else np.interp(own[:, 1], heights, np.arange(rows + 1.0))
-        if not np.ptp(own, axis=0).all():
-            return None  # all of it lies beyond the lattice's last row
         begin, p, q = _rectangle(own, across)
         if min(p, q) < 1:
             return None
