@@ -106,11 +106,11 @@ def pierced(
         own = _in_lattice(ring, hole)
         if own is None or len(ids) % 2:
             return None
-        # A hole all beyond the last row would have no height of its own.
-        if heights is not None and not heights[0] < own[:, 1].min() < heights[-1]:
+        if heights is not None and own[:, 1].min() <= heights[0]:
             return None
         own[:, 1] = rows * own[:, 1] if heights is None else np.interp(own[:, 1], heights, np.arange(rows + 1.0))
-        begin, p, q = _rectangle(own, across)
+        # A hole all beyond the last row has no extent there.
+        begin, p, q = _rectangle(own, across) if np.ptp(own, axis=0).all() else (0, 0, 0)
         if min(p, q) < 1:
             return None
         low = np.rint((own.max(axis=0) + own.min(axis=0)) / 2.0 - np.array([p, q]) / 2.0).astype(np.int64)
