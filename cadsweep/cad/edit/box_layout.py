@@ -17,9 +17,11 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .axial import Cluster, is_across
+from .axial import EVERY, Cluster, direction_of, find_clusters, is_across, main_normals
 from .circles import Rim, find_outlines
 
+LEAST_FILL = 0.5
+"""Share of its bounding box that a block fills: legs and webs of a bracket part better at their own faces."""
 CUSHION_WALL = 0.35
 """Material that a box leaves around a cushion, in radii of its circle, where there is room."""
 LEAST_SHARE = 0.25
@@ -141,6 +143,27 @@ class Block:
             for face in (self.solid.faces[f] for f in self.solid.edges[e].faces):
                 found += [(a, float(face.center @ n)) for a, n in enumerate(self.normals) if is_across(face, n)]
         return found
+
+
+def read_block(solid: Solid, flat: float) -> tuple[Block, list[Cluster]] | None:
+    """Read a block and its features; None for what is none, and where one direction suits all features.
+
+    Parameters
+    ----------
+    solid : Solid
+    flat : float
+        Radians from pi up to which two faces at an edge are one surface.
+    """
+    axes = [direction_of(solid, face) for face in solid.faces]
+    normals = main_normals(solid, axes)
+    if len(normals) < 3:
+        return None
+    if float(np.linalg.det(normals)) < 0.0:
+        normals = normals * np.array([[1.0], [1.0], [-1.0]])
+    clusters = find_clusters(solid, axes, normals, flat)
+    block = Block(solid, normals, flat)
+    is_slender = solid.volume < LEAST_FILL * float(np.prod(block.high - block.low))
+    return None if is_slender or EVERY.intersection(*(cluster.ways for cluster in clusters)) else (block, clusters)
 
 
 def apart(sites: Sequence[Site], tight: float) -> list[Site]:
@@ -315,4 +338,4 @@ def _side(
     return start + sign * gap
 
 
-__all__ = ["TIGHT", "Block", "Levels", "Site", "apart", "carried", "with_walls"]
+__all__ = ["TIGHT", "Block", "Levels", "Site", "apart", "carried", "read_block", "with_walls"]

@@ -36,8 +36,8 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, shapes_of, subshapes
-from .axial import EVERY, direction_of, find_clusters, main_normals
-from .box_layout import Block, Levels, Site, apart, carried, with_walls
+from .axial import EVERY
+from .box_layout import Block, Levels, Site, apart, carried, read_block, with_walls
 from .central import Cutter
 from .circles import IsInside, inside_of
 from .cushions import WIDEST, cushion
@@ -46,8 +46,6 @@ LEAST_WIDTH = 1.08
 """Distance of a cushion's side from the axis, in radii of its circle, at least."""
 LEAST_BOXES = 2
 """Boxes from which on this is worth it."""
-LEAST_FILL = 0.5
-"""Share of its bounding box that a block fills: legs and webs of a bracket part better at their own faces."""
 MOST_BRICKS = 900
 """Boxes of the grid beyond which the search by single planes is cheaper."""
 OUTSIDE, BEYOND = 0.1, 1e-3
@@ -63,17 +61,10 @@ def around_features(solid: Solid, flat: float) -> list[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    axes = [direction_of(solid, face) for face in solid.faces]
-    normals = main_normals(solid, axes)
-    if len(normals) < 3:
+    found = read_block(solid, flat)
+    if found is None:
         return []
-    if float(np.linalg.det(normals)) < 0.0:
-        normals = normals * np.array([[1.0], [1.0], [-1.0]])
-    clusters = find_clusters(solid, axes, normals, flat)
-    block = Block(solid, normals, flat)
-    is_slender = solid.volume < LEAST_FILL * float(np.prod(block.high - block.low))
-    if is_slender or EVERY.intersection(*(cluster.ways for cluster in clusters)):
-        return []
+    block, clusters = found
     plain = [cluster for cluster in clusters if cluster.ways == EVERY]
     sites = apart([block.site(cluster) for cluster in clusters if cluster.ways != EVERY], block.tight)
     if any(site.way < 0 for site in sites):
@@ -201,4 +192,4 @@ def _inside(block: Block, site: Site) -> list[Any] | None:
     return tools
 
 
-__all__ = ["LEAST_FILL", "LEAST_WIDTH", "MOST_BRICKS", "around_features", "planes_of"]
+__all__ = ["LEAST_WIDTH", "MOST_BRICKS", "around_features", "planes_of"]

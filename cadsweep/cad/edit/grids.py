@@ -32,10 +32,10 @@ from OCP.gp import gp_Vec
 from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, shapes_of, subshapes
-from .axial import EVERY, Cluster, direction_of, find_clusters, is_across, main_normals
+from .axial import EVERY, Cluster, is_across
 from .blind import LEAST_SLOPE, SHARE, countersink, seam_in
-from .box_layout import DEPTHS, Block, Floor
-from .boxes import LEAST_FILL, LEAST_WIDTH, MOST_BRICKS, planes_of
+from .box_layout import DEPTHS, Block, Floor, read_block
+from .boxes import LEAST_WIDTH, MOST_BRICKS, planes_of
 from .central import Cutter
 from .circles import Rim, find_outlines
 from .crossings import Axis, find_axes, find_crossings, plain_planes
@@ -69,17 +69,10 @@ def on_grid(solid: Solid, flat: float) -> list[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    axes = [direction_of(solid, face) for face in solid.faces]
-    normals = main_normals(solid, axes)
-    if len(normals) < 3:
+    found = read_block(solid, flat)
+    if found is None:
         return []
-    if float(np.linalg.det(normals)) < 0.0:
-        normals = normals * np.array([[1.0], [1.0], [-1.0]])
-    clusters = find_clusters(solid, axes, normals, flat)
-    block = Block(solid, normals, flat)
-    is_slender = solid.volume < LEAST_FILL * float(np.prod(block.high - block.low))
-    if is_slender or EVERY.intersection(*(cluster.ways for cluster in clusters)):
-        return []
+    block, clusters = found
     grid = _Grid(block, clusters)
     tools = grid.tools() if grid.read() and grid.is_worth() else None
     if not tools:
