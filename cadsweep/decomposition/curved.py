@@ -367,9 +367,7 @@ def _in_turns(starts: Sequence[Found]) -> list[Found]:
     """One of those that cost least, one of those with the most cells, and so on: no one measure knows which leads."""
     cheap = sorted(starts, key=lambda found: found.cost)
     parted = sorted(starts, key=lambda found: -len(found.part.solids))
-    order: dict[int, Found] = {}
-    for pair in zip(cheap, parted, strict=True):
-        order.update((id(found), found) for found in pair if id(found) not in order)
+    order = {id(found): found for pair in zip(cheap, parted, strict=True) for found in pair}
     return list(order.values())
 
 

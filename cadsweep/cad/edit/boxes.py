@@ -37,9 +37,9 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, shapes_of, subshapes
 from .axial import EVERY
-from .box_layout import Block, Levels, Site, apart, carried, read_block, with_walls
+from .box_layout import Block, Floor, Levels, Site, apart, carried, read_block, with_walls
 from .central import Cutter
-from .circles import IsInside, inside_of
+from .circles import IsInside, Rim, inside_of
 from .cushions import WIDEST, cushion
 
 LEAST_WIDTH = 1.08
@@ -165,31 +165,43 @@ def _rectangle(block: Block, axis: int, level: float, first: Sequence[float], se
     return BRepBuilderAPI_MakeFace(wire.Wire(), True).Face()
 
 
+def fit_cushion(
+    block: Block, rim: Rim, way: int, sides: tuple[FloatArray, FloatArray], depth: float, *, widest: float
+) -> list[Any] | None:
+    """Cells of a depth under an outline, out to the low and high sides of a box; None where these do not fit it."""
+    across = [a for a in range(3) if a != way]
+    center = block.normals @ rim.center
+    widths = np.array([[side[a] - center[a] for side in sides] for a in across])
+    out = np.array([sign * block.normals[a] for a in across for sign in (-1.0, 1.0)])
+    shares = np.abs(widths) / rim.reach(out).reshape(2, 2)
+    if shares.min() < LEAST_WIDTH or shares.max() > widest:
+        return None
+    directions = block.normals[across]
+    if float(np.cross(directions[0], directions[1]) @ rim.normal) < 0.0:
+        directions, widths = directions[::-1], widths[::-1]
+    return cushion(rim, directions, widths, depth)
+
+
+def carry_on(block: Block, floor: Floor, way: int, end: float) -> list[Any]:
+    """An edge of a floor carried on to a level; none where it lies there."""
+    if abs(end - floor.level) <= block.tight:
+        return []
+    edge = shapes_of(block.solid).edges[floor.edge]
+    made = BRepPrimAPI_MakePrism(edge, gp_Vec(*map(float, (end - floor.level) * block.normals[way])), True)
+    return subshapes(made.Shape(), FACE)
+
+
 def _inside(block: Block, site: Site) -> list[Any] | None:
     """What divides a box: its cushion, and rims carried on to its end."""
-    tools: list[Any] = []
     if site.cushion is not None:
         rim, depth = site.cushion
-        across = [a for a in range(3) if a != site.way]
-        center = block.normals @ rim.center
-        widths = np.array([[site.low[a] - center[a], site.high[a] - center[a]] for a in across])
-        out = np.array([sign * block.normals[a] for a in across for sign in (-1.0, 1.0)])
-        shares = np.abs(widths) / rim.reach(out).reshape(2, 2)
-        if shares.min() < LEAST_WIDTH or shares.max() > WIDEST + 0.5:
-            return None
-        directions = block.normals[across]
-        if float(np.cross(directions[0], directions[1]) @ rim.normal) < 0.0:
-            directions, widths = directions[::-1], widths[::-1]
-        return cushion(rim, directions, widths, depth)
-    normal = block.normals[site.way]
-    for floor in site.floors:
-        end = site.low[site.way] if floor.down < 0 else site.high[site.way]
-        if abs(end - floor.level) < block.tight:
-            continue
-        edge = shapes_of(block.solid).edges[floor.edge]
-        made = BRepPrimAPI_MakePrism(edge, gp_Vec(*map(float, (end - floor.level) * normal)), True)
-        tools += subshapes(made.Shape(), FACE)
-    return tools
+        return fit_cushion(block, rim, site.way, (site.low, site.high), depth, widest=WIDEST + 0.5)
+    ends = [(site.low if floor.down < 0 else site.high)[site.way] for floor in site.floors]
+    return [
+        tool
+        for floor, end in zip(site.floors, ends, strict=True)
+        for tool in carry_on(block, floor, site.way, float(end))
+    ]
 
 
-__all__ = ["LEAST_WIDTH", "MOST_BRICKS", "around_features", "planes_of"]
+__all__ = ["MOST_BRICKS", "around_features", "carry_on", "fit_cushion", "planes_of"]

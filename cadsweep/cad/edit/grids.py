@@ -26,20 +26,17 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-from OCP.gp import gp_Vec
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from ..shapes import FACE, shapes_of, subshapes
 from .axial import EVERY, Cluster, is_across
 from .blind import LEAST_SLOPE, SHARE, countersink, seam_in
 from .box_layout import DEPTHS, Block, Floor, read_block
-from .boxes import LEAST_WIDTH, MOST_BRICKS, planes_of
+from .boxes import MOST_BRICKS, carry_on, fit_cushion, planes_of
 from .central import Cutter
 from .circles import Rim, find_outlines
 from .crossings import Axis, find_axes, find_crossings, plain_planes
-from .cushions import WIDEST, cushion
+from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
 
 SLOPE, STEEP = 1.0, 0.87
@@ -295,29 +292,16 @@ class _Grid:
                     return None
                 tools += made
             for floor, stop in column.carried:
-                if abs(stop - floor.level) > block.tight:
-                    edge = shapes_of(block.solid).edges[floor.edge]
-                    way = gp_Vec(*map(float, (stop - floor.level) * block.normals[column.zone.way]))
-                    tools += subshapes(BRepPrimAPI_MakePrism(edge, way, True).Shape(), FACE)
+                tools += carry_on(block, floor, column.zone.way, stop)
         return tools
 
     def cushion(self, zone: Zone, rim: Rim, down: int, planes: Sequence[Sequence[float]]) -> list[Any] | None:
         """The cells under an outline, out to the planes around it."""
         block = self.block
         low, high = box_of(zone, planes, block)
-        across = [a for a in range(3) if a != zone.way]
-        center = block.normals @ rim.center
-        widths = np.array([[low[a] - center[a], high[a] - center[a]] for a in across])
-        out = np.array([sign * block.normals[a] for a in across for sign in (-1.0, 1.0)])
-        shares = np.abs(widths) / rim.reach(out).reshape(2, 2)
-        if shares.min() < LEAST_WIDTH or shares.max() > WIDEST + 1.0:
-            return None
-        directions = block.normals[across]
-        if float(np.cross(directions[0], directions[1]) @ rim.normal) < 0.0:
-            directions, widths = directions[::-1], widths[::-1]
-        level = float(center[zone.way])
+        level = float(block.normals[zone.way] @ rim.center)
         depth = min(down * (at - level) for at in planes[zone.way] if down * (at - level) > block.tight)
-        return cushion(rim, directions, widths, depth)
+        return fit_cushion(block, rim, zone.way, (low, high), depth, widest=WIDEST + 1.0)
 
 
 def _joined(columns: Sequence[_Column], tight: float) -> list[_Column]:
