@@ -33,6 +33,7 @@ __all__ = [
     "cut_columns",
     "cut_ring",
     "divide_annuli",
+    "divide_corners",
     "divide_roundings",
     "find_contacts",
     "find_crossing",
@@ -42,6 +43,7 @@ __all__ = [
     "find_touching",
     "from_inside",
     "imprint",
+    "join_halves",
     "load",
     "merge_faces",
     "name_of_cut",
@@ -143,6 +145,13 @@ def divide_annuli(part: "Part") -> "Part | None":
     return divide(part)
 
 
+def divide_corners(part: "Part") -> "Part | None":
+    """Divide the roundings all around a block (:func:`cadsweep.cad.fillets.divide_corners`)."""
+    from .edit.fillets import divide_corners as divide
+
+    return divide(part)
+
+
 def divide_roundings(part: "Part", caps: "Sequence[tuple[int, Sequence[int]]]") -> "Part | None":
     """Divide faces that round the edges of caps (:func:`cadsweep.cad.fillets.divide_roundings`)."""
     from .edit.fillets import divide_roundings as divide
@@ -162,6 +171,13 @@ def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":
     from .imprinting.joining import imprint as join
 
     return join(shapes, **how)
+
+
+def join_halves(part: "Part", caps: "Sequence[Sequence[int]]") -> "Part | None":
+    """Join plane caps to the halves of divided roundings (:func:`cadsweep.cad.fillets.join_halves`)."""
+    from .edit.fillets import join_halves as join
+
+    return join(part, caps)
 
 
 def merge_faces(part: "Part", groups: "Sequence[Sequence[int]]") -> "Part | None":

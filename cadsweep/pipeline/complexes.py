@@ -61,7 +61,22 @@ def as_complex(found: Found, model: Part) -> Complex:
     """A part that has a plan, its notes saying what was cut of the model."""
     assert isinstance(found.plan, Plan), "it has one"
     notes = (*found.part.notes, *(f"cut along {cut}" for cut in found.cuts))
-    return Complex(part=replace(found.part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=found.plan, model=model)
+    part, plan = _with_caps_grown(found.part, found.plan)
+    return Complex(part=replace(part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=plan, model=model)
+
+
+def _with_caps_grown(part: Part, plan: Plan) -> tuple[Part, Plan]:
+    """Caps joined to the halves of the roundings around them, where the cells still agree so."""
+    fills = [way.fill for way in plan.ways]
+    caps = [(*fill.source, *fill.target) if isinstance(fill, Sweep) else () for fill in fills]
+    joined = cad.join_halves(part, caps)
+    if joined is None:
+        return part, plan
+    try:
+        return joined, make_plan(joined, [recognise(solid) for solid in joined.solids])
+    except PlanError as error:
+        log.info("caps are not joined to their roundings: %s", error)
+        return part, plan
 
 
 def cutting_tools(run: Run) -> Tools:
@@ -83,7 +98,7 @@ def say_open(n: int) -> str:
 
 def cut_until_planned(part: Part, run: Run) -> Found:
     """Search for cuts; what came nearest where none help."""
-    found, n_parts = find_cells(part, cutting_tools(run))
+    found, n_parts = find_cells(cad.divide_corners(part) or part, cutting_tools(run))
     log.info("%d parts looked at, %d cuts", n_parts, len(found.cuts))
     return found
 

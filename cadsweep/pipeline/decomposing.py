@@ -163,7 +163,10 @@ def mesh_cut(
         raise refused
     with run.stage("decomposition"):
         search = CellSearch(
-            part, tools, most_parts=round(share * MOST_PARTS), most_openings=round(share * MOST_OPENINGS)
+            cad.divide_corners(part) or part,
+            tools,
+            most_parts=round(share * MOST_PARTS),
+            most_openings=round(share * MOST_OPENINGS),
         )
     best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
     if best is not None:

@@ -9,8 +9,8 @@ cross are several: the places where they do (:mod:`.crossings`), and what each o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
 from typing import Any
@@ -22,7 +22,7 @@ from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
-from .crossings import Axis, Crossing, find_axes, find_crossings
+from .crossings import Axis, Crossing, find_axes, find_crossings, is_hollow
 
 ALONG, SQUARE = 1e-9, 1e-5
 """One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
@@ -49,12 +49,15 @@ class Cluster:
         Edges of the cell that belong to it.
     axes : frozenset of int
         The lines of both bores of a place where two cross, that of one beyond all such places; else none.
+    rounded : frozenset of int
+        Quarters of cylinders, and what is between them, that can be swept along its way as the edge of a cap alone.
     """
 
     spans: Box
     ways: frozenset[int]
     edges: frozenset[int]
     axes: frozenset[int] = frozenset()
+    rounded: frozenset[int] = frozenset()
 
     @property
     def is_crossing(self) -> bool:
@@ -167,6 +170,12 @@ def find_clusters(
             join(set(), set(), set(bores[crossing.axes[0]].faces | bores[i].faces))
     for edges, _, faces in groups:
         ways = _common(suits, faces)
+        # What no direction has as walls may be a rounding all around a block: one has it as the edge of a cap.
+        around = frozenset[int]() if ways else _common(_rounded(solid, suits, faces), faces)
+        if around:
+            ways, rounded = around, frozenset(f for f in faces if solid.faces[f].kind != "plane")
+            found.append(replace(_cluster(solid, normals, edges, ways), rounded=rounded))
+            continue
         own = [] if ways else [c for c in crossings if all(bores[i].faces <= faces for i in c.axes)]
         if not own:
             found.append(_cluster(solid, normals, edges, ways))
@@ -181,7 +190,27 @@ def find_clusters(
     return found
 
 
-def _common(suits: Sequence[frozenset[int]], faces: Iterable[int]) -> frozenset[int]:
+def _rounded(solid: Solid, suits: Sequence[frozenset[int]], faces: Iterable[int]) -> dict[int, frozenset[int]]:
+    """Directions that suit some faces, where quarters of cylinders may also be caps across."""
+    return {f: EVERY if _is_quarter(solid, solid.faces[f]) else suits[f] for f in faces}
+
+
+def _is_quarter(solid: Solid, face: Face) -> bool:
+    """Whether a face is the part of a cylinder that rounds a square edge, or less."""
+    if face.kind != "cylinder":
+        return False
+    line = round_axis(shapes_of(solid).faces[face.id])
+    if line is None:
+        return False
+    place, direction = line
+    at = np.linspace(0.0, 1.0, 9)
+    out = np.concatenate([solid.edges[e].curve.evaluate(at) for e in face.edges]) - place
+    out -= np.outer(out @ direction, direction)
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    return float((out @ out.T).min()) > -SQUARE
+
+
+def _common(suits: Mapping[int, frozenset[int]] | Sequence[frozenset[int]], faces: Iterable[int]) -> frozenset[int]:
     """Directions that suit all of some faces."""
     return EVERY.intersection(*(suits[f] for f in faces))
 
@@ -212,21 +241,50 @@ def sliced(solid: Solid, normals: FloatArray, axes: Sequence[FloatArray | None],
     # What has an extent along the way: faces, and edges by themselves.
     pieces = [[e] for e in sorted(cluster.edges)] + [list(solid.faces[f].edges) for f in sorted(picky)]
     reach = [np.concatenate([solid.edges[e].curve.evaluate(at) for e in own]) @ normals.T for own in pieces]
+    # Roundings of a block's outer corners stand by themselves, with nothing but its sides between them.
+    corners = {e for f in picky if _is_outer_quarter(solid, f) for e in solid.faces[f].edges}
+    alone = [corners.issuperset(own) for own in pieces]
     near = SQUARE * solid.size
-    reach = [points for points in reach if np.ptp(points[:, way]) > near]
-    ends = np.sort(np.concatenate([[points[:, way].min(), points[:, way].max()] for points in reach] or [[]]))
+    tall = [k for k, points in enumerate(reach) if np.ptp(points[:, way]) > near]
+    ends = np.sort(np.concatenate([[reach[k][:, way].min(), reach[k][:, way].max()] for k in tall] or [[]]))
     levels = ends[np.append(True, np.diff(ends) > near)] if len(ends) else ends
-    if len(levels) < 3:
+    if len(levels) < 2 or (len(levels) == 2 and not any(alone)):
         return [cluster]
     found = []
     for low, high in pairwise(levels):
-        here = [p for p in reach if p[:, way].min() < high - near and p[:, way].max() > low + near]
-        if here:
-            points = np.concatenate(here)
+        here = [k for k in tall if reach[k][:, way].min() < high - near and reach[k][:, way].max() > low + near]
+        for own in _touching([reach[k] for k in here], [alone[k] for k in here], near):
+            points = np.concatenate(own)
             points[:, way] = np.clip(points[:, way], low, high)
             spans = make_box(points.min(axis=0), points.max(axis=0))
             found.append(Cluster(spans=spans, ways=cluster.ways, edges=cluster.edges))
     return found
+
+
+def _is_outer_quarter(solid: Solid, f: int) -> bool:
+    """Whether a face rounds an outer edge of the solid."""
+    face = solid.faces[f]
+    line = round_axis(shapes_of(solid).faces[f])
+    if line is None or not _is_quarter(solid, face):
+        return False
+    return not is_hollow(face, solid.edges[face.edges[0]].midpoint, *line)
+
+
+def _touching(points: Sequence[FloatArray], alone: Sequence[bool], near: float) -> list[list[FloatArray]]:
+    """Point sets (m, 3) in groups: those that stand alone by what their boxes touch, all others in one."""
+    groups: list[list[FloatArray]] = [[own for own, is_alone in zip(points, alone, strict=True) if not is_alone]]
+    for own, is_alone in zip(points, alone, strict=True):
+        if is_alone:
+            beside = [g for g in groups if g and _meet(np.concatenate(g), own, near)]
+            groups = [g for g in groups if not any(g is other for other in beside)]
+            groups.append([own, *(p for g in beside for p in g)])
+    return [g for g in groups if g]
+
+
+def _meet(one: FloatArray, other: FloatArray, near: float) -> bool:
+    """Whether the boxes of two sets of points touch."""
+    low, high = np.maximum(one.min(axis=0), other.min(axis=0)), np.minimum(one.max(axis=0), other.max(axis=0))
+    return bool((low < high + near).all())
 
 
 def _crossed(

@@ -15,6 +15,7 @@ Not handled: caps without a plane face, and hollow (concave) roundings, which no
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import replace
 from math import cos, pi
@@ -33,6 +34,7 @@ from ...brep import Face, Part, Solid
 from ...errors import CadError
 from ..geometry.composite import join_faces
 from ..shapes import EDGE, SolidShape, subshapes
+from .axial import direction_of, find_clusters, main_normals
 from .splitting import split_faces
 
 _HALF_WAY = cos(pi / 4)
@@ -87,6 +89,82 @@ def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> P
         divided = _grown(divided, plane)
     note = f"faces that round the edge of a cap divided half way between cap and side: {n_divided}"
     return replace(part, solids=(divided,), notes=(*part.notes, note))
+
+
+def divide_corners(part: Part) -> Part | None:
+    """Divide the roundings all around a block that is to be cut: those that no cell can have but as the edge of a cap.
+
+    Parameters
+    ----------
+    part : Part
+        One solid.
+
+    Returns
+    -------
+    Part
+        The same solid. A divided face keeps id, name and key for one half; the other has both names and comes last.
+    None
+        Where there is none, or OpenCASCADE fails at it.
+    """
+    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
+        return None
+    solid, holder = part.solids[0], part.solids[0].kernel
+    axes = [direction_of(solid, face) for face in solid.faces]
+    normals = main_normals(solid, axes)
+    if len(normals) < 3:
+        return None
+    lines: list[Any] = []
+    for cluster in find_clusters(solid, axes, normals, _TANGENT):
+        for way in cluster.ways if cluster.rounded else ():
+            for direction in (normals[way], -normals[way]):
+                lines += [e for f in cluster.rounded for e in _dividing_edges(solid, holder, solid.faces[f], direction)]
+    if not lines:
+        return None
+    try:
+        divided = split_faces(solid, holder, lines)
+    except (CadError, ValueError, RuntimeError):
+        return None  # the part as it was has the last word
+    if len(divided.faces) <= len(solid.faces) or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
+        return None
+    note = "faces that round a block divided half way between its sides"
+    return replace(part, solids=(divided,), notes=(*part.notes, note))
+
+
+def join_halves(part: Part, caps: Sequence[Sequence[int]]) -> Part | None:
+    """Join the plane caps of cells to the halves of divided roundings beside them; None where there are none.
+
+    What is joined is one cap. The solids' shapes are those of before: such a part is meshed, and not cut any further.
+
+    Parameters
+    ----------
+    part : Part
+    caps : sequence of sequence of int
+        For every cell the faces that are to be caps.
+    """
+    solids = [_with_halves(solid, own) for solid, own in zip(part.solids, caps, strict=True)]
+    return None if all(map(operator.is_, solids, part.solids)) else replace(part, solids=tuple(solids))
+
+
+def _with_halves(solid: Solid, caps: Sequence[int]) -> Solid:
+    """A cell with its caps joined to the halves beside them."""
+    planes = [solid.faces[f] for f in caps if solid.faces[f].kind == "plane"]
+    for plane in planes:
+        # Ids change when faces are joined, surfaces do not.
+        now = next(face for face in solid.faces if face.surface is plane.surface)
+        solid = _grown(solid, now.id) if _has_half_beside(solid, now) else solid
+    return solid
+
+
+def _has_half_beside(solid: Solid, plane: Face) -> bool:
+    """Whether a face that runs tangent into a plane one ends half way."""
+    for e in plane.edges:
+        edge = solid.edges[e]
+        face = solid.faces[edge.faces[0] if edge.faces[1] == plane.id else edge.faces[1]]
+        if face.kind != "plane" and abs(edge.dihedral - pi) < _TANGENT:
+            uv = np.concatenate([face.surface.edge_uv(k, np.linspace(0.0, 1.0, _SAMPLES)) for k in face.edges])
+            if abs(float(np.min(face.surface.normals(uv) @ plane.normal)) - _HALF_WAY) < _LEVEL:
+                return True
+    return False
 
 
 def _grown(solid: Solid, plane: int) -> Solid:
@@ -161,4 +239,4 @@ def _plane(normal: FloatArray, height: float) -> Any:
     return gp_Pln(gp_Pnt(*(height * normal)), gp_Dir(*normal))
 
 
-__all__ = ["divide_roundings"]
+__all__ = ["divide_corners", "divide_roundings", "join_halves"]

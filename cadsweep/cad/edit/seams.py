@@ -69,6 +69,8 @@ def _is_seam(one: Any, other: Any, a: int, b: int, labels: Labels) -> bool:
     """Whether two faces of a piece are neighbours on one cylinder or cone, of one face, and go not too far around."""
     if a == b or not labels.faces[a].key or labels.faces[a].key != labels.faces[b].key:
         return False
+    if labels.faces[a].number == labels.faces[b].number:
+        return False  # not two faces since it was loaded: a rounding, divided on purpose
     if BRepAdaptor_Surface(one).GetType() not in (GeomAbs_Cylinder, GeomAbs_Cone):
         return False
     if BRepAdaptor_Surface(one).GetType() != BRepAdaptor_Surface(other).GetType():

@@ -104,7 +104,7 @@ def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
     if len(old) != len(origins):
         raise CadError("a face of the divided solid comes from none of the old ones")
     labels = Labels(
-        [label_of(face) for face in old],
+        [label_of(face)._replace(number=face.known) for face in old],
         [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
     )
     return extract_solid(
