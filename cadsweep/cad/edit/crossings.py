@@ -18,9 +18,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 from math import pi
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -136,7 +137,7 @@ class Crossing:
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
     """List where cylinders meet, once for two lines, the smallest last."""
     found: dict[tuple[int, int], Crossing] = {}
-    for pair in sorted(combinations(range(len(axes)), 2), key=lambda pair: -sum(axes[k].radius for k in pair)):
+    for pair in sorted(_near(axes), key=lambda pair: -sum(axes[k].radius for k in pair)):
         i, j = sorted(pair, key=lambda k: axes[k].line)
         lines = axes[i].line, axes[j].line
         met = _meeting(axes[i], axes[j])
@@ -300,8 +301,34 @@ def _between(solid: Solid, axes: list[Axis], points: dict[int, list[float]]) -> 
             )
 
 
+def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
+    """Pairs, first ones first, that are near enough to each other to meet: others of a thousand take seconds."""
+    if not axes:
+        return []
+    radii = np.array([axis.radius for axis in axes])
+    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii
+    middles = np.array([axis.place + 0.5 * (axis.low + axis.high) * axis.direction for axis in axes])
+    pairs: list[tuple[int, int]] = []
+    for i in range(len(axes) - 1):
+        far = np.linalg.norm(middles[i + 1 :] - middles[i], axis=1)
+        near = np.flatnonzero(far <= (reach[i + 1 :] + reach[i]) * (1.0 + ALIKE))
+        pairs += [(i, i + 1 + int(j)) for j in near]
+    return pairs
+
+
 def find_axes(solid: Solid) -> list[Axis]:
-    """List the whole cylinders of a solid, those of one radius about one line as one."""
+    """List the whole cylinders of a solid, those of one radius about one line as one; each solid is read once."""
+    known = _axes_of.get(solid)
+    if known is None:
+        known = _axes_of[solid] = tuple(_read_axes(solid))
+    return list(known)
+
+
+_axes_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
+"""Seven kinds of cutters ask for them."""
+
+
+def _read_axes(solid: Solid) -> list[Axis]:
     holder = shapes_of(solid)
     found: list[Axis] = []
     at = np.linspace(0.0, 1.0, 5)
