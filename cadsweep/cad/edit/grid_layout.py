@@ -37,6 +37,8 @@ WIDE = 1.5
 """The same, from which on a plane is too far to be the side of a box of cells."""
 CLOSE = 0.012
 """Distance of two planes, as a share of the part's size, below which what is between them is thin."""
+BEFORE = 0.8
+"""Share of the way from a cone to the cushion below it, in one bore, before which a plane lies between them."""
 PLACES = 61
 """Places of a new plane that are tried between two features."""
 
@@ -223,6 +225,13 @@ def is_whole(
     """Whether every plane is there where it is the side of a feature, or goes through where bores cross."""
     for zone in (*(zone for zone in zones if zone.is_tight), *fixed):
         low, high = (zone.low, zone.high) if zone in fixed else box_of(zone, levels, block)
+        if zone.is_tight and zone.way >= 0:
+            # Of a blind feature the cells under its floor alone.
+            floors = [end.level for end in zone.ends]
+            if all(end.down < 0 for end in zone.ends):
+                high[zone.way] = max(floors)
+            elif all(end.down > 0 for end in zone.ends):
+                low[zone.way] = min(floors)
         for axis in range(3):
             if axis == zone.way:
                 continue
@@ -256,7 +265,21 @@ def _wants(block: Block, zone: Zone, others: Sequence[Zone]) -> Iterator[_Want]:
             )
     for end in zone.ends:
         gap, is_last = _gap(zone, others, (zone.way, end.down, end.level), block.tight)
-        if not is_last:
+        below = [
+            end.down * (floor.level - end.level)
+            for other in others
+            if other.is_tight and other.way == zone.way and zone.beside(other, zone.way, block.tight)
+            for floor in other.ends
+            if floor.down == end.down
+        ]
+        room = min((room for room in below if block.tight < room < gap), default=None)
+        if room is not None:
+            # The bore under a cone ends in a cushion: its sides must not go on through the cone.
+            depths = (0.0, 0.5 * room, BEFORE * room)
+            yield _Want(
+                gap=room, axis=zone.way, start=end.level, sign=end.down, zone=zone, depths=depths, is_last=False
+            )
+        elif not is_last or zone.is_tight:
             yield _Want(
                 gap=gap, axis=zone.way, start=end.level, sign=end.down, zone=zone, depths=end.depths, is_last=False
             )
@@ -290,7 +313,8 @@ def _is_served(want: _Want, levels: Sequence[float], block: Block) -> bool:
 def _new_level(want: _Want, levels: Sequence[float], zones: Sequence[Zone], block: Block) -> float | None:
     """Where a plane harms no feature, as near as may be to where it is wanted."""
     least, wanted, most = want.depths
-    end = want.gap if want.depths[0] == 0.0 else min(want.gap, most)
+    is_near = want.zone.is_tight or want.depths[0] > 0.0
+    end = min(want.gap, most) if is_near else want.gap
     places = [float(gap) for gap in np.linspace(least, end, PLACES)[1:-1]]
     marks = [at for zone in zones for a, b in zone.free[want.axis] for at in (a, 0.5 * (a + b), b)]
     places += [gap for gap in (want.sign * (at - want.start) for at in marks) if least < gap < end]
