@@ -170,9 +170,10 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
         ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
+        middle = _middle(solid, axes, crossing, order)
         tools = [
             plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, _middle(solid, axes, crossing, order), solid.size, floors=floors)
+            for normal, place in _sides(a, b, crossing, middle, solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
