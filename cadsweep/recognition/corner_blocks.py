@@ -121,9 +121,8 @@ def _views(solid: Solid) -> tuple[View, dict[int, View]] | None:
         middle = face.surface.project(np.concatenate(rows).mean(axis=0)[None])
         places += [*rows, face.surface.evaluate(middle)]
         normals += [-face.surface.normals(uv), -face.surface.normals(middle)]
-    own = View.of(np.concatenate(places), np.concatenate(normals))
-    if own.depth() <= SEEN * solid.size:
-        own = _view_in_wedge(solid)
+    whole = View.of(np.concatenate(places), np.concatenate(normals))
+    own = whole if whole.depth() > SEEN * solid.size else _view_in_wedge(solid)
     return None if own is None else (own, views)
 
 

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -163,7 +164,37 @@ def find_planes(
             if new is None:
                 return None
             levels[want.axis].append(new)
+    for axis, start, end in _bores_between(zones, block.tight):
+        own = levels[axis]
+        while sum(start - block.tight <= level <= end + block.tight for level in own) < 2:
+            ends = [start, *sorted(level for level in own if start < level < end), end]
+            low, high = max(pairwise(ends), key=lambda pair: pair[1] - pair[0])
+            places = np.linspace(low, high, PLACES)[1:-1]
+            free = [at for at in places if not any(zone.forbids(axis, float(at), block.tight) for zone in zones)]
+            if not free:
+                return None
+            # The first is to leave as much room for the second.
+            wanted = 0.5 * (low + high) if len(ends) > 2 else (2.0 * low + high) / 3.0
+            own.append(float(min(free, key=lambda at: abs(at - wanted))))
     return [sorted(own) for own in levels]
+
+
+def _bores_between(zones: Sequence[Zone], tight: float) -> Iterator[tuple[int, float, float]]:
+    """Stretches of a bore, as normal, start and end, between two that cross it where a plane of one harms the other.
+
+    The plane ends in between, and its end needs bricks on both sides.
+    """
+    for a, b in combinations([zone for zone in zones if zone.way < 0], 2):
+        ends = (
+            (one, other, axis, at) for one, other in ((a, b), (b, a)) for axis in range(3) for at, _ in one.free[axis]
+        )
+        if not a.lines & b.lines or not any(other.forbids(axis, at, tight) for _, other, axis, at in ends):
+            continue
+        gaps = np.maximum(a.low - b.high, b.low - a.high)
+        axis = int(gaps.argmax())
+        if gaps[axis] > tight:
+            start = float(min(a.high[axis], b.high[axis]))
+            yield axis, start, start + float(gaps[axis])
 
 
 def box_of(zone: Zone, levels: Sequence[Sequence[float]], block: Block) -> tuple[FloatArray, FloatArray]:
@@ -200,7 +231,7 @@ def holes_in(
     for zone in zones:
         low, high = box_of(zone, levels, block)
         is_beside = axis != zone.way and bool(zone.lines & lines)
-        if zone.lines & own and not zone.is_round:
+        if (zone.lines & own and not zone.is_round) or zone in parted:
             continue
         if not low[axis] < level < high[axis] or not (is_beside or zone in harmed):
             continue
@@ -272,8 +303,9 @@ def _wants(block: Block, zone: Zone, others: Sequence[Zone]) -> Iterator[_Want]:
             for floor in other.ends
             if floor.down == end.down
         ]
-        room = min((room for room in below if block.tight < room < gap), default=None)
-        if room is not None:
+        inside = [depth for depth in below if block.tight < depth < gap]
+        if inside:
+            room = min(inside)
             # The bore under a cone ends in a cushion: its sides must not go on through the cone.
             depths = (0.0, 0.5 * room, BEFORE * room)
             yield _Want(
