@@ -300,8 +300,8 @@ def _between(solid: Solid, axes: list[Axis], points: dict[int, list[float]]) -> 
             )
 
 
-def find_axes(solid: Solid) -> list[Axis]:
-    """List the whole cylinders of a solid, those of one radius about one line as one."""
+def find_axes(solid: Solid, *, least_turn: float = WHOLE) -> list[Axis]:
+    """Cylinders of a solid that go around whole, or `least_turn` radians; those of one radius on a line are one."""
     holder = shapes_of(solid)
     found: list[Axis] = []
     at = np.linspace(0.0, 1.0, 5)
@@ -349,7 +349,7 @@ def find_axes(solid: Solid) -> list[Axis]:
                     line=next(lines, len(found)),
                 )
             )
-    return [axis for axis in found if axis.turn > WHOLE]
+    return [axis for axis in found if axis.turn > least_turn]
 
 
 def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:
