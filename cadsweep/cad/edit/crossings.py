@@ -333,12 +333,15 @@ def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
     return pairs
 
 
-def find_axes(solid: Solid) -> list[Axis]:
-    """List the whole cylinders of a solid, those of one radius about one line as one; each solid is read once."""
+def find_axes(solid: Solid, *, least_turn: float = WHOLE) -> list[Axis]:
+    """Cylinders of a solid that go around whole, or `least_turn` radians; those of one radius on a line are one.
+
+    Each solid is read once.
+    """
     known = _axes_of.get(solid)
     if known is None:
         known = _axes_of[solid] = tuple(_read_axes(solid))
-    return list(known)
+    return [axis for axis in known if axis.turn > least_turn]
 
 
 _axes_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
@@ -393,7 +396,7 @@ def _read_axes(solid: Solid) -> list[Axis]:
                     line=next(lines, len(found)),
                 )
             )
-    return [axis for axis in found if axis.turn > WHOLE]
+    return found
 
 
 def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:
