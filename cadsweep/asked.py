@@ -103,7 +103,7 @@ def _read(kind: Any, what: str, value: Any) -> Any:
         return value
     known = {own.name: own for own in fields(kind)}
     if not isinstance(value, Mapping):
-        raise InputError(f"{what} must be a {kind.__name__} or a table of {', '.join(known)}, not {value!r}")
+        raise InputError(f"{what} must be a table of {', '.join(known)}, or cadsweep.{kind.__name__}, not {value!r}")
     for key in value:
         if key not in known:
             raise InputError(f"{what}: there is no '{key}'; there are {', '.join(known)}")

@@ -48,6 +48,9 @@ class Edge:
         may say more.
     units : Units
         What messages give places in.
+    stands_for : tuple of Edge
+        Of an edge that is drawn in a plane, and is none of the part: the part's edges that lie over it, lowest
+        first.
 
     Examples
     --------
@@ -77,6 +80,7 @@ class Edge:
     key: str = ""
     gap: float = 0.0
     units: Units = field(default_factory=Units)
+    stands_for: tuple[Edge, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -88,6 +92,8 @@ class Edge:
 
     def label(self) -> str:
         """How messages name the edge: id, name, kind and place of its middle."""
+        if self.stands_for:
+            return _one_under_another(self.stands_for)
         return _label("edge", self.id, self.name, self.kind, self.units.place(self.midpoint))
 
 
@@ -193,6 +199,9 @@ class Face:
         `id` is what a user knows the face by.
     units : Units
         What messages give places in.
+    stands_for : tuple of Face
+        Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
+        over its line.
 
     Examples
     --------
@@ -220,6 +229,7 @@ class Face:
     former: tuple[FormerFace, ...] = ()
     number: int | None = None
     units: Units = field(default_factory=Units)
+    stands_for: tuple[Face, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -246,6 +256,8 @@ class Face:
 
     def label(self) -> str:
         """How messages name the face: the number that a user knows it by, name, kind and place."""
+        if self.stands_for:
+            return _one_under_another(self.stands_for)
         if self.number is not None and self.number < 0:
             return f"a cut ({self.kind} at {self.units.place(self.center)})"
         return _label("face", self.known, self.name, self.kind, self.units.place(self.center))
@@ -254,3 +266,9 @@ class Face:
 def _label(what: str, number: int, name: str | None, kind: str, place: str) -> str:
     named = f" '{name}'" if name else ""
     return f"{what} {number}{named} ({kind} at {place})"
+
+
+def _one_under_another(over: Sequence[Edge | Face]) -> str:
+    """How messages name what is no edge or face of a part: by those of the part that lie over it, lowest first."""
+    more = f" and {len(over) - 2} more" if len(over) > 2 else ""
+    return " under ".join(one.label() for one in over[:2]) + more

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
 
+from ..brep import Edge
 from ..errors import InputError
 from ..sweep import Intervals, Sweep
 from .demands import Demand
@@ -79,11 +81,12 @@ def assign_intervals(
     wide = max(float(np.linalg.norm(np.ptp(solid.vertices, axis=0))), solid.size)
     scale = solid.units.scale
     if size is not None:
-        size = _check_size("size", size, wide, scale)
+        size = _check_size(size, wide, scale, lambda: "size")
     if layers is not None:
         layers = _check_count("layers", layers)
     sizes = {
-        _check_edge(sweep, e): _check_size(f"size of edge {e}", s, wide, scale) for e, s in (edge_sizes or {}).items()
+        int(e): _check_size(s, wide, scale, partial(_size_of, solid.edges[_check_edge(sweep, e)]))
+        for e, s in (edge_sizes or {}).items()
     }
     demands = [_check_demand(sweep, edges, n) for edges, n in (edge_counts or {}).items()]
     target_size = default_size(sweep) if size is None else size
@@ -155,7 +158,7 @@ def _check_demand(sweep: Sweep, edges: tuple[int, ...], count: Any) -> Demand:
     chosen = tuple(_check_edge(sweep, e) for e in edges)
     if not chosen:
         raise InputError("a count is demanded of no edge")
-    count = _check_count(f"count of edge {', '.join(map(str, chosen))}", count)
+    count = _check_count(f"the count of {name_edges(sweep.solid, chosen)},", count)
     if count < len(chosen):
         raise InputError(f"{name_edges(sweep.solid, chosen)} need a segment each, and {count} are demanded")
     return Demand(edges=chosen, count=count)
@@ -167,12 +170,16 @@ def _check_edge(sweep: Sweep, edge: Any) -> int:
     return int(edge)
 
 
-def _check_size(what: str, size: Any, wide: float, scale: float) -> float:
+def _size_of(edge: Edge) -> str:
+    return f"the size of {edge.label()},"
+
+
+def _check_size(size: Any, wide: float, scale: float, what: Callable[[], str]) -> float:
     if isinstance(size, bool) or not isinstance(size, Real) or not isfinite(float(size)) or float(size) <= 0.0:
-        raise InputError(f"{what} must be a positive length, not {size!r}")
+        raise InputError(f"{what()} must be a positive length, not {size!r}")
     if float(size) > wide:
         raise InputError(
-            f"{what} {float(size) * scale:g} is larger than the whole part, whose diagonal is {wide * scale:.4g}"
+            f"{what()} {float(size) * scale:g} is larger than the whole part, whose diagonal is {wide * scale:.4g}"
         )
     return float(size)
 

@@ -30,8 +30,7 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
     Raises
     ------
     CadError
-        Caps do not alternate between entering and leaving the solid over a cell, or the shadow of the part touches
-        itself.
+        Caps do not alternate between entering and leaving the solid over a cell, or one covers no cell.
     """
     heights: list[dict[int, float]] = [{} for _ in arrangement.bottoms]
     under: dict[int, list[int]] = {}
@@ -41,7 +40,10 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
     for f in sides.caps:
         cells = under.get(f)
         if not cells:
-            raise CadError(f"{solid.faces[f].label()} covers no cell of the arrangement: it is too narrow")
+            raise CadError(
+                f"{solid.faces[f].label()} is too narrow to be seen along the columns: leave it out of the model, or "
+                "make it wider"
+            )
         found = heights_on_face(solid.faces[f], sides.direction, arrangement.places[cells])
         for c, height in zip(cells, found.tolist(), strict=True):
             heights[c][f] = height
@@ -50,7 +52,11 @@ def make_stack(solid: Solid, sides: Sides, stations: tuple[int, ...], arrangemen
         order = sorted(own, key=lambda f: own[f])
         if [sides.caps[f] for f in order] != [-1, 1] * (len(order) // 2):
             place = solid.units.place(arrangement.places[c])
-            raise CadError(f"the caps over ({place}) do not enter and leave the solid in turn: is it valid?")
+            named = ", ".join(solid.faces[f].label() for f in order[:4]) or "none"
+            raise CadError(
+                f"the faces over ({place}), lowest first {named}, do not enter and leave the solid in turn: do two of "
+                "them run into each other there? Repair the model in its CAD program"
+            )
         columns.append(tuple(zip(order[::2], order[1::2], strict=True)))
     by_height = sorted(sides.caps, key=lambda f: float(solid.faces[f].center @ sides.direction))
     return Stack(
@@ -79,13 +85,7 @@ def _score(arrangement: Arrangement, sides: Sides) -> float:
 
 
 def prism_sweep(arrangement: Arrangement, sides: Sides) -> Sweep:
-    """The sweep of an arrangement's prism from its bottom to its top.
-
-    Raises
-    ------
-    CadError
-        A loop of the bottom touches itself.
-    """
+    """The sweep of an arrangement's prism from its bottom to its top."""
     solid = arrangement.prism
     top_edges = arrangement.top_edges
     caps = {*arrangement.bottoms, *arrangement.tops}
@@ -94,8 +94,7 @@ def prism_sweep(arrangement: Arrangement, sides: Sides) -> Sweep:
     for side in linking:
         ((e, forward),) = side.bottom
         start, end = (solid.edges[e].start, solid.edges[e].end)[:: 1 if forward else -1]
-        if start in ends:
-            raise CadError(f"the shadow of the part touches itself at ({solid.units.place(solid.vertices[start])})")
+        assert start not in ends, "no prism is made over a rim that touches itself"
         ends[start] = (end, (e, forward), side)
     loops: list[list[LinkingSide]] = []
     while ends:

@@ -7,18 +7,21 @@ touch is free to share a level or not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import scipy
 
 from ..arrays import FloatArray
-from ..errors import InputError, SurfaceMeshError
+from ..errors import SurfaceMeshError
 from ..stack import Levels, Stack
+from .level_demands import Wanted, label_of, minimal, refusal
 from .sheets import Sheets
 
 _PATIENCE = 20.0
 """Seconds after which the best levels found so far are taken."""
+_INFEASIBLE = 2
+"""What scipy's programme says where nothing fits."""
 _ORDER = 1e-4
 """Price of a layer too much, beside that of layers of the wrong height."""
 
@@ -59,8 +62,34 @@ def assign_levels(
     pairs = [
         (a, b, max(h / size, float(least)), w) for (a, b), found in sheets.spans.items() for h, w in _merged(found)
     ]
+    lowest, highest = int(np.argmin(sheets.heights)), int(np.argmax(sheets.heights))
+    wanted = [Wanted(low, high, int(count)) for (low, high), count in (demands or {}).items()]
+    if layers is not None:
+        wanted.append(Wanted(lowest, highest, layers, whole=True))
+    found = _solved(sheets, pairs, wanted)
+    if found is None:
+        raise refusal(stack, sheets, minimal(wanted, lambda some: _solved(sheets, pairs, some) is not None))
+    levels = np.round(found[:n]).astype(np.int64)
+    levels -= levels.min()
+    return Levels(
+        caps={f: int(levels[s]) for f, s in sheets.caps.items()},
+        stations={e: int(levels[s]) for e, s in sheets.stations.items()},
+        heights=_mean_heights(sheets, levels),
+    )
+
+
+def _solved(
+    sheets: Sheets, pairs: Sequence[tuple[int, int, float, float]], wanted: Sequence[Wanted]
+) -> FloatArray | None:
+    """Levels of all sheets, and after them how far each pair is off its wish; None where there are none.
+
+    Raises
+    ------
+    SurfaceMeshError
+        None were found in the time there is.
+    """
     # Columns: levels 0 .. n - 1, then one deviation a pair.
-    n_pairs = len(pairs)
+    n, n_pairs = len(sheets.heights), len(pairs)
     price = np.concatenate([np.full(n, _ORDER), [w / max(wish, 1.0) for _, _, wish, w in pairs]])
     price[n:] /= max(float(price[n:].sum()), 1e-300)
     rows: list[tuple[dict[int, float], float, float]] = []
@@ -69,12 +98,9 @@ def assign_levels(
     for j, (a, b, wish, _) in enumerate(pairs):
         rows.append(({b: 1.0, a: -1.0, n + j: 1.0}, wish, np.inf))
         rows.append(({b: 1.0, a: -1.0, n + j: -1.0}, -np.inf, wish))
-    for (a, b), count in (demands or {}).items():
-        rows.append(({b: 1.0, a: -1.0}, float(count), float(count)))
-    lowest, highest = int(np.argmin(sheets.heights)), int(np.argmax(sheets.heights))
-    if layers is not None:
-        rows.append(({highest: 1.0, lowest: -1.0}, float(layers), float(layers)))
-    most = float(layers) if layers is not None else np.inf
+    for low, high, count, _ in wanted:
+        rows.append(({high: 1.0, low: -1.0}, float(count), float(count)))
+    most = min((float(one.n) for one in wanted if one.whole), default=np.inf)
     found = scipy.optimize.milp(
         price,
         integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
@@ -84,20 +110,12 @@ def assign_levels(
         constraints=scipy.optimize.LinearConstraint(_matrix([row for row, _, _ in rows], n + n_pairs), *_limits(rows)),
         options={"time_limit": _PATIENCE, "mip_rel_gap": 1e-3},
     )
-    if found.x is None:
-        wishes = [f"layers = {layers}"] if layers is not None else []
-        wishes += [f"{count} layers between two caps" for count in (demands or {}).values()]
-        least = _least_layers(sheets)
-        raise InputError(
-            f"{', '.join(wishes)}: the caps of the stack need other numbers, {least} layers at least in all"
+    if found.x is None and found.status != _INFEASIBLE:
+        raise SurfaceMeshError(
+            f"no layers for the {n} levels of the stack were found in {_PATIENCE:g} s: ask for a larger size, or for "
+            "layers between fewer caps"
         )
-    levels = np.round(found.x[:n]).astype(np.int64)
-    levels -= levels.min()
-    return Levels(
-        caps={f: int(levels[s]) for f, s in sheets.caps.items()},
-        stations={e: int(levels[s]) for e, s in sheets.stations.items()},
-        heights=_mean_heights(sheets, levels),
-    )
+    return None if found.x is None else np.asarray(found.x)
 
 
 def _merged(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -130,22 +148,10 @@ def _check_order(stack: Stack, sheets: Sheets) -> None:
     if count == n:
         return
     a, b = next((a, b) for a, b in sheets.over if group[a] == group[b])
-    names = [next(stack.solid.faces[f].label() for f, s in sheets.caps.items() if s == sheet) for sheet in (a, b)]
+    names = [label_of(stack, sheets, sheet) for sheet in (a, b)]
     raise SurfaceMeshError(
         f"{names[0]} lies under {names[1]} at ({sheets.over[a, b]}), and over it in another place: no layers go between"
     )
-
-
-def _least_layers(sheets: Sheets) -> int:
-    """Layers of the longest chain of sheets."""
-    depth = np.zeros(len(sheets.heights), dtype=np.int64)
-    for _ in range(len(depth)):
-        before = depth.copy()
-        for a, b in sheets.over:
-            depth[b] = max(depth[b], depth[a] + 1)
-        if (before == depth).all():
-            break
-    return int(depth.max())
 
 
 def _mean_heights(sheets: Sheets, levels: np.ndarray) -> FloatArray:

@@ -102,7 +102,7 @@ class CapBuilder:
             edge = self.solid.edges[e]
             n = int(self.counts[e])
             if n < 1:
-                raise SurfaceMeshError(f"edge {e} inside the source cap has {n} segments")
+                raise SurfaceMeshError(f"{edge.label()} inside the source cap has {n} segments")
             points = edge.curve.evaluate(self.graded.get(e, np.linspace(0.0, 1.0, n + 1)))[1:-1]
             ids = np.concatenate(
                 [[self._vertex_nodes[edge.start]], self._add(points), [self._vertex_nodes[edge.end]]]

@@ -180,7 +180,8 @@ class _Builder:
                 n_segments=n,
             )
             if n < 1 or self.edges.setdefault(edge, placed) != placed:
-                raise SurfaceMeshError(f"edge {edge} ({n} segments) has no single place between the caps")
+                label = self.solid.edges[edge].label()
+                raise SurfaceMeshError(f"{label} ({n} segments) has no single place between the caps")
             start, end = self._ends(directed)
             self._place_vertex(start, loop, column, layer)
             column, layer = (column + n, layer) if along_loop else (column, layer + n)

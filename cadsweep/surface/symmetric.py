@@ -46,8 +46,12 @@ _GOOD = 0.7
 """Worst corner sine from which on no other setting of the mesher is tried: what it makes of a whole is as good."""
 _GOOD_OF_MANY = 0.65
 """The same for wedges of many nodes, whose every mesh takes long: a lattice is taken from there on, too."""
+_LARGE = 1000
+"""Nodes of a wedge from which on each setting takes seconds, and `_ENOUGH` is good."""
 _FAIR = 0.55
 """The same for quads much smaller than the outline's segments: they are many, and do not make fair ones good."""
+_LEAST = 0.3
+"""Sine of the corner in the middle of a wedge below which a mesher's quads of the whole are better."""
 _SHORTEST = 0.25
 """Edge of a quad, as a share of the rim's shortest segment, below which symmetry has squeezed it: its neighbours are
 four times as long, and a curved rim beside it may fold it at order 2."""
@@ -61,18 +65,21 @@ def fill_symmetric(outline: Outline) -> FaceQuads | None:
     if chart is None or not chart.isometric:
         return None
     largest = outline.largest(outline.nodes)
+    cut = [(wedge, core) for wedge in find_wedges(chart.boundary) for core in _cores(chart, wedge, largest)]
     best: FaceQuads | None = None
-    for wedge in find_wedges(chart.boundary):
-        cores = _cores(chart, wedge, largest)
-        domains = [(core, cut_wedge(core, wedge, largest)) for core in cores]
-        # Grids first, of whatever is cut out: they are the most regular, and cost nothing.
-        for freely in (False, True):
-            for core, domain in domains:
-                made = None if domain is None else _best_of(outline, chart, wedge, core, domain, freely=freely)
-                if made is not None and (best is None or made.better_than(best)):
-                    best = made
-                if best is not None and best.expected >= _ENOUGH:
-                    return best  # as symmetric as can be
+    # Of one symmetry grids come first, of whatever is cut out: they are the most regular, and cost nothing.
+    order = sorted((-core.symmetry(wedge).n, freely) for wedge, core in cut for freely in (False, True))
+    for n, freely in dict.fromkeys(order):
+        for wedge, core in cut:
+            # Quads in the middle are no better than its corner, which stays where it is.
+            if core.symmetry(wedge).n != -n or core.sharpest(wedge) < max(_LEAST, best.expected if best else 0.0):
+                continue
+            domain = cut_wedge(core, wedge, largest)
+            made = None if domain is None else _best_of(outline, chart, wedge, core, domain, freely=freely)
+            if made is not None and (best is None or made.better_than(best)):
+                best = made
+            if best is not None and best.expected >= _ENOUGH:
+                return best  # as symmetric as can be
     if best is None:
         return _fill_turned(outline, chart, largest)
     return best
@@ -103,14 +110,16 @@ def _best_of(
 ) -> FaceQuads | None:
     """The best quads of a wedge copied: by a mesher (`freely`), or else grids."""
     boundary = np.concatenate(outline.nodes)
-    many = sum(map(len, domain.loops)) > MANY
-    good = _GOOD_OF_MANY if many else _GOOD
+    n_nodes = sum(map(len, domain.loops))
+    good = _ENOUGH if n_nodes > _LARGE else _GOOD_OF_MANY if n_nodes > MANY else _GOOD
+    limit = 0.95 * core.sharpest(wedge)
+    kept = core.symmetry(wedge)
     best: FaceQuads | None = None
     for size_factor, fill in _fillings(core, domain, freely=freely):
-        if best is not None and best.expected >= (_FAIR if size_factor < 1 else good):
+        if best is not None and best.expected >= min(_FAIR if size_factor < 1 else good, limit):
             break
         with suppress(SurfaceMeshError):  # the next setting, or another way
-            made = carried_by_mirrors(outline, chart, wedge, boundary, *_copied(chart, core, wedge, domain, *fill()))
+            made = carried_by_mirrors(outline, chart, kept, boundary, *_copied(chart, core, wedge, domain, *fill()))
             if made is not None and (best is None or made.better_than(best)):
                 best = made
     return best

@@ -15,7 +15,7 @@ these would be too sharp::
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -63,11 +63,14 @@ class Core:
     loops : list of (m,) int64
         What is left to be filled: the outer loop first, counter-clockwise, then holes, clockwise.
     quads : (q, 4) int64
+    n_kites : int
+        Kites that meet in the middle, zero where there are none: a divisor of the outline's turns.
     """
 
     points: FloatArray
     loops: list[IntArray]
     quads: IntArray = field(default_factory=lambda: np.empty((0, 4), dtype=np.int64))
+    n_kites: int = 0
 
     @staticmethod
     def of(chart: Chart) -> Core:
@@ -87,6 +90,14 @@ class Core:
     def is_centre_inside(self, wedge: Wedge) -> bool:
         """Whether the middle lies in what is left."""
         return bool(is_inside([self.points[ids] for ids in self.loops], wedge.centre[None])[0])
+
+    def sharpest(self, wedge: Wedge) -> float:
+        """Sine of the sharpest corner that cutting leaves to the mesher: the wedge's own, where the middle is left."""
+        return float(np.sin(min(wedge.angle, np.pi / 2))) if self.is_centre_inside(wedge) else 1.0
+
+    def symmetry(self, wedge: Wedge) -> Wedge:
+        """The wedge of what carries the quads laid already to themselves, too: fewer kites have fewer turns."""
+        return replace(wedge, n=self.n_kites) if self.n_kites else wedge
 
     def with_kites(self, wedge: Wedge, largest: float) -> Core | None:
         """The same with a core of kites in the middle; None where no number of them fits, or they would be small."""
@@ -109,6 +120,7 @@ class Core:
             points=np.concatenate([self.points, ring, places]),
             loops=[*self.loops, first + np.arange(n)[::-1]],
             quads=np.concatenate([self.quads, first + inside]),
+            n_kites=k,
         )
 
     def with_tips(self, wedge: Wedge) -> Core:
@@ -130,7 +142,7 @@ class Core:
         if not is_simple([points[left]]):
             return self
         tips = np.stack([ids[sharp], np.roll(ids, -1)[sharp], left[sharp], np.roll(ids, 1)[sharp]], axis=1)
-        return Core(points=points, loops=[left, *self.loops[1:]], quads=np.concatenate([self.quads, tips]))
+        return replace(self, points=points, loops=[left, *self.loops[1:]], quads=np.concatenate([self.quads, tips]))
 
 
 def cut_turned(core: Core, wedge: Wedge, largest: float) -> Domain | None:

@@ -96,3 +96,14 @@ def test_planes_that_part_nothing_are_followed_by_boxes():
     )
     assert mesh.info["quality"].valid
     assert any("boxes around 2 features" in note for note in mesh.info["notes"])
+
+
+def test_no_side_of_a_box_lies_on_a_wall_that_goes_on_into_a_rounding():
+    pocket = cq.Workplane().box(24, 6, 10).edges("|X").fillet(2.5).translate((-25, -13, 4))
+    block = drilled().cut(pocket)
+    part = load(block)
+    (boxes,) = around_features(part.solids[0], FLAT)
+    cells = cut_cell(part, 0, boxes.tools)
+    assert cells is not None
+    # Between a wall and the arc that it goes on into there would be a cell with no angle at its end.
+    assert min(edge.dihedral for cell in cells.solids for edge in cell.edges) > np.radians(15)

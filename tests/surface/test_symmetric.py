@@ -137,3 +137,18 @@ def test_a_rounded_rectangle_has_a_core_as_symmetric_as_itself():
     mesh = cs.sweep_mesh(cq.Workplane().rect(50, 30).extrude(5).edges("|Z").fillet(7), source="<Z")
     for angle in (0, np.pi / 2):
         assert off_mirror(top(mesh), angle) < 1e-9
+
+
+@pytest.mark.parametrize("n", [12, 15])
+def test_kites_of_many_teeth_are_carried_by_the_turns_of_both(n):
+    at = 2 * np.pi * np.arange(4 * n) / (4 * n)
+    nodes = np.where(np.arange(4 * n) % 4 < 2, 10.0, 8.0)[:, None] * np.column_stack([np.cos(at), np.sin(at)])
+    wedge = find_wedges([nodes], between=True)[0]
+    assert wedge.n == n
+    core = Core(points=nodes, loops=[np.arange(len(nodes))])
+    kept = core.with_kites(wedge, 1.0).symmetry(wedge)
+    assert n % kept.n == 0  # kites of n rays would be too sharp
+    points = core.with_kites(wedge, 1.0).points
+    for element in kept.elements():
+        assert cKDTree(points).query(kept.carry(element, points))[0].max() < 1e-9
+    assert core.sharpest(wedge) == pytest.approx(np.sin(np.pi / n))

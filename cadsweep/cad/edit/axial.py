@@ -156,7 +156,7 @@ def find_clusters(
             join({edge.id}, {edge.start, edge.end}, picky & set(edge.faces))
     for face in solid.faces:
         # The flat sides of a slot join its round ends.
-        ends = picky.intersection(f for e in face.edges for f in _hollow_beside(solid, face, e, flat))
+        ends = picky.intersection(f for e in face.edges for f in hollow_beside(solid, face, e, flat))
         if face.id not in picky and len(ends) > 1:
             join(set(), set(), ends)
     found: list[Cluster] = []
@@ -291,7 +291,7 @@ def _connected(solid: Solid, edges: Iterable[int]) -> list[set[int]]:
     return [own for own, _ in groups]
 
 
-def _hollow_beside(solid: Solid, face: Face, edge: int, flat: float) -> list[int]:
+def hollow_beside(solid: Solid, face: Face, edge: int, flat: float) -> list[int]:
     """The faces that a plane face goes on into at an edge, where it bends towards the outside of the material."""
     own = solid.edges[edge]
     if face.kind != "plane" or abs(own.dihedral - pi) > flat:
@@ -309,6 +309,7 @@ __all__ = [
     "Cluster",
     "direction_of",
     "find_clusters",
+    "hollow_beside",
     "is_across",
     "main_normals",
     "make_box",

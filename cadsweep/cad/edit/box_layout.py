@@ -17,7 +17,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .axial import EVERY, Cluster, direction_of, find_clusters, is_across, main_normals
+from .axial import EVERY, Cluster, direction_of, find_clusters, hollow_beside, is_across, main_normals
 from .circles import Rim, find_outlines
 
 LEAST_FILL = 0.5
@@ -115,6 +115,8 @@ class Block:
         at = np.linspace(0.0, 1.0, 9)
         self.planes: list[tuple[int, float, FloatArray, FloatArray]] = []
         for face in solid.faces:
+            if any(hollow_beside(solid, face, e, flat) for e in face.edges):
+                continue  # a box's side on it would leave a wedge of no angle beside the rounding that it goes on into
             for axis, normal in enumerate(normals):
                 if is_across(face, normal):
                     along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in face.edges]) @ normals.T

@@ -9,16 +9,17 @@ meshes the source cap of a sweep can mesh them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...arrays import FloatArray
-from ...brep import Solid
+from ...brep import Face, Solid
 from ...errors import CadError
 from ...stack import Arrangement
 from ..extract.prism import extrude_cells
+from ..extract.prism_plane import Overhead
 from ..extract.shared import read_edge_curve
 from ..geometry.convert import read_surface
 from ..geometry.curves import EdgeCurve
@@ -44,11 +45,40 @@ def cells_between(  # noqa: PLR0917
     """
     edges = [piece.shape for piece in pieces]
     read = [read_edge_curve(edge, j) for j, edge in enumerate(edges)]
-    cells = find_cells(edges, [curve for curve, _ in read], plane)
+    cells = find_cells(edges, [curve for curve, _ in read], plane, lambda j: _named(solid, pieces[j]))
     beside = _beside(cells, len(edges))
     caps = _caps_over(solid, direction, sides, pieces, beside, len(cells))
     kept = [j for j, own in enumerate(caps) if own]
-    return _prism(cells, kept, pieces, read, beside, caps, plane, along)
+    overhead = _overhead(solid, direction, sides, pieces, caps)
+    return _prism(cells, kept, pieces, read, beside, caps, plane, along, overhead)
+
+
+def _overhead(
+    solid: Solid,
+    direction: FloatArray,
+    sides: Mapping[int, int],
+    pieces: Sequence[Line],
+    caps: Sequence[frozenset[int]],
+) -> Overhead:
+    """What of the part messages name for the lines and the cells."""
+    heights = (np.array([face.center for face in solid.faces]) @ direction).tolist()
+    middles = (np.array([edge.midpoint for edge in solid.edges]) @ direction).tolist()
+
+    def rising(some: Iterable[int]) -> tuple[Face, ...]:
+        return tuple(solid.faces[f] for f in sorted(some, key=lambda f: (heights[f], f)))
+
+    over = [sorted({e for e, _ in piece.over}, key=lambda e: (middles[e], e)) for piece in pieces]
+    return Overhead(
+        edges=[tuple(solid.edges[e] for e in some) for some in over],
+        walls=[rising({f for e in some for f in solid.edges[e].faces if f not in sides}) for some in over],
+        caps=[rising(own) for own in caps],
+        units=solid.units,
+    )
+
+
+def _named(solid: Solid, piece: Line) -> str:
+    """What messages call a line of the plane: the first edge of the part over it."""
+    return solid.edges[piece.over[0][0]].label()
 
 
 def _beside(cells: Sequence[Cell], n_edges: int) -> list[list[int]]:
@@ -101,9 +131,15 @@ def _caps_over(  # noqa: PLR0917
                 over[other] = there
                 waiting.append(other)
             elif known != there or not left - entered <= own or (entered - left) & own:
-                raise CadError("the cells of the caps' outlines do not fit together: edges nearly lie on each other")
-    if any(caps is None for caps in over):
-        raise CadError("a cell of the caps' outlines has no neighbour")
+                raise CadError(
+                    f"beside {_named(solid, pieces[j])} the outlines of the caps, as seen along the columns, nearly "
+                    "lie on each other: lay them on each other there or move them apart"
+                )
+    lost = [j for j, pair in enumerate(beside) if any(c >= 0 and over[c] is None for c in pair)]
+    if lost:
+        raise CadError(
+            f"{_named(solid, pieces[lost[0]])} bounds nothing, as seen along the columns: is it in two places?"
+        )
     return [frozenset(caps or ()) for caps in over[:-1]]
 
 
@@ -116,6 +152,7 @@ def _prism(  # noqa: PLR0917
     caps: Sequence[frozenset[int]],
     plane: Any,
     along: FloatArray,
+    overhead: Overhead,
 ) -> Arrangement:
     """Extrude the cells that have material over them."""
     number = {j: k for k, j in enumerate(kept)}
@@ -129,6 +166,12 @@ def _prism(  # noqa: PLR0917
         [sides[j] for j in lines],
         read_surface(plane),
         along,
+        Overhead(
+            edges=[overhead.edges[j] for j in lines],
+            walls=[overhead.walls[j] for j in lines],
+            caps=[overhead.caps[c] for c in kept],
+            units=overhead.units,
+        ),
     )
     return Arrangement(
         prism=prism.solid,

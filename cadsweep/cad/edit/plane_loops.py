@@ -10,7 +10,7 @@ own outline as a hole.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
@@ -64,7 +64,9 @@ def plane_frame(plane: Any) -> tuple[FloatArray, FloatArray]:
     return axes, _row(position.Location())
 
 
-def find_cells(edges: Sequence[Any], curves: Sequence[EdgeCurve], plane: Any) -> list[Cell]:
+def find_cells(
+    edges: Sequence[Any], curves: Sequence[EdgeCurve], plane: Any, named: Callable[[int], str] = "line {}".format
+) -> list[Cell]:
     """Make the cells between lines that meet in their ends alone.
 
     Parameters
@@ -74,6 +76,8 @@ def find_cells(edges: Sequence[Any], curves: Sequence[EdgeCurve], plane: Any) ->
     curves : sequence of EdgeCurve
         Of the lines.
     plane : Geom_Plane
+    named : callable
+        What messages call a line.
 
     Raises
     ------
@@ -88,14 +92,14 @@ def find_cells(edges: Sequence[Any], curves: Sequence[EdgeCurve], plane: Any) ->
     ends = np.array([[corners.FindIndex(find(edge)) for find in finders] for edge in forward])
     group = components(corners.Extent() + 1, ends)[ends[:, 0]]
     loops = _simple_loops(flat, samples, ends, group)
-    regions = _regions(edges, group, loops, plane)
+    regions = _regions(edges, group, loops, plane, named)
     nested = _nested(flat, samples, group, loops, regions) if loops else regions
     if nested is None:
         # A line without bounds is in the way.
-        nested = _regions(edges, group, {}, plane)
+        nested = _regions(edges, group, {}, plane, named)
     nested.sort(key=lambda region: min(j for j, _ in region.wires[0]))
     wires = [[*region.wires, *region.holes] for region in nested]
-    places = _places(flat, samples, wires) @ flat.axes + flat.origin
+    places = _places(flat, samples, wires, named) @ flat.axes + flat.origin
     return [Cell(own, place) for own, place in zip(wires, places, strict=True)]
 
 
@@ -136,26 +140,29 @@ def _turned(wire: Wire) -> Wire:
     return [(j, not left) for j, left in reversed(wire)]
 
 
-def _regions(edges: Sequence[Any], group: IntArray, loops: dict[int, Wire], plane: Any) -> list[_Region]:
+def _regions(
+    edges: Sequence[Any], group: IntArray, loops: dict[int, Wire], plane: Any, named: Callable[[int], str]
+) -> list[_Region]:
     """Simple loops, and the cells that OpenCASCADE makes of the other lines."""
     regions = [_Region(group=g, wires=[wire]) for g, wire in loops.items()]
     rest = np.flatnonzero(~np.isin(group, list(loops))).tolist()
     if not rest:
         return regions
     number = index_map(compound(edges), EDGE)
-    for face in _faces([edges[j] for j in rest], plane):
-        if face.Orientation() != _FORWARD:
-            raise CadError("a cell of the arrangement is turned over")
+    for face in _faces([edges[j] for j in rest], plane, named(rest[0])):
         uses = [[(use.number, use.sense) for use in wire] for wire in read_wires(face, number)]
-        if any(sense is None for wire in uses for _, sense in wire):
-            raise CadError("an outline of the caps ends inside a cell of the arrangement")
+        if face.Orientation() != _FORWARD:
+            raise CadError(f"what lies beside {named(uses[0][0][0])}, as seen along the columns, is turned over")
+        loose = [j for wire in uses for j, sense in wire if sense is None]
+        if loose:
+            raise CadError(f"{named(loose[0])} bounds nothing, as seen along the columns: is the model closed there?")
         wires = [[(j, bool(sense)) for j, sense in wire] for wire in uses]
         regions.append(_Region(group=int(group[wires[0][0][0]]), wires=wires))
     return regions
 
 
-def _faces(edges: Sequence[Any], plane: Any) -> list[Any]:
-    """Plane faces between edges, their normals along the direction."""
+def _faces(edges: Sequence[Any], plane: Any, first: str) -> list[Any]:
+    """Plane faces between edges, the first of which has a name, their normals along the direction."""
     builder = BOPAlgo_BuilderFace()
     builder.SetFace(typed(BRepBuilderAPI_MakeFace(plane.Pln()).Face(), FACE))
     shapes = TopTools_ListOfShape()
@@ -165,7 +172,7 @@ def _faces(edges: Sequence[Any], plane: Any) -> list[Any]:
     builder.SetShapes(shapes)
     builder.Perform()
     if builder.HasErrors() or not builder.Areas().Size():
-        raise CadError("OpenCASCADE could not make cells of the outlines of the caps")
+        raise CadError(f"OpenCASCADE could not make cells of the outlines of the caps, {first} among them")
     # What lies outside of all outlines comes as a face of negative area.
     return [typed(face, FACE) for face in listed(builder.Areas()) if _area(face) > 0.0]
 
@@ -228,7 +235,9 @@ def _outlines(group: IntArray, loops: dict[int, Wire], regions: Sequence[_Region
     return found
 
 
-def _places(flat: PlaneCurves, samples: FloatArray, cells: Sequence[Sequence[Wire]]) -> FloatArray:
+def _places(
+    flat: PlaneCurves, samples: FloatArray, cells: Sequence[Sequence[Wire]], named: Callable[[int], str]
+) -> FloatArray:
     """A point (n, 2) inside every cell.
 
     Raises
@@ -255,7 +264,11 @@ def _places(flat: PlaneCurves, samples: FloatArray, cells: Sequence[Sequence[Wir
         ]
         if not waiting:
             return found
-    raise CadError("a cell of the arrangement has no inside")
+    beside = " and ".join(dict.fromkeys(named(j) for j, _ in uses[waiting[0]][:2]))
+    raise CadError(
+        f"what lies between {beside}, as seen along the columns, is too narrow to be meshed: lay them on each other or "
+        "move them apart"
+    )
 
 
 def _widest(starts: FloatArray, ends: FloatArray, share: float) -> FloatArray:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ...arrays import FloatArray
-from ...brep import Face, Loop
+from ...brep import Face, Loop, Units
 from ..geometry.curves import Ellipse, Line, Parametric
 from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Cone, Extruded, Frame, Geometry, Plane
@@ -25,6 +25,8 @@ def upright_face(  # noqa: PLR0917
     normal: FloatArray,
     loops: tuple[Loop, ...],
     surface: FaceSurface,
+    units: Units,
+    stands_for: tuple[Face, ...],
 ) -> Face:
     """A face of a prism, with the key of its number."""
     return Face(
@@ -36,6 +38,8 @@ def upright_face(  # noqa: PLR0917
         loops=loops,
         surface=surface,
         key=f"face {number}",
+        units=units,
+        stands_for=stands_for,
     )
 
 

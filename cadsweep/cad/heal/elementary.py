@@ -7,7 +7,7 @@ Method: the elementary surface is laid so that its parameters are those of the s
 so that the edges keep their curves in them. (OpenCASCADE's ``ShapeCustom_SweptToElementary`` ends the process on some
 faces with seams.)
 
-Not handled: turned lines square to the axis, whose parameters are polar; splines that are planes or cylinders.
+Not handled: turned lines square to the axis, whose parameters are polar. Splines are :mod:`.canonical`'s.
 """
 
 from __future__ import annotations

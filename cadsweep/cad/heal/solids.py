@@ -19,6 +19,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Shell
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
+from .canonical import make_canonical
 from .elementary import make_elementary
 from .touched_seams import turn_touched_seams
 from .tracing import Traced
@@ -103,6 +104,7 @@ def mend(traced: Traced) -> list[str]:
     notes = []
     BRepTools.RemoveInternals_s(traced.shape)
     check_closed(traced.shape)
+    notes += make_canonical(traced)
     notes += make_elementary(traced)
     notes += turn_touched_seams(traced)
     before = faults(traced.shape)
