@@ -109,7 +109,7 @@ def test_a_tolerance_is_kept_on_a_small_crown():
 
 
 def test_a_tolerance_is_kept_at_the_rim_of_a_cap():
-    """Walls are plane, so only the cap tells that its rim is bent; seen from above it leans by 60 degrees at corners."""
+    """Walls are plane, so only the cap tells that its rim is bent; at the corners it leans by 60 degrees."""
     saddle = under_a_surface(cq.Workplane().polygon(6, 22), lambda x, y: 9 + 0.004 * (x**3 - 3 * x * y * y), 14)
     mesh = cs.sweep_mesh(saddle, tolerance=0.04, size=2.4, layers=2)
     assert mesh.info["distance"] <= 0.04
