@@ -150,9 +150,13 @@ def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
     try:
         return find_stacks(part)
     except NotSweepableError as error:
-        message = f"{refused}; nor is it a stack of columns: {error.reasons[0]}"
+        columns = f"nor is it a stack of columns: {error.reasons[0]}"
         reasons = [*refused.reasons, *error.reasons]
-        raise NotSweepableError(message, reasons=reasons, faces=refused.faces, advice=refused.advice) from refused
+        neither = NotSweepableError(
+            f"{refused}; {columns}", reasons=reasons, faces=refused.faces, advice=refused.advice
+        )
+        neither.columns = columns
+        raise neither from refused
 
 
 def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:

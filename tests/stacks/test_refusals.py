@@ -1,5 +1,7 @@
 """What a refusal says of a stack: the part's own faces and edges, by name or id and place, and what to try."""
 
+import re
+
 import cadquery as cq
 import numpy as np
 import pytest
@@ -70,3 +72,15 @@ def test_levels_are_those_of_flat_caps_and_directions_are_without_noise():
         (row,) = (row for row in describe_stacks(cs.load(turned), ())[0] if len(row["levels"]) == 3)
         assert row["direction"].tolist() == list(axis)
         assert row["levels"] == pytest.approx([0, 4, 7], abs=1e-9)
+
+
+def test_a_part_that_no_cuts_help_says_why_it_is_no_stack():
+    """A dimple in each of three sides: whatever the direction, one of them turns towards it and away."""
+    shape = cq.Workplane().box(20, 20, 20)
+    for place in ((10, 3, 2), (2, 10, 3), (3, 2, 10)):
+        shape = shape.cut(cq.Workplane().sphere(4).translate(place))
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(shape, decompose_time=0.2)
+    said = r"no cuts were found.*; nor is it a stack of columns: along \(.*\), face \d+ .* turns from facing along it"
+    assert re.search(said, str(refused.value))
+    assert refused.value.columns in str(refused.value)
