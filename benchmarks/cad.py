@@ -2,7 +2,8 @@
 
 ``python benchmarks/cad.py`` prints a row for each part of the cheap half and one for the start-up, ``--all`` takes the
 other half, too (gears of 120 teeth, 500 holes: many minutes), ``--growth`` plates from 50 to 2,000 faces with the power
-of n by which each stage grows, ``--refusal`` a block of 554 faces that no sweep fits. ``--profile`` adds the functions
+of n by which each stage grows, ``--growth-gears`` gears up to 450, ``--refusal`` parts of 500 to 1,100 faces that are
+no sweep, no stack and not cut either. ``--profile`` adds the functions
 of this package that took longest, ``--json`` prints one object for ``benchmarks/compare.py``.
 
 Seconds are of the processor, all threads, so that a busy machine shows less. Every part is measured in a process of
@@ -36,9 +37,14 @@ CHEAP = ["gear:15", "gear:60", "spring:5", "rack:25", "plate:25", "plate:100", "
 DEAR = ["gear:120", "herringbone:30", "spring:20", "rack:100", "plate:500", "embossed:100", "pits:512"]
 GROWTH = ["plate:22", "plate:100", "plate:225", "plate:484", "plate:1000"]
 """Plates with 50, 206, 456, 974 and 2,006 faces."""
-REFUSAL = ["crossed:240"]
-SMALL = {"gear": 6, "herringbone": 6, "spring": 1, "embossed": 4, "plate": 4, "crossed": 4, "rack": 3, "pits": 4}
-"""A part of every family that is meshed before the clock runs."""
+GROWTH_OF_GEARS = ["gear:8", "gear:17", "gear:34", "gear:75"]
+REFUSAL = ["crossed:240", "slanted:250", "undercut:100", "drilled:75"]
+SMALL = {
+    **{"gear": "gear:6", "herringbone": "herringbone:6", "spring": "spring:1", "embossed": "embossed:4"},
+    **{"plate": "plate:4", "crossed": "crossed:4", "rack": "rack:3", "pits": "pits:4"},
+    **{"slanted": "pits:4", "undercut": "pits:4", "drilled": "pits:4"},
+}
+"""Of every family the part that is meshed before the clock runs; for what is refused one that is not looked at long."""
 LONG = 10.0
 """Seconds from which on one turn is enough."""
 STAGES = ("load", "all", "gmsh")
@@ -87,9 +93,9 @@ def measure(part: str, folder: Path, *, n_profiled: int) -> dict[str, object]:
     """Seconds of one part: loaded, meshed, and imported and meshed on its surfaces by gmsh."""
     family, _, n = part.partition(":")
     paths = []
-    for count in (SMALL[family], int(n)):
-        paths.append(folder / f"{family}{count}.step")
-        cq.exporters.export(FAMILIES[family](count), str(paths[-1]))
+    for kind, _, count in (SMALL[family].partition(":"), part.partition(":")):
+        paths.append(folder / f"{kind}{count}.step")
+        cq.exporters.export(FAMILIES[kind](int(count)), str(paths[-1]))
     small, path = paths
     attempt(small)
     start = time.process_time()
@@ -169,6 +175,7 @@ def main() -> None:
     which.add_argument("--parts", nargs="*", default=CHEAP, metavar="FAMILY:N", help=f"default: {' '.join(CHEAP)}")
     which.add_argument("--all", action="store_const", dest="parts", const=CHEAP + DEAR)
     which.add_argument("--growth", action="store_const", dest="parts", const=GROWTH)
+    which.add_argument("--growth-gears", action="store_const", dest="parts", const=GROWTH_OF_GEARS)
     which.add_argument("--refusal", action="store_const", dest="parts", const=REFUSAL)
     which.add_argument("--one", metavar="FAMILY:N", help=argparse.SUPPRESS)
     parser.add_argument("--repeats", type=int, default=3, help="turns of the start-up")
@@ -185,7 +192,7 @@ def main() -> None:
             rows.append(in_its_own_process(part, timeout=options.timeout, n_profiled=options.profile))
             if not options.json:
                 show(rows[-1])
-        if options.parts is GROWTH and not options.json:
+        if options.parts in (GROWTH, GROWTH_OF_GEARS) and not options.json:
             show_growth(rows)
         start = start_up(Path(name), options.repeats) if options.repeats else None
     if options.json:

@@ -88,6 +88,39 @@ def crossed(n_holes: int) -> cq.Workplane:
     return cq.Workplane().box(6 * side, 6 * side, 6).cut(holes).cut(bores)
 
 
+def slanted(n_holes: int) -> cq.Workplane:
+    """A plate with n blind holes that lean four ways, by 10, 20 and 30 degrees: no sweep, no stack, no few cuts."""
+    side = math.ceil(math.sqrt(n_holes))
+    tools = []
+    for k in range(n_holes):
+        turn, lean = math.radians(90.0 * (k % 4)), math.radians(10.0 + 10.0 * (k % 3))
+        way = cq.Vector(math.sin(lean) * math.cos(turn), math.sin(lean) * math.sin(turn), math.cos(lean))
+        place = cq.Vector(6 * (k % side) - 3 * side + 3, 6 * (k // side) - 3 * side + 3, 0)
+        tools.append(cq.Solid.makeCylinder(1.2, 8.0, place, way))
+    sheet = cq.Workplane("XY", (0, 0, -3)).rect(6 * side, 6 * side).extrude(6)
+    return sheet.cut(cq.Workplane(cq.Compound.makeCompound(tools)))
+
+
+def undercut(n: int) -> cq.Workplane:
+    """An embossed sheet on a thick one with a dovetail groove below and a blind bore from the side."""
+    side = math.ceil(math.sqrt(n))
+    base = cq.Workplane().rect(6 * side, 6 * side).extrude(-6)
+    groove = cq.Workplane("XZ", (0, 3 * side + 1, 0)).polyline([(-1, -6.1), (1, -6.1), (2.2, -3), (-2.2, -3)])
+    bore = cq.Workplane("YZ", (-3 * side - 1, 0, 0)).center(2 * side, -3).circle(1).extrude(3 * side)
+    return embossed(n).union(base).cut(groove.close().extrude(6 * side + 2)).cut(bore)
+
+
+def drilled(n_teeth: int) -> cq.Workplane:
+    """A helical gear with a blind hole from every third gap between its teeth towards its axis."""
+    radius = n_teeth / 2.0 - 3.25
+    tools = []
+    for k in range(0, n_teeth, 3):
+        angle = 2 * math.pi * (k + 0.5) / n_teeth + math.radians(10)
+        way = cq.Vector(math.cos(angle), math.sin(angle), 0)
+        tools.append(cq.Solid.makeCylinder(0.35, 3.0, radius * way + cq.Vector(0, 0, 4), way))
+    return gear(n_teeth).cut(cq.Workplane(cq.Compound.makeCompound(tools)))
+
+
 def rack(n_blades: int) -> cq.Workplane:
     """A row of blades on a foot, all of one section: four faces a blade, two of them splines."""
     wire = cq.Workplane("XZ").moveTo(0, 0)
@@ -183,5 +216,8 @@ FAMILIES = {
     "plate": plate,
     "pits": pits,
     "crossed": crossed,
+    "slanted": slanted,
+    "undercut": undercut,
+    "drilled": drilled,
     "rack": rack,
 }

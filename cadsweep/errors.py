@@ -113,6 +113,9 @@ class NotSweepableError(CadSweepError):
         Ids of the faces that are most in the way, the worst first.
     advice : str
         The sentence that begins the message: the face in the way, its place, and what to do.
+    columns : str
+        Why it is no stack of columns either, along the direction that fits best: the face in the way; empty where that
+        was not tried.
     left : sequence of (m, 3) float64
         Where cuts were tried and none did: the edges of the cell that has no sweep, or of the faces on which cells do
         not agree, as chains of points, model units.
@@ -135,6 +138,7 @@ class NotSweepableError(CadSweepError):
         self.reasons = tuple(reasons)
         self.faces = tuple(int(face) for face in faces)
         self.advice = advice
+        self.columns = ""
         self.left: tuple[FloatArray, ...] = ()
 
 

@@ -18,9 +18,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from .arrays import FloatArray
 from .brep import Solid
 from .sweep import LinkingSide, Sweep
+
+_NOISE = 9
+"""Digits of a unit vector that are told."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +107,11 @@ class Arrangement:
     over: dict[int, tuple[int, ...]]
     ways: dict[int, tuple[bool, ...]] = field(default_factory=dict)
     claims: dict[int, tuple[Claim, ...]] = field(default_factory=dict)
+
+
+def name_direction(direction: FloatArray) -> str:
+    """How messages name a direction; what is rounding beside 1 is zero."""
+    return ", ".join(f"{c:.3g}" for c in np.round(direction, _NOISE) + 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -53,6 +53,10 @@ def _filling(sweep: dict[str, Any], *, of_several: bool) -> str:
     solid = f"'{sweep['solid']}', " if of_several and "solid" in sweep else ""
     if "corners" in sweep:
         return f"{solid or 'cell: '}a block of hexahedra at each of {sweep['corners']} corners"
+    if "columns" in sweep:
+        along = f"{solid or 'stack '}along ({sweep['direction']})"
+        caps = f"{_names(sweep['source'])} to {_names(sweep['target'])}"
+        return f"{along}: {sweep['columns']} columns, {caps}, {sweep['layers']} layers"
     spans = sweep.get("span_layers", [])
     parts = f" ({' + '.join(map(str, spans))})" if len(spans) > 1 else ""
     return f"sweep: {solid}{_names(sweep['source'])} to {_names(sweep['target'])}, {sweep['layers']} layers{parts}"

@@ -49,6 +49,9 @@ MOST_OPENINGS, MOST_OPENING_FACES = 100, 6000
 """Parts that are looked at in these turns, and faces that are read or cut for them."""
 MOST_FACES_OF_ALL = 12000
 """Faces that are read or cut best first and in turns together."""
+MANY_FACES = 200
+"""Faces of a part beyond which fewer are read or cut in all, as the square of them: cutters of a cell of 500 faces take
+seconds, and so does each cut, so that a part that is not cut at once is refused within seconds as well."""
 TURN = 20
 """Parts that are looked at in one turn."""
 MOST_CELLS = 80
@@ -197,13 +200,16 @@ class CellSearch:
         Faces of cells that were cut, or read, for them.
     refused : Counter
         How often a cutter of each kind parted no cell, or not well.
+    share : float
+        Of all counts of faces, that a part of so many is given.
     ended_early : bool
         The user's time was used up before the count of parts was.
     """
 
     def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS, most_openings: int = 0) -> None:
         self.tools = tools
-        self.most_parts, self.most_faces, self.most_openings = most_parts, MOST_FACES, most_openings
+        self.share = min(1.0, (MANY_FACES / sum(len(solid.faces) for solid in part.solids)) ** 2)
+        self.most_parts, self.most_faces, self.most_openings = most_parts, self.share * MOST_FACES, most_openings
         self.most_cells = MOST_CELLS + len(part.solids)
         self.n_parts = self.n_faces = 0
         self.known: set[Hashable] = set()
@@ -219,7 +225,7 @@ class CellSearch:
             yield first
         queue: list[_Waiting] = [(first.cost, 0, first, self.children(first))]
         if self.most_openings:
-            yield from self.best_first(queue, MOST_BEFORE, MOST_FACES_BEFORE)
+            yield from self.best_first(queue, MOST_BEFORE, self.share * MOST_FACES_BEFORE)
             yield from self.openings(first)
         yield from self.best_first(queue)
 
@@ -255,7 +261,7 @@ class CellSearch:
         parts, faces = self.n_parts, self.n_faces
         most = self.most_parts, self.most_faces
         self.most_parts = parts + self.most_openings
-        self.most_faces = min(faces + MOST_OPENING_FACES, MOST_FACES_OF_ALL)
+        self.most_faces = min(faces + self.share * MOST_OPENING_FACES, self.share * MOST_FACES_OF_ALL)
         starts: list[Found] = []
         for child in self.children(first):
             self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
@@ -269,7 +275,7 @@ class CellSearch:
             log.debug("a turn for %s", start.cuts[-1])
             yield from self.best_first([(start.cost, 0, start, self.children(start))], TURN)
         self.most_parts = most[0] + self.n_parts - parts
-        self.most_faces = min(most[1] + self.n_faces - faces, MOST_FACES_OF_ALL)
+        self.most_faces = min(most[1] + self.n_faces - faces, self.share * MOST_FACES_OF_ALL)
 
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""

@@ -68,7 +68,11 @@ def _ended(early: bool) -> str:
 def _after_advice(left: _Left, message: str, refused: NotSweepableError) -> NotSweepableError:
     """The refusal that begins with what to do about the part as it is, and knows what is left of it."""
     lead = f"{refused.advice}; " if refused.advice else ""
-    found = NotSweepableError(lead + message, reasons=refused.reasons, faces=refused.faces, advice=refused.advice)
+    columns = f"; {refused.columns}" if refused.columns else ""
+    found = NotSweepableError(
+        lead + message + columns, reasons=refused.reasons, faces=refused.faces, advice=refused.advice
+    )
+    found.columns = refused.columns
     found.left = left.outline()
     return found
 

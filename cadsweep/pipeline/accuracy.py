@@ -7,14 +7,12 @@ it for the sides, and the inside of caps, by the square root of how much too far
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from .. import estimate
-from ..arrays import FloatArray
 from ..blocks.reference import volume_doubt
 from ..brep import Part
 from ..errors import CoarseMeshError, SurfaceMeshError
@@ -22,12 +20,11 @@ from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection.caps import PlacedCap, place_target
 from ..quality.deviation import Deviation, measure_deviation
-from ..surface import Division
 from ..sweep import Intervals, Sweep
+from .cap_sizes import least_of, sizes_along_rims, sizes_inside
 from .curvature import divide_by_curvature
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
-from .local_sizes import GROWTH
 from .periodic import cap_motion
 from .run import Run
 
@@ -39,7 +36,7 @@ MOST_HEXES = 200_000
 """Hexahedra up to which a part is divided finer by itself."""
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
-MOST_ROUNDS = 6
+MOST_ROUNDS = 8
 """Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers, and for
 meshers whose quads are not as small as they are asked for."""
 MARGIN = 1.1
@@ -48,12 +45,6 @@ LEAST_GAIN = 0.95
 """A round that leaves more than this part of the excess was in vain."""
 ROUNDS_IN_VAIN = 2
 """Rounds in vain after which refining does not help; one may be so by a mesher's whim."""
-_MOST_FINER = 3.0
-"""Factor by which the edges of a cap are divided finer in one round."""
-_NEARLY = 0.7
-"""Share of the length at which a quad would sag too much from which on it may not grow by much, either."""
-_NEAR = 16
-"""Quads that sag, among those nearest to a place, that the length wanted there grows from."""
 _SHARE = 0.1
 """A direction that sags less than this part of what is allowed stays as it is."""
 
@@ -87,11 +78,12 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
         As by the stages; a boundary that is too coarse to be the part's.
     """
     hints = resolve_hints(part, sweep, options)
+    graded = frozenset(hints.divisions)
     limit = _limit(part, sweep, options)
     best = last = _make(part, sweep, options, run, hints, streamed=streamed)
     notes: list[str] = []
     in_vain = 0
-    for _ in range(MOST_ROUNDS if limit is not None else 0):
+    for rounds in range(MOST_ROUNDS if limit is not None else 0):
         assert limit is not None
         if _shortfall(best.deviation, limit) <= 1.0:
             break
@@ -99,8 +91,9 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             sweep,
             last,
             hints,
-            limit.beyond(in_vain),
+            limit.beyond(max(in_vain, rounds - 1)),
             fixed=() if _layers_follow(options) else sweep.rails,
+            graded=graded,
             # The places of rows along walls, and of nodes that answer others, are settled elsewhere.
             curved=not (options.wall_layers or options.periodic),
         )
@@ -179,9 +172,9 @@ class _Limit:
     lost: float
     most: int | None
 
-    def beyond(self, in_vain: int) -> _Limit:
-        """More than is asked for, after rounds in vain: a mesher answers in whole quads, here and there."""
-        share = MARGIN ** (-2 * in_vain)
+    def beyond(self, rounds: int) -> _Limit:
+        """More than is asked for, after some rounds: a mesher answers in whole quads, here and there."""
+        share = MARGIN ** (-2 * rounds)
         return replace(self, distance=share * self.distance, lost=share * self.lost)
 
 
@@ -246,32 +239,44 @@ def _excess(deviation: Deviation, limit: _Limit) -> float:
 
 
 def _finer(
-    sweep: Sweep, made: Boundary, hints: Hints, limit: _Limit, *, fixed: Collection[int], curved: bool
+    sweep: Sweep,
+    made: Boundary,
+    hints: Hints,
+    limit: _Limit,
+    *,
+    fixed: Collection[int],
+    graded: Collection[int],
+    curved: bool,
 ) -> Hints | None:
     """Wishes for shorter segments; None where the boundary is near enough, or nothing can be divided.
 
-    `curved`: edges may be divided by their curvature.
+    `graded`: edges that somebody has asked to be divided as they are; `curved`: others may be divided unevenly.
     """
-    deviation, solid = made.deviation, sweep.solid
+    deviation, edges = made.deviation, sweep.solid.edges
     excess = _excess(deviation, limit)
-    inside = _inside_sizes(deviation, limit, excess, hints.inside)
-    factors = _side_factors(sweep, deviation, limit, excess)
-    for e, factor in ({} if inside is None else _cap_factors(sweep, made.counts, inside)).items():
-        factors[e] = max(factors.get(e, 1.0), factor)
+    inside = sizes_inside(deviation, limit.distance, MARGIN, excess, hints.inside)
     demanded = {e for edges in hints.counts for e in edges} | hints.wished
+    factors = _side_factors(sweep, deviation, limit, excess)
     factors = {e: f for e, f in factors.items() if e not in demanded and e not in fixed}
-    if not factors and inside is None:
-        return None
-    lengths = {e: solid.edges[e].length / max(1, int(made.counts.counts[e])) for e in factors}
-    uneven: tuple[dict[int, float], dict[int, Division]] = ({}, {})
+    lengths = {e: edges[e].length / max(1, int(made.counts.counts[e])) for e in factors}
+    sizes, divisions = dict(hints.sizes), dict(hints.divisions)
+    uneven: dict[int, float] = {}
     if curved:
-        uneven = divide_by_curvature(
-            sweep, lengths, limit.distance / MARGIN, fixed={*fixed, *demanded, *hints.divisions}
+        uneven, divided = divide_by_curvature(
+            sweep, lengths, limit.distance / MARGIN, fixed={*fixed, *demanded, *divisions}
         )
-    sizes = dict(hints.sizes)
+        divisions |= divided
     for e, factor in factors.items():
-        sizes[e] = min(sizes.get(e, np.inf), uneven[0].get(e, lengths[e] / factor))
-    return replace(hints, sizes=sizes, inside=_least(hints.inside, inside), divisions={**hints.divisions, **uneven[1]})
+        sizes[e] = min(sizes.get(e, np.inf), uneven.get(e, lengths[e] / factor))
+    along: dict[int, float] = {}
+    if inside is not None:
+        known = {e: edges[e].length / sizes[e] if e in factors else n for e, n in enumerate(made.counts.counts)}
+        spoken = {*fixed, *demanded, *graded}
+        along, divided = sizes_along_rims(sweep, known, divisions, inside, fixed=spoken, uneven=curved)
+        sizes, divisions = sizes | along, divisions | divided
+    if not factors and not along and inside is None:
+        return None
+    return replace(hints, sizes=sizes, inside=least_of(hints.inside, inside), divisions=divisions)
 
 
 def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: float) -> dict[int, float]:
@@ -292,61 +297,6 @@ def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: flo
         if together > 1.0:
             factors |= dict.fromkeys(span, together)
     return factors
-
-
-def _cap_factors(sweep: Sweep, counts: Intervals, inside: Callable[[FloatArray], FloatArray]) -> dict[int, float]:
-    """By how much segments around caps of one loop should be shorter: one that is a grid is divided by its edges."""
-    factors: dict[int, float] = {}
-    for loops in (sweep.solid.faces[f].loops for f in sweep.source):
-        if len(loops) > 1:
-            continue
-        edges = [sweep.solid.edges[e] for e in loops[0].edges]
-        wanted = inside(np.array([edge.midpoint for edge in edges]))
-        for edge, size in zip(edges, wanted, strict=True):
-            length = edge.length / max(1, int(counts.counts[edge.id]))
-            if size < length:
-                factors[edge.id] = max(factors.get(edge.id, 1.0), min(length / float(size), _MOST_FINER))
-    return factors
-
-
-def _inside_sizes(
-    deviation: Deviation, limit: _Limit, excess: float, before: Callable[[FloatArray], FloatArray] | None
-) -> Callable[[FloatArray], FloatArray] | None:
-    """Wanted lengths at points of the source, from the quads that sag too much there; None where none does.
-
-    A mesher's quads on a small crown are larger than the lengths wanted `before`: these are made shorter, then.
-    """
-    sags, lengths = deviation.cap_sags, deviation.cap_lengths
-    if not len(sags):
-        return None
-    factor = np.sqrt(np.maximum(MARGIN * sags / limit.distance, 1e-12))
-    if excess > 1.0:
-        factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
-    if not (factor > 1.05).any():
-        return None
-    if before is not None:
-        lengths = np.where(factor > 1.0, np.minimum(lengths, before(deviation.cap_middles)), lengths)
-    steep = factor > _NEARLY
-    middles, wanted = deviation.cap_middles[steep], (lengths / factor)[steep]
-    reach = deviation.cap_lengths[steep]
-    tree = scipy.spatial.cKDTree(middles)
-
-    def sizes(points: FloatArray) -> FloatArray:
-        away, near = tree.query(points, k=min(_NEAR, len(wanted)))
-        away, near = away.reshape(len(points), -1), near.reshape(len(points), -1)
-        # Growing from the quads that sag, so that who asks at a few places does not miss them.
-        grown = wanted[near] + (GROWTH - 1.0) * np.maximum(away - reach[near], 0.0)
-        return np.asarray(grown.min(axis=1))
-
-    return sizes
-
-
-def _least(
-    one: Callable[[FloatArray], FloatArray] | None, other: Callable[[FloatArray], FloatArray] | None
-) -> Callable[[FloatArray], FloatArray] | None:
-    if one is None or other is None:
-        return one or other
-    return lambda points: np.minimum(one(points), other(points))
 
 
 def _unmet(part: Part, deviation: Deviation, limit: _Limit, options: SweepOptions) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from .. import cad, stacks
 from ..brep import Cut, Part
 from ..errors import CadError, CadSweepError
-from ..stack import Stack
+from ..stack import Stack, name_direction
 from .stacking import find_stacks
 
 
@@ -28,17 +28,21 @@ def columns_of(part: Part) -> Part:
         except CadSweepError:
             continue  # what OpenCASCADE does not cut along one direction it may along another
         if cells is not None:
-            reason = f"the outlines of the caps across ({_axis(stack)}), carried through: {stack.n_columns} columns"
+            reason = _outlines(stack)
+            if stack is not found[0]:
+                meshed = f"{found[0].n_columns} across ({name_direction(found[0].direction)})"
+                reason += f" (the part is meshed in {meshed}, which OpenCASCADE does not part as solids)"
             return replace(cells, cuts=(*part.cuts, Cut(kind="columns", reason=reason)))
     stack = found[0]
     why = ""
     if stack.rounded:
         why = f", as walls run tangent into {part.solids[0].faces[stack.rounded[0]].label()}"
     raise CadError(
-        f"the {stack.n_columns} columns across ({_axis(stack)}) are meshed as they are, but OpenCASCADE does not part "
-        f"them as solids{why}"
+        f"the {stack.n_columns} columns across ({name_direction(stack.direction)}) are meshed as they are, but "
+        f"OpenCASCADE does not part them as solids{why}"
     )
 
 
-def _axis(stack: Stack) -> str:
-    return ", ".join(f"{c:.3g}" for c in stack.direction + 0.0)
+def _outlines(stack: Stack) -> str:
+    axis = name_direction(stack.direction)
+    return f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"

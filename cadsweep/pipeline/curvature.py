@@ -23,7 +23,7 @@ from .size_divisions import by_density, divided_by
 
 _SAMPLES = 4000
 """Places along an edge at which it is bent: the tip of a blade may be a thousandth of its section."""
-_UNEVEN = 1.5
+UNEVEN = 1.5
 """Length of the longest segment over the shortest from which on it pays to divide an edge unevenly."""
 
 
@@ -62,8 +62,8 @@ def divide_by_curvature(
         # Lengths on the other end, as they are on this one.
         other = (ends[1] if forward == t_forward else ends[1][::-1]) * edges[e].length / edges[t].length
         least = np.minimum(np.minimum(ends[0], other), wanted[e])
-        mean, places = divided_by(_grown(least, edges[e].length))
-        if places is None or least.max() < _UNEVEN * least.min():
+        mean, places = divided_by(grown(least, edges[e].length))
+        if places is None or least.max() < UNEVEN * least.min():
             continue
         sizes[e], sizes[t] = mean, mean * edges[t].length / edges[e].length
         divisions[e] = partial(by_density, places=places)
@@ -85,7 +85,7 @@ def chords(edge: Edge, distance: float) -> FloatArray:
     return np.asarray(np.sqrt(8.0 * radii * distance - 4.0 * distance**2))
 
 
-def _grown(sizes: FloatArray, length: float) -> FloatArray:
+def grown(sizes: FloatArray, length: float) -> FloatArray:
     """Sizes at even places of a line that grow from the least ones no faster than all sizes do."""
     at = (GROWTH - 1.0) * np.linspace(0.0, length, len(sizes))
     up = np.minimum.accumulate(sizes - at) + at

@@ -162,7 +162,7 @@ def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
     found = NotSweepableError(
         f"{refused}; or {small}", reasons=refused.reasons, faces=refused.faces, advice=refused.advice
     )
-    found.solids, found.left = refused.solids, refused.left
+    found.solids, found.left, found.columns = refused.solids, refused.left, refused.columns
     return found
 
 

@@ -21,7 +21,7 @@ from ..brep import Part, Solid
 from ..errors import CadSweepError, InputError, NotSweepableError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..stack import Stack
+from ..stack import Stack, name_direction
 from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
 from .biases import splits_of
@@ -95,8 +95,7 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
 
 
 def _reason(direction: np.ndarray, why: str) -> str:
-    axis = ", ".join(f"{c:.3g}" for c in direction + 0.0)
-    return f"along ({axis}), {why}"
+    return f"along ({name_direction(direction)}), {why}"
 
 
 def other_stacks(part: Part, sweeps: Sequence[Sweep]) -> list[Stack]:
@@ -124,10 +123,10 @@ def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str,
             continue
         sheets = stacks.find_sheets(stack)
         faces = stack.solid.faces
-        heights = np.sort(sheets.heights) * part.scale + float(part.offset @ stack.direction)
+        heights = np.sort(stacks.told_heights(stack, sheets)) * part.scale + float(part.offset @ stack.direction)
         rows.append(
             {
-                "direction": stack.direction + 0.0,
+                "direction": np.round(stack.direction, 12) + 0.0,
                 "source": [faces[f].shown for f in stack.source],
                 "target": [faces[f].shown for f in stack.target],
                 "n_walls": len(stack.walls),
@@ -151,9 +150,13 @@ def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
     try:
         return find_stacks(part)
     except NotSweepableError as error:
-        message = f"{refused}; nor is it a stack of columns: {error.reasons[0]}"
+        columns = f"nor is it a stack of columns: {error.reasons[0]}"
         reasons = [*refused.reasons, *error.reasons]
-        raise NotSweepableError(message, reasons=reasons, faces=refused.faces, advice=refused.advice) from refused
+        neither = NotSweepableError(
+            f"{refused}; {columns}", reasons=reasons, faces=refused.faces, advice=refused.advice
+        )
+        neither.columns = columns
+        raise neither from refused
 
 
 def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
@@ -277,6 +280,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
                 "source": [faces[i].shown for i in stack.source],
                 "target": [faces[i].shown for i in stack.target],
                 "layers": levels.n_layers,
+                "direction": name_direction(stack.direction),
                 "columns": stack.n_columns,
                 "limit": round(stack.limit.value, 3),
                 "upright_limit": round(stack.upright_limit.value, 3),

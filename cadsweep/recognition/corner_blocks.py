@@ -31,6 +31,8 @@ SEEN = 0.01
 """Distance, as a share of its size, by which the middle of a solid or face must lie inside of all of its outline."""
 TURNED = 0.4
 """Least cosine between the normals of a curved face and that of its middle at which it may be looked at along that."""
+BENT = 0.2
+"""Cosine between the normals of a prism's ends up to which it may be bent: somewhat more than a quarter of a turn."""
 SCORE = 0.25
 """Of the best: below half of what a sweep of middling quality has."""
 
@@ -119,8 +121,25 @@ def _views(solid: Solid) -> tuple[View, dict[int, View]] | None:
         middle = face.surface.project(np.concatenate(rows).mean(axis=0)[None])
         places += [*rows, face.surface.evaluate(middle)]
         normals += [-face.surface.normals(uv), -face.surface.normals(middle)]
-    own = View.of(np.concatenate(places), np.concatenate(normals))
-    return (own, views) if own.depth() > SEEN * solid.size else None
+    whole = View.of(np.concatenate(places), np.concatenate(normals))
+    own = whole if whole.depth() > SEEN * solid.size else _view_in_wedge(solid)
+    return None if own is None else (own, views)
+
+
+def _view_in_wedge(solid: Solid) -> View | None:
+    """Where a bent prism of three sides sees the middles of its faces; None for any other solid.
+
+    The ring under a counterbore, in quarters: from nowhere inside all of its inner wall is seen, yet every block lies
+    along the bend between two walls, which are close to each other.
+    """
+    ends = [face for face in solid.faces if len(face.edges) == 3 and face.kind == "plane"]
+    if len(solid.faces) != 5 or len(ends) != 2 or float(ends[0].normal @ ends[1].normal) > BENT:
+        return None
+    middles = [face.surface.project(face.center[None]) for face in solid.faces]
+    places = [face.surface.evaluate(uv) for face, uv in zip(solid.faces, middles, strict=True)]
+    normals = [-face.surface.normals(uv) for face, uv in zip(solid.faces, middles, strict=True)]
+    view = View.of(np.concatenate(places), np.concatenate(normals))
+    return view if view.depth() > SEEN * solid.size else None
 
 
 def _face_view(face: Face, rows: Sequence[FloatArray]) -> View | None:

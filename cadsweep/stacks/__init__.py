@@ -39,7 +39,7 @@ from .mending import mend_quads
 from .merging import NEAR, merge_outlines
 from .normals import Normals, count_fitting, find_directions
 from .planar import Judged, divide_at_cusps, judge_plane, sizes_across
-from .sheets import Sheets, find_sheets
+from .sheets import Sheets, find_sheets, told_heights
 from .sides import Sides, find_stations, read_sides
 from .slides import find_slides
 from .straight import build_straight
@@ -69,5 +69,6 @@ __all__ = [
     "merge_outlines",
     "read_sides",
     "sizes_across",
+    "told_heights",
     "touching_columns",
 ]

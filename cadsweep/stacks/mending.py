@@ -5,36 +5,38 @@ outlines were laid together, a corner of 130 degrees there may be none at all on
 real, and a quad that has it is flat.
 
 Method: around every poor quad the inner nodes look for places where the worst corner, over all levels with material,
-is best; where that does not help, the edge to one of its neighbours is turned inside the hexagon of both ::
-
-    +-----+-----+        +-----+-----+
-    |     |     |   ->   |  .-----'  |     a flat corner gets an edge of its own
-    +-----+-----+        +-'---+-----+
-
-Nodes on lines stay, and so do edges that lie on them.
+is best; where that does not help, what is around it is divided otherwise (:mod:`.rewrites`), in the way that helps
+most, so that a flat corner gets edges of its own. Nodes on lines stay, and so do edges that lie on them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import across
 from .blocks import find_presence
 from .mending_kernels import look_around, worst_sines
 from .places import find_places
+from .rewrites import Around, Rewrite, rewrites
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
 _LEAST_GAIN = 0.02
-"""Gain of the worst corner's sine for which nodes are moved, or an edge is turned."""
+"""Gain of the worst corner's sine for which nodes are moved."""
+_LEAST_DIVIDED = 0.005
+"""Squares of what the corners' sines lack, in sum, for which quads are divided otherwise."""
+_SPARE = 400
+"""Quads and nodes that may come to those of the plane."""
 _MOST_MENDED = 400
 """Quads that are looked at, the worst first."""
+_PASSES = 2
+"""How often all quads are looked at: what was divided otherwise is carried to the levels anew."""
 _ROUNDS = 6
 """How often the nodes around a quad look around themselves."""
 _OFFSETS = np.concatenate(
@@ -48,7 +50,7 @@ _OFFSETS = np.concatenate(
 
 
 def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
-    """Move inner nodes and turn inner edges where that raises the worst corner that quads have on any level.
+    """Move inner nodes and divide quads otherwise where that raises the worst corner that quads have on any level.
 
     Parameters
     ----------
@@ -60,40 +62,69 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     Returns
     -------
     QuadMesh
-        With as many quads and nodes, in the same cells; `mesh` itself where nothing is gained, where all levels are as
-        the plane is (no outlines were laid together), or where rows of quads along walls were asked for.
+        With the same nodes on lines, but for their numbers; `mesh` itself where nothing is gained, where all levels are
+        as the plane is (no outlines were laid together), or where rows of quads along walls were asked for.
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
-    work = _Quads(stack, levels, mesh)
-    work.mend()
-    if not work.changed:
-        return mesh
-    return replace(mesh, points=mesh.points + work.moves @ work.frame, quads=work.quads)
+    for _ in range(_PASSES):
+        work = _Quads(
+            points=mesh.points,
+            quads=mesh.quads,
+            cells=mesh.faces,
+            places=find_places(stack, levels, mesh) @ across(stack.direction).T,
+            there=find_presence(stack, levels, mesh),
+            lines=mesh.edge_nodes.values(),
+            frame=across(stack.direction),
+        )
+        if not work.mend():
+            break
+        mesh = work.mended(mesh)
+    return mesh
 
 
 class _Quads:
     """Quads, and where their nodes are on every level."""
 
-    def __init__(self, stack: Stack, levels: Levels, mesh: QuadMesh) -> None:
-        self.frame = across(stack.direction)
-        self.quads = np.array(mesh.quads, dtype=np.int64, order="C")
-        self.cells = mesh.faces
-        self.places = np.ascontiguousarray(find_places(stack, levels, mesh) @ self.frame.T)
-        self.there = np.ascontiguousarray(find_presence(stack, levels, mesh))
-        self.moves = np.zeros((len(mesh.points), 2))
-        self.fixed = np.zeros(len(mesh.points), dtype=bool)
-        self.lines: set[tuple[int, int]] = set()
-        for nodes in mesh.edge_nodes.values():
-            self.fixed[nodes] = True
-            self.lines.update(
-                (min(a, b), max(a, b)) for a, b in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True)
-            )
-        self.around: dict[int, set[int]] = {}
-        for q, nodes in enumerate(self.quads.tolist()):
-            for node in nodes:
-                self.around.setdefault(node, set()).add(q)
+    def __init__(
+        self,
+        *,
+        points: FloatArray,
+        quads: IntArray,
+        cells: IntArray,
+        places: FloatArray,
+        there: BoolArray,
+        lines: Iterable[IntArray],
+        frame: FloatArray,
+    ) -> None:
+        self.frame = frame
+        self.n_nodes, self.n_quads = len(points), len(quads)
+        self.points = np.pad(points, ((0, _SPARE), (0, 0)))
+        self.places = np.pad(places, ((0, 0), (0, _SPARE), (0, 0)))
+        self.there = np.pad(there, ((0, 0), (0, _SPARE)))
+        self.alive = np.pad(np.ones(len(quads), dtype=bool), (0, _SPARE))
+        fixed = np.zeros(len(self.points), dtype=bool)
+        sides: set[tuple[int, int]] = set()
+        for nodes in lines:
+            fixed[nodes] = True
+            sides.update((min(a, b), max(a, b)) for a, b in zip(nodes[:-1].tolist(), nodes[1:].tolist(), strict=True))
+        at: dict[int, set[int]] = {}
+        for q, own in enumerate(quads.tolist()):
+            for node in own:
+                at.setdefault(node, set()).add(q)
+        self.around = Around(
+            quads=np.pad(quads, ((0, _SPARE), (0, 0))),
+            cells=np.pad(cells, (0, _SPARE)),
+            fixed=fixed,
+            lines=sides,
+            at=at,
+        )
         self.changed = False
+
+    @property
+    def quads(self) -> IntArray:
+        """Rows of nodes (q, 4), those of quads that are gone among them."""
+        return self.around.quads
 
     def worst(self, quads: Iterable[int]) -> FloatArray:
         """Worst corner sine of quads on all levels where they have material beside them."""
@@ -102,19 +133,34 @@ class _Quads:
         worst_sines(self.places, self.quads, self.there, ids, out)
         return out
 
-    def mend(self) -> None:
-        """Go through the poor quads, the worst first, those that have come off badly again."""
-        values = self.worst(range(len(self.quads)))
+    def mend(self) -> bool:
+        """Go through the poor quads, the worst first; whether anything was changed."""
+        values = self.worst(range(self.n_quads))
         queue = np.flatnonzero(values < _GOOD)
         queue = queue[np.argsort(values[queue], kind="stable")][:_MOST_MENDED]
         for q in queue.tolist():
-            if self.worst([q])[0] < _GOOD and self._relax([q]) < _GOOD:
-                self._turn(q)
+            if self.alive[q] and self.worst([q])[0] < _GOOD and self._relax([q]) < _GOOD:
+                self._divide(q)
+        return self.changed
 
-    def _relax(self, quads: list[int]) -> float:
+    def mended(self, mesh: QuadMesh) -> QuadMesh:
+        """The mesh with these quads, and their nodes numbered anew."""
+        used = np.zeros(len(self.points), dtype=bool)
+        used[self.quads[self.alive]] = True
+        number = np.cumsum(used) - 1
+        return replace(
+            mesh,
+            points=self.points[used],
+            quads=number[self.quads[self.alive]],
+            faces=self.around.cells[self.alive],
+            loops=tuple(number[loop] for loop in mesh.loops),
+            edge_nodes={e: number[nodes] for e, nodes in mesh.edge_nodes.items()},
+        )
+
+    def _relax(self, quads: Sequence[int]) -> float:
         """Let the inner nodes of quads look for better places; return the worst corner around them then."""
-        nodes = [n for n in np.unique(self.quads[quads]).tolist() if not self.fixed[n]]
-        near = sorted({q for n in nodes for q in self.around[n]} | set(quads))
+        nodes = [n for n in np.unique(self.quads[quads]).tolist() if not self.around.fixed[n]]
+        near = sorted({q for n in nodes for q in self.around.at[n]} | set(quads))
         for _ in range(_ROUNDS):
             moved = [self._look_around(n) for n in nodes]
             if not any(moved):
@@ -123,74 +169,72 @@ class _Quads:
 
     def _look_around(self, node: int) -> bool:
         """Move a node to the best of the places around it, where that gains enough."""
-        ids = np.array(sorted(self.around[node]))
+        ids = np.array(sorted(self.around.at[node]))
         move = np.empty(2)
         gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, move)
         if not gain > 0.25 * _LEAST_GAIN:
             return False
         self.places[:, node] += move
-        self.moves[node] += move
+        self.points[node] += move @ self.frame
         self.changed = True
         return True
 
-    def _turn(self, q: int) -> None:
-        """Turn that edge of a quad which helps most, if one does."""
-        best: tuple[float, int, IntArray] | None = None
-        for side in range(4):
-            other = self._beyond(q, side)
-            if other is None:
-                continue
-            for pair in self._turned(q, side, other):
-                gain = self._gain(q, other, pair)
-                if gain > _LEAST_GAIN and (best is None or gain > best[0]):
-                    best = gain, other, pair
+    def _divide(self, q: int) -> None:
+        """Divide what is around a quad in that other way which helps most, if one does."""
+        best: tuple[float, Rewrite] | None = None
+        for found in rewrites(self.around, q):
+            gain = self._gain(found)
+            if gain > _LEAST_DIVIDED and (best is None or gain > best[0]):
+                best = gain, found
         if best is not None:
-            self._put(q, best[1], best[2])
-            self._relax([q, best[1]])
+            self._relax(self._put(best[1]))
             self.changed = True
 
-    def _beyond(self, q: int, side: int) -> int | None:
-        """The quad of the same cell across a side that is on no line."""
-        a, b = (int(n) for n in self.quads[q, [side, (side + 1) % 4]])
-        if (min(a, b), max(a, b)) in self.lines:
-            return None
-        shared = (self.around[a] & self.around[b]) - {q}
-        return next((r for r in shared if self.cells[r] == self.cells[q]), None)
+    def _gain(self, found: Rewrite) -> float:
+        """How much less the quads around lack where some are divided otherwise; nothing is changed."""
+        n_new = len(found.shares)
+        if self.n_nodes + n_new > len(self.points) or self.n_quads + n_new > len(self.alive):
+            return 0.0
+        removed = list(found.removed)
+        nodes = {*self.quads[removed].ravel().tolist(), *found.rows[found.rows >= 0].tolist()}
+        free = sorted(n for n in nodes if not self.around.fixed[n])
+        changed, places, points = self.changed, self.places[:, free].copy(), self.points[free].copy()
+        before = self.worst({r for n in free for r in self.around.at[n]} | set(removed))
+        old = self.quads[removed].copy()
+        own = self._put(found)
+        self._relax(own)
+        after = self.worst({r for n in free for r in self.around.at[n]} | set(own))
+        self._take(own)
+        self._lay(removed, old)
+        self.n_nodes, self.n_quads = self.n_nodes - n_new, self.n_quads - max(len(own) - len(removed), 0)
+        self.changed, self.places[:, free], self.points[free] = changed, places, points
+        if after.min() < before.min():
+            return 0.0
+        return float((np.maximum(_GOOD - before, 0.0) ** 2).sum() - (np.maximum(_GOOD - after, 0.0) ** 2).sum())
 
-    def _turned(self, q: int, side: int, other: int) -> list[IntArray]:
-        """Both other ways to divide the hexagon of two quads."""
-        b, c, a, v = np.roll(self.quads[q], -side).tolist()  # the side runs from b to c
-        beyond = self.quads[other].tolist()
-        k = beyond.index(c)
-        if beyond[(k + 1) % 4] != b:
-            return []
-        e, f = beyond[(k + 2) % 4], beyond[(k + 3) % 4]
-        if len({a, b, c, v, e, f}) < 6 or any(not self.fixed[n] and len(self.around[n]) < 4 for n in (b, c)):
-            return []  # an inner node of two quads: one of them is no quad
-        # Around the hexagon: v, b, e, f, c, a. A new edge between nodes of another quad would lie across that.
-        pairs = (((v, f), [[v, b, e, f], [v, f, c, a]]), ((a, e), [[b, e, a, v], [e, f, c, a]]))
-        return [np.array(pair) for (m, n), pair in pairs if self.around[m] & self.around[n] <= {q, other}]
+    def _put(self, found: Rewrite) -> list[int]:
+        """Put quads in the place of others; their numbers."""
+        removed, n_new, n_more = list(found.removed), len(found.shares), len(found.rows) - len(found.removed)
+        new = np.arange(self.n_nodes, self.n_nodes + n_new)
+        corners = self.quads[removed[0]]
+        self.points[new] = found.shares @ self.points[corners]
+        self.places[:, new] = found.shares @ self.places[:, corners]
+        rows = np.where(found.rows < 0, self.n_nodes - 1 - found.rows, found.rows)
+        self._take(removed)
+        own = [*removed, *range(self.n_quads, self.n_quads + n_more)][-len(found.rows) :]
+        self.around.cells[own], self.there[:, own] = self.around.cells[removed[0]], self.there[:, removed[:1]]
+        self.n_nodes, self.n_quads = self.n_nodes + n_new, self.n_quads + max(n_more, 0)
+        self._lay(own, rows)
+        return own
 
-    def _gain(self, q: int, other: int, pair: IntArray) -> float:
-        """What the worst quad around gains where two are divided otherwise; nothing is changed."""
-        nodes = np.unique(pair).tolist()
-        near = sorted({r for n in nodes if not self.fixed[n] for r in self.around[n]} | {q, other})
-        before = float(self.worst(near).min())
-        kept = self.quads[[q, other]].copy(), self.places[:, nodes].copy(), self.moves[nodes].copy(), self.changed
-        self._put(q, other, pair)
-        after = float(self.worst(near).min())
-        if after < _GOOD:
-            self._relax([q, other])
-            after = float(self.worst(near).min())
-        self._put(q, other, kept[0])
-        self.places[:, nodes], self.moves[nodes], self.changed = kept[1:]
-        return min(after, _GOOD) - before
+    def _take(self, quads: Sequence[int]) -> None:
+        self.alive[quads] = False
+        for q in quads:
+            for node in self.quads[q].tolist():
+                self.around.at[node].discard(q)
 
-    def _put(self, q: int, other: int, pair: IntArray) -> None:
-        for r, row in zip((q, other), pair, strict=True):
-            for node in self.quads[r].tolist():
-                self.around[node].discard(r)
-            self.quads[r] = row
-        for r in (q, other):
-            for node in self.quads[r].tolist():
-                self.around[node].add(r)
+    def _lay(self, quads: Sequence[int], rows: IntArray) -> None:
+        self.alive[quads], self.quads[quads] = True, rows
+        for q, row in zip(quads, rows.tolist(), strict=True):
+            for node in row:
+                self.around.at.setdefault(node, set()).add(q)

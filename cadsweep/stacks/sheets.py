@@ -19,6 +19,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray
+from ..brep import Face
 from ..errors import NotSweepableError
 from ..stack import Stack
 from .along import heights_on_cap, heights_on_edge
@@ -104,6 +105,20 @@ def find_sheets(stack: Stack) -> Sheets:
     return found
 
 
+def told_heights(stack: Stack, sheets: Sheets) -> FloatArray:
+    """Heights (n_sheets,) as a user knows them: of the widest flat cap of each sheet, else the mean."""
+    heights, widest = sheets.heights.copy(), np.zeros(len(sheets.heights))
+    for face, sheet in ((stack.solid.faces[f], sheet) for f, sheet in sheets.caps.items()):
+        if is_flat(face, stack.direction) and face.area > widest[sheet]:
+            heights[sheet], widest[sheet] = float(face.center @ stack.direction), face.area
+    return heights
+
+
+def is_flat(face: Face, direction: FloatArray) -> bool:
+    """Whether a cap lies across the direction."""
+    return face.kind == "plane" and bool(abs(face.normal @ direction) > 1.0 - _FLAT)
+
+
 def _join_meeting(stack: Stack, table: _Places, union: Joined, sides: dict[int, int], tolerance: float) -> None:
     """Join caps that meet along a line, and refuse those that meet in a point alone."""
     for place in [*table.middles, *table.vertices]:
@@ -142,7 +157,7 @@ def _join_flat(stack: Stack, union: Joined, tolerance: float) -> None:
     flat = [
         (float(face.center @ stack.direction), face.id)
         for face in (stack.solid.faces[f] for f in (*stack.source, *stack.target))
-        if face.kind == "plane" and abs(face.normal @ stack.direction) > 1.0 - _FLAT
+        if is_flat(face, stack.direction)
     ]
     flat.sort()
     for (a, f), (b, g) in pairwise(flat):

@@ -25,7 +25,7 @@ from .harmonic import carried
 from .lines import nodes_on_edges
 from .nodes import Heights, fill_levels, quads_by_cell
 from .rims import even_out, segments_of
-from .sheets import TOLERANCE
+from .sheets import TOLERANCE, is_flat
 
 _FLAT = 1e-9
 _SAME = 1e-12
@@ -195,7 +195,7 @@ def _is_flat(stack: Stack, levels: Levels) -> bool:
     faces = (stack.solid.faces[f] for f in (*stack.source, *stack.target))
     at = np.linspace(0.0, 1.0, 9)
     rises = (np.ptp(stack.solid.edges[e].curve.evaluate(at) @ stack.direction) for e in levels.stations)
-    return all(face.kind == "plane" and abs(face.normal @ stack.direction) > 1.0 - _FLAT for face in faces) and all(
+    return all(is_flat(face, stack.direction) for face in faces) and all(
         rise <= _FLAT * stack.solid.size for rise in rises
     )
 

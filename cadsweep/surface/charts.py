@@ -23,6 +23,9 @@ from .chart import Chart, inner_places, is_simple, worst_squeeze
 from .conformal import SQUEEZED, conformal_chart
 from .transfinite import join_chains
 
+_NEARLY_FLAT = 1.2
+"""Ratio of a view's stretches, from the normals, up to which the view squeezes no more than they say."""
+
 
 def charts_of(
     face: Face,
@@ -143,7 +146,7 @@ def _unrolled(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray]
 
 
 def _squeeze(chart: Chart, unrolled: Chart | None, face: Face, points: Sequence[FloatArray]) -> float:
-    """Greatest ratio of a chart's stretches in two directions; of a view, from the normals, where these are at hand."""
+    """Greatest ratio of a chart's stretches in two directions; of a view that is nearly flat, from the normals."""
     if unrolled is None or chart is unrolled:
         return worst_squeeze(chart)
     places = inner_places(unrolled)
@@ -151,7 +154,9 @@ def _squeeze(chart: Chart, unrolled: Chart | None, face: Face, points: Sequence[
         return 1.0
     area = sum((_vector_area(p) for p in points), start=np.zeros(3))
     cosines = -face.surface.normals(unrolled.lift(places)[1]) @ (area / np.linalg.norm(area))
-    return float(1.0 / max(1e-9, float(np.min(cosines))))
+    steepest = float(1.0 / max(1e-9, float(np.min(cosines))))
+    # What is seen is lifted to the nearest place of the face, not to the one behind it: that squeezes more.
+    return steepest if steepest < _NEARLY_FLAT else worst_squeeze(chart)
 
 
 def _distortion(chart: Chart, points: Sequence[FloatArray]) -> float:

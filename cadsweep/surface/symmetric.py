@@ -46,6 +46,8 @@ _GOOD = 0.7
 """Worst corner sine from which on no other setting of the mesher is tried: what it makes of a whole is as good."""
 _GOOD_OF_MANY = 0.65
 """The same for wedges of many nodes, whose every mesh takes long: a lattice is taken from there on, too."""
+_LARGE = 1000
+"""Nodes of a wedge from which on each setting takes seconds, and `_ENOUGH` is good."""
 _FAIR = 0.55
 """The same for quads much smaller than the outline's segments: they are many, and do not make fair ones good."""
 _LEAST = 0.3
@@ -108,8 +110,8 @@ def _best_of(
 ) -> FaceQuads | None:
     """The best quads of a wedge copied: by a mesher (`freely`), or else grids."""
     boundary = np.concatenate(outline.nodes)
-    many = sum(map(len, domain.loops)) > MANY
-    good = _GOOD_OF_MANY if many else _GOOD
+    n_nodes = sum(map(len, domain.loops))
+    good = _ENOUGH if n_nodes > _LARGE else _GOOD_OF_MANY if n_nodes > MANY else _GOOD
     limit = 0.95 * core.sharpest(wedge)
     kept = core.symmetry(wedge)
     best: FaceQuads | None = None

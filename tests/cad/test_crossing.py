@@ -1,5 +1,6 @@
 """A solid that runs into itself is known by its faces, where OpenCASCADE's own check passes it."""
 
+import numpy as np
 import pytest
 
 cq = pytest.importorskip("cadquery")
@@ -83,3 +84,20 @@ def test_faces_that_keep_apart_or_cross_do_not_touch(wall):
     (solid,) = load(bored_twice(wall=wall)).solids
     assert find_touching(solid) is None
     assert candidates.touching_of(solid, cs.NotSweepableError("no sweep")) is None
+
+
+def test_bores_that_meet_in_a_point_are_told_by_their_faces():
+    block = cq.Workplane().box(20, 20, 10, centered=(True, True, False))
+    bores = [cq.Workplane("XY", (x, 0, z)).circle(3).extrude(5) for x, z in ((-3, 5), (3, 0))]
+    solid = load(block.cut(bores[0]).cut(bores[1])).solids[0]
+    first, second, place = find_touching(solid)
+    assert place.tolist() == pytest.approx([0.0, 0.0, 5.0], abs=1e-9)
+    at = {v for v, own in enumerate(solid.vertices) if np.allclose(own, place)}
+    meeting = {face.id for face in solid.faces if at & corners(solid, face)}
+    assert {first, second} <= meeting
+    assert not any({first, second} == set(edge.faces) for edge in solid.edges)
+    assert "touch at (0, 0, 5)" in str(candidates.touching_of(solid, cs.NotSweepableError("no sweep")))
+
+
+def corners(solid, face):
+    return {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}

@@ -30,3 +30,17 @@ def test_a_bore_is_divided_where_no_loop_touches(seam: float) -> None:
     assert any("at another angle" in note for note in found.notes) == (seam != 90.0)
     # every face of the model is there, under its own number
     assert {face.key for face in solid.faces} == {f"face {j}" for j in range(len(part.faces().vals()))}
+
+
+@pytest.mark.parametrize("angle", [0.0, 180.0])
+def test_a_hole_that_just_touches_a_shaft_is_divided_beside_the_point(tmp_path, angle: float) -> None:
+    """In a file, its rim has a vertex there and the seam's opposite to it; its other rim has the seam's alone."""
+    shaft = cq.Workplane().circle(24).extrude(8).union(cq.Workplane().circle(14).extrude(20))
+    hole = cq.Workplane(cq.Solid.makeCylinder(3, 40, cq.Vector(17, 0, -10))).rotate((0, 0, 0), (0, 0, 1), angle)
+    part = shaft.cut(hole)
+    cq.exporters.export(part, str(tmp_path / "part.step"))
+    found = load(tmp_path / "part.step")
+    (solid,) = found.solids
+    assert not faults(solid.kernel.shape)
+    assert solid.volume * found.scale**3 == pytest.approx(part.val().Volume(), rel=1e-6)
+    assert {face.key for face in solid.faces} == {f"face {j}" for j in range(len(part.faces().vals()))}

@@ -49,6 +49,10 @@ def test_cells_that_are_filled_alike_are_counted() -> None:
         "sweep: 'b', 1 to a cut, 4 layers",
     ]
 
+    columns = {"source": [0], "target": ["top", 7], "layers": 9, "columns": 5, "direction": "0, 0, 1"}
+    summary["sweeps"] = [columns]
+    assert mesh_lines(summary, "x.vtu")[2:] == ["stack along (0, 0, 1): 5 columns, 0 to top, 7, 9 layers"]
+
 
 def test_info_says_what_happens_to_a_part_without_sweep(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

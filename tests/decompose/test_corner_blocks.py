@@ -118,3 +118,21 @@ def test_a_prism_beside_corner_blocks_takes_their_quads():
     quads = mesh.points[nodes]
     areas = np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1) / 2
     assert np.isclose(areas.sum(), 18 * 3**0.5 / 4, rtol=1e-12)  # an equilateral triangle of side 18 ** 0.5
+
+
+def ring(turn):
+    """A ring of a triangular section, as under a counterbore: from nowhere inside is all of its inner wall seen."""
+    section = cq.Workplane("XZ").polyline([(5, 0), (7, 0), (5, -2)]).close()
+    return section.revolve(turn, (0, 0, 0), (0, 1, 0))
+
+
+@pytest.mark.parametrize(("turn", "fits"), [(60, True), (90, True), (120, False)])
+def test_a_bent_prism_of_three_sides_has_blocks_up_to_a_quarter_of_a_turn(turn, fits):
+    assert (blocks_of(ring(turn)) is not None) == fits
+
+
+def test_a_ring_in_quarters_is_meshed_though_its_sweeps_would_follow_each_other_in_a_circle():
+    mesh = cs.sweep_mesh(ring(360), cuts=["plane x=0", "plane y=0"], size=1.0)
+    report = mesh.quality()
+    assert report.valid, report.problems
+    assert report.min_scaled_jacobian > 0.4

@@ -1,5 +1,7 @@
 """Bores that cross are parted by planes into cells with a block at every corner, wherever their axes pass."""
 
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("cadquery")
@@ -9,7 +11,7 @@ import numpy as np
 
 from cadsweep import load, recognition
 from cadsweep.cad.edit.axial import direction_of, find_clusters, main_normals
-from cadsweep.cad.edit.crossings import at_crossings, find_axes, find_crossings
+from cadsweep.cad.edit.crossings import _meeting, at_crossings, find_axes, find_crossings
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.heal.validate import faults
 from cadsweep.cad.shapes import shapes_of
@@ -62,3 +64,19 @@ def test_a_divided_bore_is_what_opencascade_takes_for_valid(tmp_path):
     cq.exporters.export(block, str(tmp_path / "block.step"))
     (solid,) = load(tmp_path / "block.step").solids
     assert faults(shapes_of(solid).shape) == []
+
+
+def test_of_many_bores_every_pair_that_meets_is_found():
+    """Pairs far apart are left out beforehand; those that meet are the same as of all pairs."""
+    rng = np.random.default_rng(3)
+    (axis,) = find_axes(load(cq.Workplane().box(9, 9, 9).faces(">Z").workplane().hole(2)).solids[0])
+    axes = []
+    for j in range(60):
+        direction = rng.standard_normal(3)
+        direction /= np.linalg.norm(direction)
+        low, high = np.sort(rng.uniform(-4, 4, 2))
+        place, radius = rng.uniform(-10, 10, 3), float(rng.uniform(0.2, 2.0))
+        axes.append(replace(axis, place=place, direction=direction, low=low, high=high, radius=radius, line=j))
+    meeting = {(i, j) for i in range(60) for j in range(i + 1, 60) if _meeting(axes[i], axes[j]) is not None}
+    assert 0 < len(meeting) < 60 * 59 / 4
+    assert {crossing.lines for crossing in find_crossings(axes)} == meeting

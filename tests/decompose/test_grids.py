@@ -80,3 +80,25 @@ def test_axes_that_pass_each_other_get_a_plane_each(offset, places):
 
 def test_one_crossing_alone_is_left_to_fewer_cuts():
     assert on_grid(load(crossed()).solids[0], FLAT) == []
+
+
+def bossed():
+    """A boss with a blind bore that ends next to a bore across it, which another one crosses."""
+    block = cq.Workplane().box(60, 75, 40).union(cq.Workplane("YZ", origin=(-41, -17, 4)).circle(10).extrude(11))
+    block = block.cut(cq.Workplane("YZ", origin=(-41, -17, 4)).circle(3).extrude(41))
+    block = block.cut(cq.Workplane("XZ").center(9, -4).circle(5).extrude(38, both=True))
+    return block.cut(cq.Workplane("YZ").center(22, -10).circle(3).extrude(30, both=True))
+
+
+def test_between_a_cone_and_the_cushion_below_it_the_sides_of_the_cushion_end():
+    part = load(bossed())
+    (cutter,) = on_grid(part.solids[0], FLAT)
+    cells = cut_cell(part, 0, cutter.tools)
+    # What goes through the face of the boss goes through its axis.
+    ends = {
+        tuple(np.round(cell.vertices[v] * part.scale, 6))
+        for cell in cells.solids
+        for v in range(len(cell.vertices))
+        if abs(cell.vertices[v][0] * part.scale + 41.0) < 1e-6
+    }
+    assert {round(float(np.hypot(y + 17.0, z - 4.0)), 6) for _, y, z in ends} == {3.0, 10.0}

@@ -10,7 +10,7 @@ import cadquery as cq
 
 from cadsweep import load
 from cadsweep.brep import Solid
-from cadsweep.decomposition.curved import MOST_BEFORE, TURN, CellSearch, Tools
+from cadsweep.decomposition.curved import MANY_FACES, MOST_BEFORE, MOST_FACES_OF_ALL, TURN, CellSearch, Tools
 from cadsweep.errors import PlanError
 
 pytestmark = pytest.mark.cad
@@ -42,7 +42,7 @@ class Parted:
         return replace(self.part, name=self.key)
 
 
-def search_of(cuts_of_the_whole, wanted, most_openings):
+def search_of(cuts_of_the_whole, wanted, most_openings, shape=None):
     """A search where the wanted names have a plan, and some cut always leads further."""
 
     def find_cutters(part, cell, faces):
@@ -60,7 +60,7 @@ def search_of(cuts_of_the_whole, wanted, most_openings):
             raise PlanError("it has none", faces=((0, 0),))
         return part.name
 
-    part = load(cq.Workplane().box(1, 1, 1))
+    part = load(cq.Workplane().box(1, 1, 1) if shape is None else shape)
     tools = Tools(
         recognise=lambda solid: [Fill(solid=solid)], make_plan=make_plan, find_cutters=find_cutters, split=split
     )
@@ -97,3 +97,13 @@ def test_turns_take_nothing_from_the_search_itself():
     assert not [*without.solutions(), *with_turns.solutions()]
     assert with_turns.n_parts > without.n_parts
     assert with_turns.n_parts <= without.n_parts + 100
+
+
+def test_a_part_of_many_faces_is_given_up_after_few_looks():
+    """A look takes as long as there are faces, so of twice as many there is less than half as much to look at."""
+    holes = cq.Sketch().rect(60, 60).rarray(4, 4, 14, 14).circle(1.5, mode="s")
+    search = search_of([LEADS, "no"], set(), 100, cq.Workplane().placeSketch(holes).extrude(2))
+    n_faces = len(search.best.part.solids[0].faces)
+    assert n_faces > 1.9 * MANY_FACES
+    assert next(search.solutions(), None) is None
+    assert search.n_faces <= MOST_FACES_OF_ALL * (MANY_FACES / n_faces) ** 2 + 2 * n_faces

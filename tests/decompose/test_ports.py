@@ -60,7 +60,28 @@ def counterbored():
     return body.cut(port(6, 20, 24, 40)).cut(port(6, 20, -40, -26))
 
 
-@pytest.mark.parametrize("make", [bolted, blind, in_a_boss, one_above_the_other, from_bore_to_bore, counterbored])
+def into_the_end_of_a_slot():
+    return block(80, 50, 30).cut(cq.Workplane(origin=(0, 0, 10)).slot2D(50, 24).extrude(40)).cut(port(4, 20, 15, 60))
+
+
+def into_bores_that_overlap():
+    body = block(90, 50, 30).cut(bore(18, -14)).cut(bore(18, 14))
+    return body.cut(port(4, 15, 20, 60)).cut(port(4, 15, -60, -20)).cut(bore(3, 38, 20))
+
+
+ALL = [
+    bolted,
+    blind,
+    in_a_boss,
+    one_above_the_other,
+    from_bore_to_bore,
+    counterbored,
+    into_the_end_of_a_slot,
+    into_bores_that_overlap,
+]
+
+
+@pytest.mark.parametrize("make", ALL)
 def test_all_cells_sweep_and_agree_without_a_search(make):
     part = load(make())
     (cutter,) = at_ports(part.solids[0])
@@ -73,5 +94,6 @@ def test_all_cells_sweep_and_agree_without_a_search(make):
 def test_nothing_is_boxed_where_no_bore_ends_in_another_or_it_has_no_room():
     nothing = block(60, 60, 30).cut(bore(18, -5)).cut(bore(3.5, 25))
     as_wide = block(60, 60, 60).cut(bore(18)).cut(port(17, 30, 0, 40))
+    beside = block(80, 50, 30).cut(cq.Workplane().slot2D(50, 24).extrude(30)).cut(port(4, 15, 0, 60, y=9))
     slanted = block(60, 60, 60).cut(bore(12)).cut(port(4, 30, 0, 60).rotate((0, 0, 30), (0, 1, 30), 30))
-    assert all(at_ports(load(body).solids[0]) == [] for body in (nothing, as_wide, slanted))
+    assert all(at_ports(load(body).solids[0]) == [] for body in (nothing, as_wide, beside, slanted))

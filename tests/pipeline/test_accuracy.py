@@ -108,6 +108,23 @@ def test_a_tolerance_is_kept_on_a_small_crown():
     assert not any("asked for" in note for note in mesh.info["notes"])
 
 
+def test_a_tolerance_is_kept_at_the_rim_of_a_cap():
+    """Walls are plane, so only the cap tells that its rim is bent; at the corners it leans by 60 degrees."""
+    saddle = under_a_surface(cq.Workplane().polygon(6, 22), lambda x, y: 9 + 0.004 * (x**3 - 3 * x * y * y), 14)
+    mesh = cs.sweep_mesh(saddle, tolerance=0.04, size=2.4, layers=2)
+    assert mesh.info["distance"] <= 0.04
+    assert not any("asked for" in note for note in mesh.info["notes"])
+    quads, n = mesh.structure.quads, mesh.structure.n_nodes
+    (top,) = (cap for cap in (mesh.points[:n], mesh.points[-n:]) if np.ptp(cap[:, 2]) > 1.0)
+    rim = [np.linalg.norm(top[loop] - top[np.roll(loop, 1)], axis=1) for loop in mesh.structure.loops]
+    # Alike on the surface: a view from above that is lifted to the nearest place of the face squeezes them by 3.3.
+    lengths = np.linalg.norm(top[quads] - top[np.roll(quads, -1, axis=1)], axis=2)
+    assert lengths.max() < 2.5 * np.median(lengths)
+    # What is bent most has shorter segments than the rest of the rim, and they grow by 1.3.
+    ratios = np.concatenate([own / np.roll(own, 1) for own in rim])
+    assert 1.0 < max(ratios.max(), 1.0 / ratios.min()) < 1.6
+
+
 def test_rings_on_a_round_dome_are_even_on_its_surface():
     dome = under_a_surface(cq.Workplane().circle(9), lambda x, y: 12 - 0.06 * (x * x + y * y), 11)
     mesh = cs.sweep_mesh(dome, size=1.5)

@@ -1,12 +1,14 @@
 """What a refusal says of a stack: the part's own faces and edges, by name or id and place, and what to try."""
 
+import re
+
 import cadquery as cq
 import numpy as np
 import pytest
 
 import cadsweep as cs
 from cadsweep.errors import InputError, SurfaceMeshError
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.stacking import describe_stacks, find_stacks
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +62,25 @@ def test_no_room_in_the_plane_is_told_of_the_caps_there(part):
         SurfaceMeshError, match=r"^face \d+ \(plane at .*, 0\) under face \d+ .*ask for fewer or thinner"
     ):
         cs.sweep_mesh(part, wall_layers={f"face {wall}": cs.WallLayers(first=0.5, growth=1.2, n=30)}, decompose=False)
+
+
+def test_levels_are_those_of_flat_caps_and_directions_are_without_noise():
+    """A chamfer is of one sheet with the face that it ends at; a part that is turned has rounding in its direction."""
+    shape = cq.Workplane().box(20, 12, 4, centered=(True, True, False)).faces("<Z").chamfer(0.8)
+    shape = shape.union(cq.Workplane("XY", (0, 0, 4)).rect(6, 4).extrude(3))
+    for turned, axis in ((shape, (0, 0, 1)), (shape.rotate((0, 0, 0), (0, 1, 0), 90), (1, 0, 0))):
+        (row,) = (row for row in describe_stacks(cs.load(turned), ())[0] if len(row["levels"]) == 3)
+        assert row["direction"].tolist() == list(axis)
+        assert row["levels"] == pytest.approx([0, 4, 7], abs=1e-9)
+
+
+def test_a_part_that_no_cuts_help_says_why_it_is_no_stack():
+    """A dimple in each of three sides: whatever the direction, one of them turns towards it and away."""
+    shape = cq.Workplane().box(20, 20, 20)
+    for place in ((10, 3, 2), (2, 10, 3), (3, 2, 10)):
+        shape = shape.cut(cq.Workplane().sphere(4).translate(place))
+    with pytest.raises(cs.NotSweepableError) as refused:
+        cs.sweep_mesh(shape, decompose_time=0.2)
+    said = r"no cuts were found.*; nor is it a stack of columns: along \(.*\), face \d+ .* turns from facing along it"
+    assert re.search(said, str(refused.value))
+    assert refused.value.columns in str(refused.value)

@@ -30,6 +30,9 @@ IsInside = Callable[[FloatArray], bool]
 
 MOST_EDGES = 12
 """Edges of an outline that is no circle."""
+LEAST_RIMS, MOST_ASKED = 4, 6000
+"""Circles, and faces times circles, that cells are laid under: a search makes some dozens of cells, and to tell whether
+there is material in a place, a hundred times a circle, takes as long as there are faces."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,14 +71,15 @@ class Rim:
 
 
 def find_rims(solid: Solid, flat: float) -> list[Rim]:
-    """The circles, the largest first.
+    """The circles, the largest first; of a part of many faces no more than it is worth asking for material about.
 
     Parameters
     ----------
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    return sorted(_rims(solid, flat), key=lambda rim: -rim.radius)
+    rims = sorted(_rims(solid, flat), key=lambda rim: -rim.radius)
+    return rims[: max(LEAST_RIMS, MOST_ASKED // len(solid.faces))]
 
 
 def find_outlines(solid: Solid, flat: float) -> list[Rim]:

@@ -18,9 +18,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 from math import pi
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -50,6 +51,9 @@ ALIKE = 1e-4
 NEAR_FLOOR = 0.7
 """Distance of the floor of a bore from the axis of another, in its radii, up to which the plane along the axis lies in
 the floor instead."""
+PASSES = 0.1
+"""Distance of a plane from a vertex of the curve in which two cylinders meet, in the smaller radius, from which on what
+is left of the curve between them is an edge like any other. The vertex may be wherever the CAD program began."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
 
@@ -136,7 +140,7 @@ class Crossing:
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
     """List where cylinders meet, once for two lines, the smallest last."""
     found: dict[tuple[int, int], Crossing] = {}
-    for pair in sorted(combinations(range(len(axes)), 2), key=lambda pair: -sum(axes[k].radius for k in pair)):
+    for pair in sorted(_near(axes), key=lambda pair: -sum(axes[k].radius for k in pair)):
         i, j = sorted(pair, key=lambda k: axes[k].line)
         lines = axes[i].line, axes[j].line
         met = _meeting(axes[i], axes[j])
@@ -167,9 +171,10 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
         ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
+        middle = _middle(solid, axes, crossing, order)
         tools = [
             plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, crossing.through(order), solid.size, floors=floors)
+            for normal, place in _sides(a, b, crossing, middle, solid.size, floors=floors)
         ]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
@@ -202,7 +207,7 @@ def plain_planes(
         a, b = (axes[i] for i in crossing.axes)
         if is_joint(solid, a, b) or any(_ends(solid, axes, crossing)):
             return None
-        planes = _sides(a, b, crossing, crossing.through(order), solid.size, floors=((), ()))
+        planes = _sides(a, b, crossing, _middle(solid, axes, crossing, order), solid.size, floors=((), ()))
         if OFF * min(a.radius, b.radius) < abs(crossing.gap) < BOTH * max(a.radius, b.radius):
             # With a plane on either axis no piece has more than a quarter of a wall.
             square = crossing.square
@@ -210,6 +215,19 @@ def plain_planes(
             planes += [(square, place) for place in crossing.on_axes]
         found.append(planes)
     return found
+
+
+def _middle(solid: Solid, axes: Sequence[Axis], crossing: Crossing, order: Sequence[int]) -> float:
+    """The place of the plane square to both axes; where it would pass by a vertex of the curve, through that."""
+    middle = crossing.through(order)
+    if middle in {0.0, crossing.gap}:
+        return middle
+    a, b = (axes[i] for i in crossing.axes)
+    met = (e for e in solid.edges if any(e.faces[k] in a.faces and e.faces[1 - k] in b.faces for k in (0, 1)))
+    ends = [solid.vertices[v] for e in met for v in (e.start, e.end)]
+    places = [float((end - crossing.on_axes[0]) @ crossing.square) for end in ends]
+    near = min(places, key=lambda place: abs(place - middle), default=np.inf)
+    return near if abs(near - middle) < PASSES * min(a.radius, b.radius) else middle
 
 
 def _order(axes: Sequence[Axis], crossings: Sequence[Crossing]) -> list[int]:
@@ -300,8 +318,37 @@ def _between(solid: Solid, axes: list[Axis], points: dict[int, list[float]]) -> 
             )
 
 
-def find_axes(solid: Solid) -> list[Axis]:
-    """List the whole cylinders of a solid, those of one radius about one line as one."""
+def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
+    """Pairs, first ones first, that are near enough to each other to meet: others of a thousand take seconds."""
+    if not axes:
+        return []
+    radii = np.array([axis.radius for axis in axes])
+    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii
+    middles = np.array([axis.place + 0.5 * (axis.low + axis.high) * axis.direction for axis in axes])
+    pairs: list[tuple[int, int]] = []
+    for i in range(len(axes) - 1):
+        far = np.linalg.norm(middles[i + 1 :] - middles[i], axis=1)
+        near = np.flatnonzero(far <= (reach[i + 1 :] + reach[i]) * (1.0 + ALIKE))
+        pairs += [(i, i + 1 + int(j)) for j in near]
+    return pairs
+
+
+def find_axes(solid: Solid, *, least_turn: float = WHOLE) -> list[Axis]:
+    """Cylinders of a solid that go around whole, or `least_turn` radians; those of one radius on a line are one.
+
+    Each solid is read once.
+    """
+    known = _axes_of.get(solid)
+    if known is None:
+        known = _axes_of[solid] = tuple(_read_axes(solid))
+    return [axis for axis in known if axis.turn > least_turn]
+
+
+_axes_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
+"""Seven kinds of cutters ask for them."""
+
+
+def _read_axes(solid: Solid) -> list[Axis]:
     holder = shapes_of(solid)
     found: list[Axis] = []
     at = np.linspace(0.0, 1.0, 5)
@@ -349,7 +396,7 @@ def find_axes(solid: Solid) -> list[Axis]:
                     line=next(lines, len(found)),
                 )
             )
-    return [axis for axis in found if axis.turn > WHOLE]
+    return found
 
 
 def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:

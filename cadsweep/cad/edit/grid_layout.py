@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -37,6 +38,8 @@ WIDE = 1.5
 """The same, from which on a plane is too far to be the side of a box of cells."""
 CLOSE = 0.012
 """Distance of two planes, as a share of the part's size, below which what is between them is thin."""
+BEFORE = 0.8
+"""Share of the way from a cone to the cushion below it, in one bore, before which a plane lies between them."""
 PLACES = 61
 """Places of a new plane that are tried between two features."""
 
@@ -161,7 +164,37 @@ def find_planes(
             if new is None:
                 return None
             levels[want.axis].append(new)
+    for axis, start, end in _bores_between(zones, block.tight):
+        own = levels[axis]
+        while sum(start - block.tight <= level <= end + block.tight for level in own) < 2:
+            ends = [start, *sorted(level for level in own if start < level < end), end]
+            low, high = max(pairwise(ends), key=lambda pair: pair[1] - pair[0])
+            places = np.linspace(low, high, PLACES)[1:-1]
+            free = [at for at in places if not any(zone.forbids(axis, float(at), block.tight) for zone in zones)]
+            if not free:
+                return None
+            # The first is to leave as much room for the second.
+            wanted = 0.5 * (low + high) if len(ends) > 2 else (2.0 * low + high) / 3.0
+            own.append(float(min(free, key=lambda at: abs(at - wanted))))
     return [sorted(own) for own in levels]
+
+
+def _bores_between(zones: Sequence[Zone], tight: float) -> Iterator[tuple[int, float, float]]:
+    """Stretches of a bore, as normal, start and end, between two that cross it where a plane of one harms the other.
+
+    The plane ends in between, and its end needs bricks on both sides.
+    """
+    for a, b in combinations([zone for zone in zones if zone.way < 0], 2):
+        ends = (
+            (one, other, axis, at) for one, other in ((a, b), (b, a)) for axis in range(3) for at, _ in one.free[axis]
+        )
+        if not a.lines & b.lines or not any(other.forbids(axis, at, tight) for _, other, axis, at in ends):
+            continue
+        gaps = np.maximum(a.low - b.high, b.low - a.high)
+        axis = int(gaps.argmax())
+        if gaps[axis] > tight:
+            start = float(min(a.high[axis], b.high[axis]))
+            yield axis, start, start + float(gaps[axis])
 
 
 def box_of(zone: Zone, levels: Sequence[Sequence[float]], block: Block) -> tuple[FloatArray, FloatArray]:
@@ -198,7 +231,7 @@ def holes_in(
     for zone in zones:
         low, high = box_of(zone, levels, block)
         is_beside = axis != zone.way and bool(zone.lines & lines)
-        if zone.lines & own and not zone.is_round:
+        if (zone.lines & own and not zone.is_round) or zone in parted:
             continue
         if not low[axis] < level < high[axis] or not (is_beside or zone in harmed):
             continue
@@ -223,6 +256,13 @@ def is_whole(
     """Whether every plane is there where it is the side of a feature, or goes through where bores cross."""
     for zone in (*(zone for zone in zones if zone.is_tight), *fixed):
         low, high = (zone.low, zone.high) if zone in fixed else box_of(zone, levels, block)
+        if zone.is_tight and zone.way >= 0:
+            # Of a blind feature the cells under its floor alone.
+            floors = [end.level for end in zone.ends]
+            if all(end.down < 0 for end in zone.ends):
+                high[zone.way] = max(floors)
+            elif all(end.down > 0 for end in zone.ends):
+                low[zone.way] = min(floors)
         for axis in range(3):
             if axis == zone.way:
                 continue
@@ -256,7 +296,22 @@ def _wants(block: Block, zone: Zone, others: Sequence[Zone]) -> Iterator[_Want]:
             )
     for end in zone.ends:
         gap, is_last = _gap(zone, others, (zone.way, end.down, end.level), block.tight)
-        if not is_last:
+        below = [
+            end.down * (floor.level - end.level)
+            for other in others
+            if other.is_tight and other.way == zone.way and zone.beside(other, zone.way, block.tight)
+            for floor in other.ends
+            if floor.down == end.down
+        ]
+        inside = [depth for depth in below if block.tight < depth < gap]
+        if inside:
+            room = min(inside)
+            # The bore under a cone ends in a cushion: its sides must not go on through the cone.
+            depths = (0.0, 0.5 * room, BEFORE * room)
+            yield _Want(
+                gap=room, axis=zone.way, start=end.level, sign=end.down, zone=zone, depths=depths, is_last=False
+            )
+        elif not is_last or zone.is_tight:
             yield _Want(
                 gap=gap, axis=zone.way, start=end.level, sign=end.down, zone=zone, depths=end.depths, is_last=False
             )
@@ -290,7 +345,8 @@ def _is_served(want: _Want, levels: Sequence[float], block: Block) -> bool:
 def _new_level(want: _Want, levels: Sequence[float], zones: Sequence[Zone], block: Block) -> float | None:
     """Where a plane harms no feature, as near as may be to where it is wanted."""
     least, wanted, most = want.depths
-    end = want.gap if want.depths[0] == 0.0 else min(want.gap, most)
+    is_near = want.zone.is_tight or want.depths[0] > 0.0
+    end = min(want.gap, most) if is_near else want.gap
     places = [float(gap) for gap in np.linspace(least, end, PLACES)[1:-1]]
     marks = [at for zone in zones for a, b in zone.free[want.axis] for at in (a, 0.5 * (a + b), b)]
     places += [gap for gap in (want.sign * (at - want.start) for at in marks) if least < gap < end]

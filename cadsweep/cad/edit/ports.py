@@ -11,7 +11,8 @@ holes; a box does not leave the material between the mouth and the wall::
         |  o   \\____/   o  |      material.
         |__________________|
 
-Several ports into one bore, on both sides of it, or from one bore into another, get a box each.
+Several ports into one bore, on both sides of it, or from one bore into another, get a box each. The wall that a port
+ends in may be a part of a cylinder: the end of a slot, one of two bores that overlap, a bore with a keyway.
 
 Not handled: ports that are slanted to the bore, nearly as wide as it or far off its axis, and those that end before it.
 """
@@ -34,7 +35,7 @@ from ...brep import Solid
 from ..shapes import FACE, subshapes
 from .central import Cutter, plane_tool, rectangle_tool
 from .circles import IsInside, inside_of
-from .crossings import Axis, find_axes, is_hollow
+from .crossings import WHOLE, Axis, find_axes, is_hollow
 
 SQUARE = 1e-6
 """Cosine of the angle of two axes up to which they are square to each other."""
@@ -42,6 +43,8 @@ WIDEST = 0.85
 """Distance of a box's side from the axis of the bore, in its radii, at most: beyond, the corners become sharp."""
 LEAST, USUAL = 1.15, 1.6
 """Distance of a box's side from the axis of the port, in its radii, at least and where there is room."""
+ROUND = 0.25 * pi
+"""Radians that the wall a port ends in goes around, at least: a slot's end does, and one of two bores that overlap."""
 THIN = 0.6
 """Material beside a box, in radii of the port, up to which the box takes it in."""
 NEAR = 1e-5
@@ -56,7 +59,7 @@ SIDES = ((0, 1), (1, -1), (1, 1), (2, -1), (2, 1))
 
 def at_ports(solid: Solid) -> list[Cutter]:
     """Boxes around all bores that end in a wider one and have room for one; none where there is no such bore."""
-    ports = list(_find_ports(solid, find_axes(solid)))
+    ports = list(_find_ports(solid, find_axes(solid, least_turn=ROUND)))
     if not ports:
         return []
     is_inside = inside_of(solid)
@@ -140,9 +143,21 @@ class _Port:
                 side[axis] = (self.off if axis == 1 else 0.0) + sign * (self.radius + room)
         if max(-low[1], high[1]) > WIDEST * self.bore.radius + THIN * self.radius:
             return None
+        if not self.has_wall(low[1], high[1], is_inside):
+            return None
         box = _Box(port=self, low=low, high=high)
         closed = frozenset(side for side in SIDES if box.is_closed(*side, is_inside))
         return replace(box, closed=closed, mouth=0.0 if (0, 1) in closed else box.to_the_open(is_inside))
+
+    def has_wall(self, left: float, right: float, is_inside: IsInside) -> bool:
+        """Whether the bore's wall is there at both sides of a box: that of a pocket's end may end before."""
+        for side in (left, right):
+            arm = np.array([np.sqrt(self.bore.radius**2 - side**2), side, 0.0])
+            step = 1e-2 * self.radius * arm / self.bore.radius
+            beyond, before = (self.origin + place @ self.frame for place in (arm + step, arm - step))
+            if not is_inside(beyond) or is_inside(before):
+                return False
+        return True
 
     def others(self) -> Iterator[FloatArray]:
         """Reach (2, 3) along the frame of every face but those of the port, beside its mouth, and of the bore's wall.
@@ -337,9 +352,11 @@ def _levels(
 def _find_ports(solid: Solid, axes: Sequence[Axis]) -> Iterator[_Port]:
     """The bores that end in the wall of a wider one, on each side of it."""
     at = np.linspace(0.0, 1.0, 17)
-    hollow = [axis for axis in axes if _is_bore(solid, axis)]
+    bores = [axis for axis in axes if _is_bore(solid, axis)]
+    axes = [axis for axis in axes if axis.turn > WHOLE]
+    hollow = [axis for axis in axes if axis in bores]
     for own in hollow:
-        for bore in hollow:
+        for bore in bores:
             if abs(float(own.direction @ bore.direction)) > SQUARE or own.radius >= bore.radius:
                 continue
             meeting = [e for e in solid.edges if _joins(e.faces, own.faces, bore.faces)]

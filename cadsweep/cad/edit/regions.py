@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, pairwise
+from itertools import pairwise
 from math import pi
 from typing import Any
 
@@ -146,7 +146,10 @@ class _Guillotine:
     def planes(self, box: Box, inside: Sequence[Cluster]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""
         found: list[tuple[int, float, int, float]] = []
+        bits = np.array([sum(1 << way for way in f.ways) for f in inside], dtype=np.int64)
+        unlike = np.triu((bits[:, None] & bits) == 0, 1)
         for axis, (low, high) in enumerate(box):
+            through = np.array([f.ways != {axis} for f in inside])
             spans = [(max(low, a), min(high, b)) for a, b in (f.spans[axis] for f in inside)]
             ends = sorted({low, high, *(end for span in spans for end in span)})
             places = [(0.5 * (a + b), b - a) for a, b in pairwise(ends) if b - a > self.least]
@@ -157,15 +160,13 @@ class _Guillotine:
                 and any(abs(end - wall) < self.tight for span in spans for end in span)
             ]
             for place, gap in places:
-                below = [a < place - self.tight for a, _ in spans]
-                above = [b > place + self.tight for _, b in spans]
-                if any(a and b and f.ways != {axis} for f, a, b in zip(inside, below, above, strict=True)):
+                below = np.array([a < place - self.tight for a, _ in spans])
+                above = np.array([b > place + self.tight for _, b in spans])
+                if (below & above & through).any():
                     continue
-                parted = sum(
-                    not inside[i].ways & inside[j].ways and not ((below[i] and below[j]) or (above[i] and above[j]))
-                    for i, j in combinations(range(len(inside)), 2)
-                )
-                apart = sum(a != b for a, b in zip(below, above, strict=True))
+                together = (below[:, None] & below) | (above[:, None] & above)
+                parted = int(np.count_nonzero(unlike & ~together))
+                apart = int(np.count_nonzero(below != above))
                 if parted or apart:
                     found.append((-parted, -gap, axis, place))
         wide = WIDE * self.least / GAP

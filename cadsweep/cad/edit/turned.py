@@ -52,6 +52,22 @@ class _Line:
         return float(np.linalg.norm(np.cross(place - self.place, self.direction)))
 
 
+def _most_about(lines: Sequence[_Line], areas: Sequence[float], near: float) -> tuple[_Line, float]:
+    """The axis that faces of the greatest area are about, the first of each that is one axis, and that area."""
+    directions, places = (np.array(rows) for rows in zip(*((own.direction, own.place) for own in lines), strict=True))
+    firsts: list[int] = []
+    sums = np.zeros(len(lines))
+    for j, area in enumerate(areas):
+        along = np.linalg.norm(np.cross(directions[firsts], directions[j]), axis=1) < ALONG
+        off = np.linalg.norm(np.cross(places[j] - places[firsts], directions[firsts]), axis=1)
+        same = np.flatnonzero(along & (off < near))
+        if not len(same):
+            firsts.append(j)
+        sums[firsts[int(same[0])] if len(same) else j] += area
+    best = int(np.argmax(sums))
+    return lines[best], float(sums[best])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Feature:
     """What is not turned, as it hangs together.
@@ -87,19 +103,10 @@ class TurnedBody:
         """The body; None where most of the cell is not about one axis."""
         holder = shapes_of(solid)
         lines = [_line_of(holder.faces[face.id]) for face in solid.faces]
-        sums: list[tuple[_Line, float]] = []
-        for face, own in zip(solid.faces, lines, strict=True):
-            if own is None:
-                continue
-            for j, (known, area) in enumerate(sums):
-                if known.is_same(own, MEET * solid.size):
-                    sums[j] = (known, area + face.area)
-                    break
-            else:
-                sums.append((own, face.area))
-        if not sums:
+        round_ones = [(face.area, own) for face, own in zip(solid.faces, lines, strict=True) if own is not None]
+        if not round_ones:
             return None
-        line, area = max(sums, key=lambda pair: pair[1])
+        line, area = _most_about([own for _, own in round_ones], [own for own, _ in round_ones], MEET * solid.size)
         across = sum(f.area for f in solid.faces if f.kind == "plane" and line.is_along(f.normal))
         whole = sum(face.area for face in solid.faces)
         return cls(solid, flat, line, lines) if area + across > MOSTLY * whole else None

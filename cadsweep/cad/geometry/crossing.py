@@ -58,13 +58,18 @@ def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[in
 
 
 def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
-    """Find two faces that touch though they share no vertex: between them the material runs out to nothing.
+    """Find two faces that touch though they share no edge there: between them the material runs out to nothing.
+
+    They share no vertex at all, or one around which no edges join them.
 
     Returns
     -------
     (int, int, (3,) float64) or None
         Their ids, the least first, and a place where they touch; None where there are none.
     """
+    pinched = _find_pinched(solid)
+    if pinched is not None:
+        return pinched
     holder = solid.kernel
     if not isinstance(holder, SolidShape):
         return None
@@ -79,4 +84,21 @@ def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
         if between.IsDone() and between.NbSolution() and between.Value() < reach:
             place = between.PointOnShape1(1)
             return one, other, np.array([place.X(), place.Y(), place.Z()])
+    return None
+
+
+def _find_pinched(solid: Solid) -> tuple[int, int, FloatArray] | None:
+    """Two faces at a vertex whose edges do not join all faces around it, as where two bores touch in a point."""
+    around: list[list[tuple[int, int]]] = [[] for _ in solid.vertices]
+    for edge in solid.edges:
+        for v in {edge.start, edge.end}:
+            around[v].append(edge.faces)
+    for v, pairs in enumerate(around):
+        joined = {pairs[0][0]} if pairs else set()
+        while any((a in joined) != (b in joined) for a, b in pairs):
+            joined |= {f for pair in pairs if joined & set(pair) for f in pair}
+        apart = {f for pair in pairs for f in pair} - joined
+        if apart:
+            first, second = sorted((min(joined), min(apart)))
+            return first, second, solid.vertices[v]
     return None

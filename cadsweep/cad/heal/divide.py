@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ from ...errors import CadError
 from ..geometry.measure import measure_closed_area
 from ..shapes import EDGE, FACE, bounds, compound, explore, index_map, listed, mapped, space_range, subshapes, typed
 from .crowded import is_valid_apart
+from .touched_seams import turn_split_rims
 from .tracing import Traced
 from .validate import place
 
@@ -62,12 +64,11 @@ def divide_closed(traced: Traced) -> list[str]:
     n_faces = len(subshapes(traced.shape, FACE))
     old_faces = index_map(traced.shape, FACE)
     _quarter_whole_surfaces(traced)
-    for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
-        tool = tool_class(traced.shape)
-        tool.SetNbSplitPoints(1)
-        if tool.Perform():
-            context = tool.GetContext()
-            traced.replace(context.Apply(traced.shape), context.Apply)
+    before = copy(traced)
+    _halve(traced)
+    if not is_divided(traced.shape) and turn_split_rims(before):
+        traced.become(before)
+        _halve(traced)
     _drop_tiny(traced, old_edges)
     _make_exact(traced.shape, old_edges)
     _align_ranges(traced.shape, old_edges)
@@ -75,6 +76,15 @@ def divide_closed(traced: Traced) -> list[str]:
     _check_divided(traced.shape, old_faces)
     n_new = len(subshapes(traced.shape, FACE)) - n_faces
     return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
+
+
+def _halve(traced: Traced) -> None:
+    for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
+        tool = tool_class(traced.shape)
+        tool.SetNbSplitPoints(1)
+        if tool.Perform():
+            context = tool.GetContext()
+            traced.replace(context.Apply(traced.shape), context.Apply)
 
 
 def _drop_tiny(traced: Traced, old_edges: Any) -> None:

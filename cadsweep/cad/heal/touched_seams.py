@@ -8,6 +8,9 @@ face, which OpenCASCADE takes for crossing wires. The part is sound: another ang
 Method: the face is replaced by its two halves from the new angle on, as long as the face is, and OpenCASCADE's maker of
 volumes finds what they and the other faces enclose. It is taken where it is one valid solid of the same volume.
 
+:func:`turn_split_rims` is for faces that OpenCASCADE's tool leaves undivided: it does not divide a rim where that has a
+vertex already, opposite to the seam, while the other rim has none.
+
 Not handled: spheres, tori and splines; faces that other loops touch at every angle; what nearly touches.
 """
 
@@ -66,6 +69,14 @@ def turn_touched_seams(traced: Traced) -> list[str]:
     return []
 
 
+def turn_split_rims(traced: Traced) -> bool:
+    """Divide round faces with a vertex opposite to the seam, in place, at angles that no vertex and no loop is near."""
+    found = ((j, _clear_turns(face)) for j, face in enumerate(subshapes(traced.shape, FACE)))
+    turns = {j: angles for j, angles in found if angles}
+    tried = range(min((len(angles) for angles in turns.values()), default=0))
+    return any(_turn(traced, {j: angles[attempt] for j, angles in turns.items()}) for attempt in tried)
+
+
 def _turn(traced: Traced, turns: dict[int, float]) -> bool:
     """Divide round faces at angles from their seams, in place; False where that makes no valid solid."""
     maker = BOPAlgo_MakerVolume()
@@ -116,6 +127,27 @@ def _halves(face: Any, turn: float) -> list[Any]:
 
 def _find_turns(face: Any) -> list[float]:
     """Radians from the seam of a round face of a full turn to where it may be divided; none where the seam may stay."""
+    others = _beside_seam(face)
+    outermost = np.concatenate([np.empty(0), *(_outermost(edge, face) for edge in others)]) - _begin(face)
+    if not len(outermost) or _apart(outermost, 0.0) > _TOUCHES:
+        return []
+    return [angle for angle in _ANGLES if _apart(outermost, angle) > _CLEAR]
+
+
+def _clear_turns(face: Any) -> list[float]:
+    """Radians from a seam, opposite to which there is a vertex, to where none and no loop is near; none for others."""
+    others = _beside_seam(face)
+    if not others:
+        return []
+    ends = np.concatenate([_ends(edge, face) for edge in others]) - _begin(face)
+    if float(np.abs(ends - pi).min()) > _TOUCHES:
+        return []
+    near = np.concatenate([ends, *(_outermost(edge, face) - _begin(face) for edge in others)])
+    return [angle for angle in _ANGLES if _apart(near, angle) > _CLEAR]
+
+
+def _beside_seam(face: Any) -> list[Any]:
+    """The edges but for the seam of a face of a full turn around a cylinder or cone; none of other faces."""
     if not isinstance(BRep_Tool.Surface_s(face), (Geom_CylindricalSurface, Geom_ConicalSurface)):
         return []
     edges = index_map(face, EDGE)
@@ -123,11 +155,18 @@ def _find_turns(face: Any) -> list[float]:
     low, high, _, _ = BRepTools.UVBounds_s(face)
     if 2 not in counts.values() or high - low < 2.0 * pi - 1e-6:
         return []
-    others = [edge for j, edge in enumerate(mapped(edges, EDGE)) if counts[j + 1] == 1]
-    outermost = np.concatenate([np.empty(0), *(_outermost(edge, face) for edge in others)]) - low
-    if not len(outermost) or _apart(outermost, 0.0) > _TOUCHES:
-        return []
-    return [angle for angle in _ANGLES if _apart(outermost, angle) > _CLEAR]
+    return [edge for j, edge in enumerate(mapped(edges, EDGE)) if counts[j + 1] == 1]
+
+
+def _begin(face: Any) -> float:
+    """The angle of the seam."""
+    return float(BRepTools.UVBounds_s(face)[0])
+
+
+def _ends(edge: Any, face: Any) -> FloatArray:
+    """Angles (2,) around the axis at which the curve of an edge begins and ends."""
+    curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+    return np.array([curve.Value(t).X() for t in surface_range(edge, face)])
 
 
 def _apart(angles: FloatArray, line: float) -> float:
@@ -153,4 +192,4 @@ def _outermost(edge: Any, face: Any) -> FloatArray:
     return np.asarray(angles[turns + 1] + 0.5 * shift * (before + after) / 2.0)
 
 
-__all__ = ["turn_touched_seams"]
+__all__ = ["turn_split_rims", "turn_touched_seams"]

@@ -34,6 +34,10 @@ class Traced:
         self.faces = [_images(old, image, FACE) for old in self.faces]
         self.edges = [_images(old, image, EDGE) for old in self.edges]
 
+    def become(self, other: Traced) -> None:
+        """Go on from another state of the same input."""
+        self.shape, self.faces, self.edges = other.shape, other.faces, other.edges
+
     def face_origins(self, found: Any) -> list[int | None]:
         """For every face of a map of the present faces, the input face it comes from."""
         return _origins(self.faces, found)
