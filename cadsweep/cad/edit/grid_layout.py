@@ -40,6 +40,8 @@ CLOSE = 0.012
 """Distance of two planes, as a share of the part's size, below which what is between them is thin."""
 BEFORE = 0.8
 """Share of the way from a cone to the cushion below it, in one bore, before which a plane lies between them."""
+BETWEEN = 3
+"""Planes between two bores that cross a third, where those of one end before the other."""
 PLACES = 61
 """Places of a new plane that are tried between two features."""
 
@@ -166,23 +168,21 @@ def find_planes(
             levels[want.axis].append(new)
     for axis, start, end in _bores_between(zones, block.tight):
         own = levels[axis]
-        while sum(start - block.tight <= level <= end + block.tight for level in own) < 2:
+        while sum(start - block.tight <= level <= end + block.tight for level in own) < BETWEEN:
             ends = [start, *sorted(level for level in own if start < level < end), end]
             low, high = max(pairwise(ends), key=lambda pair: pair[1] - pair[0])
             places = np.linspace(low, high, PLACES)[1:-1]
             free = [at for at in places if not any(zone.forbids(axis, float(at), block.tight) for zone in zones)]
             if not free:
                 return None
-            # The first is to leave as much room for the second.
-            wanted = 0.5 * (low + high) if len(ends) > 2 else (2.0 * low + high) / 3.0
-            own.append(float(min(free, key=lambda at: abs(at - wanted))))
+            own.append(float(min(free, key=lambda at: abs(at - 0.5 * (low + high)))))
     return [sorted(own) for own in levels]
 
 
 def _bores_between(zones: Sequence[Zone], tight: float) -> Iterator[tuple[int, float, float]]:
     """Stretches of a bore, as normal, start and end, between two that cross it where a plane of one harms the other.
 
-    The plane ends in between, and its end needs bricks on both sides.
+    The planes of both end in between: of what lies there no cell may have the end of one at either of its own ends.
     """
     for a, b in combinations([zone for zone in zones if zone.way < 0], 2):
         ends = (

@@ -29,13 +29,13 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .axial import EVERY, SQUARE, Cluster, is_across
+from .axial import EVERY, Cluster, is_across
 from .blind import LEAST_SLOPE, SHARE, countersink, seam_in
 from .box_layout import DEPTHS, Block, Floor, read_block
 from .boxes import MOST_BRICKS, carry_on, fit_cushion, planes_of
 from .central import Cutter
 from .circles import Rim, find_outlines
-from .crossings import PASSES, Axis, find_axes, find_crossings, plain_planes
+from .crossings import Axis, find_axes, find_crossings, plain_planes
 from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
 
@@ -135,24 +135,11 @@ class _Grid:
             axis = int(along.argmax())
             if along[axis] < 1.0 - 1e-9:
                 return None
-            level = self.on_seam(axis, float(self.block.normals[axis] @ place))
+            level = float(self.block.normals[axis] @ place)
             free[axis].append((level, level))
             self.steps.append((axis, level))
         one, two, three = map(tuple, free)
         return Zone(low=low, high=high, way=-1, lines=lines, free=(one, two, three), is_round=True, is_tight=True)
-
-    def on_seam(self, axis: int, level: float) -> float:
-        """The level of a plane, through the line at which a bore is divided where it would pass just beside it."""
-        normal = self.block.normals[axis]
-        found = level
-        for bore in self.bores:
-            nearest = PASSES * bore.radius
-            for edge in self.block.solid.edges:
-                if bore.faces.issuperset(edge.faces) and abs(float(normal @ bore.direction)) < SQUARE:
-                    at = float(normal @ edge.midpoint)
-                    if abs(at - level) < nearest:
-                        found, nearest = at, abs(at - level)
-        return found
 
     def stretches(self, whole: Zone, number: int, crossed: frozenset[int]) -> Iterator[_Column]:
         """A feature in pieces of one width each, where it is of whole cylinders about one line: all of one number."""
