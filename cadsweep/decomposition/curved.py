@@ -166,7 +166,7 @@ _Waiting = tuple[float, int, Found, Iterator[Found]]
 
 
 def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tuple[Found, int]:
-    """Cut a part until every cell has a sweep and all agree.
+    """Cut a part until every cell has a sweep and all agree; one solid as thoroughly as where it is meshed.
 
     Returns
     -------
@@ -175,7 +175,8 @@ def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tup
     int
         Parts that were looked at.
     """
-    search = CellSearch(part, tools, most_parts=most_parts)
+    most_openings = MOST_OPENINGS if len(part.solids) == 1 else 0
+    search = CellSearch(part, tools, most_parts=most_parts, most_openings=most_openings)
     return next(search.solutions(), search.best), search.n_parts
 
 

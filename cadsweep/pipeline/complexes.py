@@ -61,22 +61,21 @@ def as_complex(found: Found, model: Part) -> Complex:
     """A part that has a plan, its notes saying what was cut of the model."""
     assert isinstance(found.plan, Plan), "it has one"
     notes = (*found.part.notes, *(f"cut along {cut}" for cut in found.cuts))
-    part, plan = _with_caps_grown(found.part, found.plan)
-    return Complex(part=replace(part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=plan, model=model)
+    return Complex(part=replace(found.part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=found.plan, model=model)
 
 
-def _with_caps_grown(part: Part, plan: Plan) -> tuple[Part, Plan]:
-    """Caps joined to the halves of the roundings around them, where the cells still agree so."""
-    fills = [way.fill for way in plan.ways]
+def with_caps_grown(found: Complex) -> Complex:
+    """Cells that are to be meshed, caps joined to the halves of the roundings around them where all still agree so."""
+    fills = [way.fill for way in found.plan.ways]
     caps = [(*fill.source, *fill.target) if isinstance(fill, Sweep) else () for fill in fills]
-    joined = cad.join_halves(part, caps)
+    joined = cad.join_halves(found.part, caps)
     if joined is None:
-        return part, plan
+        return found
     try:
-        return joined, make_plan(joined, [recognise(solid) for solid in joined.solids])
+        return replace(found, part=joined, plan=make_plan(joined, [recognise(solid) for solid in joined.solids]))
     except PlanError as error:
         log.info("caps are not joined to their roundings: %s", error)
-        return part, plan
+        return found
 
 
 def cutting_tools(run: Run) -> Tools:
@@ -170,4 +169,5 @@ __all__ = [
     "plan_cells",
     "recognise",
     "say_open",
+    "with_caps_grown",
 ]

@@ -25,7 +25,7 @@ from .attempts import open_and_find
 from .candidates import GOOD_ENOUGH
 from .cells import expected_cells
 from .column_cells import columns_of
-from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open
+from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
 from .parts import load, only_solid
@@ -194,8 +194,9 @@ def _best_of(
             break
         with run.stage("decomposition"):
             found = next(solutions, None)
-        if found is None:
-            break
+            if found is None:
+                break
+            found = with_caps_grown(found)
         wishes = resolve_wishes(found.part, options, found.model)
         try:
             mesh = mesh_complex(found, options, run, wishes)

@@ -8,7 +8,7 @@ pytest.importorskip("gmsh")
 
 import cadquery as cq
 
-from cadsweep import load, sweep_mesh
+from cadsweep import cad, decompose, load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.options import SweepOptions
 from cadsweep.pipeline.decomposing import mesh_decomposed
@@ -75,3 +75,19 @@ def test_a_block_with_rotated_pockets_is_cut_unasked():
 def test_what_is_asked_of_one_sweep_is_refused_as_before():
     with pytest.raises(NotSweepableError, match="no pair of its"):
         sweep_mesh(boxes_cross(), source=0)
+
+
+def test_cells_beside_a_rounding_can_be_written(tmp_path):
+    # Meshed they have caps that are joined to their roundings, which no file can say.
+    block = cq.Workplane().box(60, 40, 30).edges("|Z").fillet(8).faces(">Z").edges().fillet(3)
+    cq.exporters.export(
+        block.cut(cq.Workplane("XZ", origin=(0, 20, 0)).circle(6).extrude(40)), str(tmp_path / "a.step")
+    )
+    part = load(tmp_path / "a.step")
+    cells = decompose(part)
+    assert len(cells.solids) > 1
+    cad.write_step(cells, tmp_path / "cells.step")
+    again = load(tmp_path / "cells.step")
+    volume = sum(solid.volume for solid in again.solids) * again.scale**3
+    volume = sum(solid.volume for solid in again.solids) * again.scale**3
+    assert np.isclose(volume, part.solids[0].volume * part.scale**3, rtol=1e-5)
