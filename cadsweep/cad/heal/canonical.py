@@ -9,8 +9,8 @@ new surfaces are made by projection, as for a file that has none. All of it is d
 it is one valid solid with the same faces, which hold the same places. (Its volume tells nothing:
 OpenCASCADE's integrals over splines are some per cent off.)
 
-Not handled: edges that a face which stays free-form shares (its parameters would have to follow); ellipses; surfaces
-of revolution that are none of the five.
+Not handled: solids that have free-form faces besides (parameters of what they share would have to follow); ellipses;
+surfaces of revolution that are none of the five.
 """
 
 from __future__ import annotations
@@ -81,8 +81,10 @@ _N_ACROSS = 9
 def make_canonical(traced: Traced) -> list[str]:
     """Give spline faces that are elementary their surfaces, in a copy; return a note on how many."""
     size = float(np.linalg.norm(np.diff(bounds(traced.shape), axis=0)))
-    known = [(face, surface) for face in subshapes(traced.shape, FACE) if (surface := _surface(face, size)) is not None]
-    if not known:
+    splines = [face for face in subshapes(traced.shape, FACE) if _is_spline(face)]
+    known = [(face, surface) for face in splines if (surface := _surface(face, size)) is not None]
+    # The flat side of a loft is one of a kind with its bent ones: their parameters go together, as they were drawn.
+    if not known or len(known) < len(splines):
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     shape = tool.Shape()
@@ -110,11 +112,14 @@ def make_canonical(traced: Traced) -> list[str]:
     return [more if len(found) > 1 else its]
 
 
+def _is_spline(face: Any) -> bool:
+    """Whether a face is on a spline."""
+    return GeomAdaptor_Surface(BRep_Tool.Surface_s(face)).GetType() in _SPLINES
+
+
 def _surface(face: Any, size: float) -> Any | None:
     """The elementary surface of a spline face, its normals to the same side; None where it has none."""
     own = BRep_Tool.Surface_s(face)
-    if GeomAdaptor_Surface(own).GetType() not in _SPLINES:
-        return None
     edges = list(explore(face, EDGE))
     near = min(max(NEAR * size, *(BRep_Tool.Tolerance_s(edge) for edge in edges)), FAR * size)
     seen = _fitted(own, BRepTools.UVBounds_s(face), near)
