@@ -10,8 +10,9 @@ import cadquery as cq
 import numpy as np
 
 from cadsweep import load, recognition
+from cadsweep.cad.edit.axes import find_axes
 from cadsweep.cad.edit.axial import direction_of, find_clusters, main_normals
-from cadsweep.cad.edit.crossings import _meeting, at_crossings, find_axes, find_crossings
+from cadsweep.cad.edit.crossings import _meeting, at_crossings, find_crossings
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.heal.validate import faults
 from cadsweep.cad.shapes import shapes_of

@@ -17,10 +17,9 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 from OCP.gp import gp_Pnt
 
 from ...brep import Face, Part, Solid
-from ...errors import CadError
 from ..shapes import SolidShape
 from .notes import ANNULI_NOTE
-from .splitting import split_faces
+from .splitting import divided_part
 
 _STRAIGHT = pi / 6
 """Radians by which a loop may turn at a vertex that is no corner."""
@@ -43,19 +42,12 @@ def divide_annuli(part: Part) -> Part | None:
     """
     if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return None
-    solid, holder = part.solids[0], part.solids[0].kernel
+    solid = part.solids[0]
     lines = [_dividing_lines(solid, face) for face in solid.faces if _is_annulus(face)]
     cuts = [line for pair in lines for line in pair]
-    if not cuts:
-        return None
-    try:
-        divided = split_faces(solid, holder, cuts)
-    except (CadError, ValueError, RuntimeError):
-        return None  # the part as it was has the last word
     n_divided = sum(bool(pair) for pair in lines)
-    if len(divided.faces) != len(solid.faces) + n_divided or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
-        return None
-    return replace(part, solids=(divided,), notes=(*part.notes, f"{ANNULI_NOTE}: {n_divided}"))
+    divided = divided_part(part, cuts, n_more=n_divided)
+    return None if divided is None else replace(divided, notes=(*part.notes, f"{ANNULI_NOTE}: {n_divided}"))
 
 
 def _is_annulus(face: Face) -> bool:

@@ -21,8 +21,8 @@ from math import atan2, cos, pi, sin
 import numpy as np
 
 from ...brep import Solid
+from .axes import Axis, find_axes, is_hollow
 from .central import Cutter, plane_tool
-from .crossings import Axis, find_axes, is_hollow
 
 SQUARE = 1e-6
 """Cosine of the angle of two directions up to which they are square to each other."""

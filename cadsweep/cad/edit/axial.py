@@ -22,7 +22,8 @@ from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
-from .crossings import Axis, Crossing, find_axes, find_crossings, is_hollow
+from .axes import Axis, find_axes, is_hollow
+from .crossings import Crossing, find_crossings
 
 ALONG, SQUARE = 1e-9, 1e-5
 """One less the cosine of two directions that are one, and the cosine of two that are square to each other."""

@@ -17,8 +17,9 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Edge, Solid
+from .axes import Axis, find_axes, is_hollow
 from .central import Cutter, plane_tool
-from .crossings import FLAT, Axis, find_axes, is_hollow
+from .crossings import FLAT
 
 CLEAR = 1.05
 """Distance of a plane from the axis, in radii, from which on it leaves the hole alone."""

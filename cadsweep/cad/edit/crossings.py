@@ -21,20 +21,15 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import pi
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
-from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.GeomAbs import GeomAbs_Cylinder
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
-from ..shapes import shapes_of
+from .axes import ALIKE, MEET, Axis, find_axes
 from .central import Cutter, plane_tool
 
-MEET = 1e-4
-"""Distance of two axes, as a share of the cell's size, up to which they meet: what CAD programs round to."""
 GRAZE = 0.15
 """What two cylinders have in common between their axes, in radii of the smaller one, from which on they cross."""
 INSIDE = 0.25
@@ -46,8 +41,6 @@ OFF = 0.3
 """Distance of two axes, in radii of the smaller bore, from which on there is room between planes on both."""
 BOTH = 0.6
 """The same, in radii of the wider one, up to which these two planes are enough."""
-ALIKE = 1e-4
-"""Difference of two radii, as a share of them, up to which they are one."""
 NEAR_FLOOR = 0.7
 """Distance of the floor of a bore from the axis of another, in its radii, up to which the plane along the axis lies in
 the floor instead."""
@@ -56,44 +49,8 @@ PASSES = 0.1
 is left of the curve between them is an edge like any other. The vertex may be wherever the CAD program began."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
-
-
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
-WHOLE = 2.0 * pi - 1e-3
-"""Radians that the faces of a cylinder go around, together, where it is whole."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Axis:
-    """All cylinders of one radius about one line.
-
-    Attributes
-    ----------
-    place, direction : (3,) float64
-    radius : float
-    label : str
-        Of a face of it.
-    low, high : float
-        Its reach along the direction, from `place`.
-    turn : float
-        Radians that its faces go around, together.
-    faces : frozenset of int
-    cylinder : gp_Cylinder
-    line : int
-        The same for all radii about one line.
-    """
-
-    place: FloatArray
-    direction: FloatArray
-    radius: float
-    label: str
-    low: float
-    high: float
-    turn: float
-    faces: frozenset[int]
-    cylinder: Any
-    line: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -333,84 +290,6 @@ def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
     return pairs
 
 
-def find_axes(solid: Solid, *, least_turn: float = WHOLE) -> list[Axis]:
-    """Cylinders of a solid that go around whole, or `least_turn` radians; those of one radius on a line are one.
-
-    Each solid is read once.
-    """
-    known = _axes_of.get(solid)
-    if known is None:
-        known = _axes_of[solid] = tuple(_read_axes(solid))
-    return [axis for axis in known if axis.turn > least_turn]
-
-
-_axes_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
-"""Seven kinds of cutters ask for them."""
-
-
-def _read_axes(solid: Solid) -> list[Axis]:
-    holder = shapes_of(solid)
-    found: list[Axis] = []
-    at = np.linspace(0.0, 1.0, 5)
-    for face in solid.faces:
-        adaptor = BRepAdaptor_Surface(holder.faces[face.id])
-        if adaptor.GetType() != GeomAbs_Cylinder:
-            continue
-        cylinder = adaptor.Cylinder()
-        axis, location = cylinder.Axis().Direction(), cylinder.Location()
-        direction = np.array([axis.X(), axis.Y(), axis.Z()])
-        place = np.array([location.X(), location.Y(), location.Z()])
-        along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in face.edges]) - place
-        low, high = float((along @ direction).min()), float((along @ direction).max())
-        turn = adaptor.LastUParameter() - adaptor.FirstUParameter()
-        for j, own in enumerate(found):
-            is_same = abs(own.radius - cylinder.Radius()) < ALIKE * own.radius
-            if is_same and abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size:
-                shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
-                low, high = sorted((shift + sign * low, shift + sign * high))
-                found[j] = replace(
-                    own,
-                    low=min(own.low, low),
-                    high=max(own.high, high),
-                    turn=own.turn + turn,
-                    faces=own.faces | {face.id},
-                )
-                break
-        else:
-            lines = (
-                own.line
-                for own in found
-                if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size
-            )
-            found.append(
-                Axis(
-                    place=place,
-                    direction=direction,
-                    radius=cylinder.Radius(),
-                    label=face.label(),
-                    low=low,
-                    high=high,
-                    turn=turn,
-                    faces=frozenset([face.id]),
-                    cylinder=cylinder,
-                    line=next(lines, len(found)),
-                )
-            )
-    return found
-
-
-def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:
-    """Whether a round face about an axis, with a point of it, is seen from inside: that of a hole."""
-    arm = point - place
-    arm -= (arm @ direction) * direction
-    return bool(face.surface.normals(face.surface.project(point[None]))[0] @ arm < 0.0)
-
-
-def _off(axis: Axis, place: FloatArray) -> float:
-    """Distance of a point from an axis."""
-    return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
-
-
 def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, float]] | None:
     """`on_axes`, `square` and `common` of a :class:`Crossing`; None where two cylinders do not meet, or only graze."""
     cosine = float(a.direction @ b.direction)
@@ -432,4 +311,4 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     return (on_axes, square, (low, high)) if reached else None
 
 
-__all__ = ["Axis", "Crossing", "at_crossings", "find_axes", "find_crossings", "is_hollow", "is_joint", "plain_planes"]
+__all__ = ["Crossing", "at_crossings", "find_crossings", "is_joint", "plain_planes"]

@@ -25,7 +25,7 @@ from ...brep import Part, Solid
 from ...errors import InputError
 from ..names.selection import select_faces
 from ..shapes import shapes_of
-from .crossings import is_hollow
+from .axes import is_hollow
 
 TANGENT = 1e-3
 """Radians from pi up to which a rounding runs tangent into its neighbour."""

@@ -16,7 +16,7 @@ Not handled: caps without a plane face, and hollow (concave) roundings, which no
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import cos, pi
 from typing import Any
@@ -31,11 +31,10 @@ from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Pnt2d
 
 from ...arrays import FloatArray
 from ...brep import Face, Part, Solid
-from ...errors import CadError
 from ..geometry.composite import join_faces
 from ..shapes import EDGE, SolidShape, subshapes
 from .axial import direction_of, find_clusters, main_normals
-from .splitting import split_faces
+from .splitting import divided_part
 
 _HALF_WAY = cos(pi / 4)
 """Cosine between a rounding and its cap where the rounding is divided: as steep for the cap as for the side."""
@@ -77,14 +76,10 @@ def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> P
             lines = _dividing_edges(solid, holder, solid.faces[f], solid.faces[plane].normal)
             cuts += lines
             n_divided += bool(lines)
-    if not cuts:
+    found = divided_part(part, cuts, [solid.faces[plane].normal for plane, _ in caps])
+    if found is None:
         return None
-    try:
-        divided = split_faces(solid, holder, cuts, [solid.faces[plane].normal for plane, _ in caps])
-    except (CadError, ValueError, RuntimeError):
-        return None  # the part as it was has the last word
-    if len(divided.faces) <= len(solid.faces) or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
-        return None
+    divided = found.solids[0]
     for plane, _ in caps:
         divided = _grown(divided, plane)
     note = f"faces that round the edge of a cap divided half way between cap and side: {n_divided}"
@@ -118,16 +113,9 @@ def divide_corners(part: Part) -> Part | None:
         for way in cluster.ways if cluster.rounded else ():
             for direction in (normals[way], -normals[way]):
                 lines += [e for f in cluster.rounded for e in _dividing_edges(solid, holder, solid.faces[f], direction)]
-    if not lines:
-        return None
-    try:
-        divided = split_faces(solid, holder, lines)
-    except (CadError, ValueError, RuntimeError):
-        return None  # the part as it was has the last word
-    if len(divided.faces) <= len(solid.faces) or abs(divided.volume - solid.volume) > 1e-6 * solid.volume:
-        return None
+    divided = divided_part(part, lines)
     note = "faces that round a block divided half way between its sides"
-    return replace(part, solids=(divided,), notes=(*part.notes, note))
+    return None if divided is None else replace(divided, notes=(*part.notes, note))
 
 
 def join_halves(part: Part, caps: Sequence[Sequence[int]]) -> Part | None:
@@ -157,14 +145,21 @@ def _with_halves(solid: Solid, caps: Sequence[int]) -> Solid:
 
 def _has_half_beside(solid: Solid, plane: Face) -> bool:
     """Whether a face that runs tangent into a plane one ends half way."""
-    for e in plane.edges:
-        edge = solid.edges[e]
-        face = solid.faces[edge.faces[0] if edge.faces[1] == plane.id else edge.faces[1]]
-        if face.kind != "plane" and abs(edge.dihedral - pi) < _TANGENT:
-            uv = np.concatenate([face.surface.edge_uv(k, np.linspace(0.0, 1.0, _SAMPLES)) for k in face.edges])
-            if abs(float(np.min(face.surface.normals(uv) @ plane.normal)) - _HALF_WAY) < _LEVEL:
-                return True
-    return False
+    beside = _tangent_beside(solid, plane)
+    return any(abs(_least_lean(face, plane.normal) - _HALF_WAY) < _LEVEL for face in beside if face.kind != "plane")
+
+
+def _tangent_beside(solid: Solid, face: Face) -> Iterator[Face]:
+    """The faces that a face runs tangent into."""
+    for edge in map(solid.edges.__getitem__, face.edges):
+        if abs(edge.dihedral - pi) <= _TANGENT:
+            yield solid.faces[edge.faces[0] if edge.faces[1] == face.id else edge.faces[1]]
+
+
+def _least_lean(face: Face, normal: FloatArray) -> float:
+    """Least cosine between a face's normals, along its edges, and a direction."""
+    uv = np.concatenate([face.surface.edge_uv(e, np.linspace(0.0, 1.0, _SAMPLES)) for e in face.edges])
+    return float(np.min(face.surface.normals(uv) @ normal))
 
 
 def _grown(solid: Solid, plane: int) -> Solid:
@@ -172,13 +167,8 @@ def _grown(solid: Solid, plane: int) -> Solid:
     normal = solid.faces[plane].normal
     group = [plane]
     for f in group:
-        for e in solid.faces[f].edges:
-            edge = solid.edges[e]
-            face = solid.faces[edge.faces[0] if edge.faces[1] == f else edge.faces[1]]
-            if face.id in group or abs(edge.dihedral - pi) > _TANGENT:
-                continue
-            uv = np.concatenate([face.surface.edge_uv(k, np.linspace(0.0, 1.0, _SAMPLES)) for k in face.edges])
-            if np.min(face.surface.normals(uv) @ normal) > _HALF_WAY - _LEVEL:
+        for face in _tangent_beside(solid, solid.faces[f]):
+            if face.id not in group and _least_lean(face, normal) > _HALF_WAY - _LEVEL:
                 group.append(face.id)
     joined = join_faces(solid, group, plane) if len(group) > 1 else None
     return solid if joined is None else joined

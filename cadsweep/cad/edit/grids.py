@@ -29,13 +29,14 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
+from .axes import Axis, find_axes
 from .axial import EVERY, Cluster, is_across
 from .blind import LEAST_SLOPE, SHARE, countersink, seam_in
 from .box_layout import DEPTHS, Block, Floor, read_block
 from .boxes import MOST_BRICKS, carry_on, fit_cushion, planes_of
 from .central import Cutter
 from .circles import Rim, find_outlines
-from .crossings import Axis, find_axes, find_crossings, plain_planes
+from .crossings import find_crossings, plain_planes
 from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
 

@@ -30,8 +30,9 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
+from .axes import ALIKE, MEET, Axis, find_axes
 from .central import Cutter, rectangle_tool
-from .crossings import ALIKE, MEET, Axis, Crossing, find_axes, find_crossings, is_joint
+from .crossings import Crossing, find_crossings, is_joint
 
 BEYOND = 1.25
 """How far a mitre goes, as a multiple of where the arms part."""

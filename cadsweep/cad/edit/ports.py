@@ -33,9 +33,9 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, subshapes
+from .axes import WHOLE, Axis, find_axes, is_hollow
 from .central import Cutter, plane_tool, rectangle_tool
 from .circles import IsInside, inside_of
-from .crossings import WHOLE, Axis, find_axes, is_hollow
 
 SQUARE = 1e-6
 """Cosine of the angle of two axes up to which they are square to each other."""

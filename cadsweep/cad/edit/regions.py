@@ -29,6 +29,7 @@ from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Solid
 from ..shapes import shapes_of
+from .axes import is_hollow
 from .axial import (
     ALONG,
     EVERY,
@@ -43,7 +44,6 @@ from .axial import (
     sliced,
 )
 from .central import Cutter
-from .crossings import is_hollow
 
 GAP = 0.01
 """Distance of two ends of features, as a share of the cell's size, from which a plane fits between them."""

@@ -6,6 +6,7 @@ Place in the flow: the tool of :mod:`.fillets` and :mod:`.annuli`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from OCP.TopoDS import TopoDS_Shell
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
-from ...brep import Solid
+from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, Labels, label_of
 from ..extract.solids import extract_solid
@@ -24,6 +25,9 @@ from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
 from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, subshapes, typed
+
+SAME_VOLUME = 1e-6
+"""Share of the volume that may change: OpenCASCADE integrates no better."""
 
 
 def split_faces(solid: Solid, holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray] = ()) -> Solid:
@@ -45,6 +49,32 @@ def split_faces(solid: Solid, holder: SolidShape, cuts: Sequence[Any], normals: 
         What OpenCASCADE made of it is no closed solid, or a face of it comes from none of the old ones.
     """
     return _extract(solid, *_split(holder, cuts, normals))
+
+
+def divided_part(
+    part: Part, cuts: Sequence[Any], normals: Sequence[FloatArray] = (), *, n_more: int | None = None
+) -> Part | None:
+    """A part of one solid with faces divided as by :func:`split_faces`; None where nothing is, or OpenCASCADE fails.
+
+    Parameters
+    ----------
+    part : Part
+    cuts : sequence of TopoDS_Edge
+    normals : sequence of (3,) float64
+    n_more : int or None
+        Faces that are to come of it; None: any number.
+    """
+    solid = part.solids[0]
+    if not cuts or not isinstance(solid.kernel, SolidShape):
+        return None
+    try:
+        divided = split_faces(solid, solid.kernel, cuts, normals)
+    except (CadError, ValueError, RuntimeError):
+        return None  # the part as it was has the last word
+    more = len(divided.faces) - len(solid.faces)
+    if more < 1 or more != (n_more or more) or abs(divided.volume - solid.volume) > SAME_VOLUME * solid.volume:
+        return None
+    return replace(part, solids=(divided,))
 
 
 def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray]) -> tuple[Any, Traced]:
@@ -112,4 +142,4 @@ def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
     )
 
 
-__all__ = ["split_faces"]
+__all__ = ["divided_part", "split_faces"]
