@@ -19,6 +19,7 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from .axial import EVERY, Cluster, direction_of, find_clusters, hollow_beside, is_across, main_normals
 from .circles import Rim, find_outlines
+from .half_way import half_way
 
 LEAST_FILL = 0.5
 """Share of its bounding box that a block fills: legs and webs of a bracket part better at their own faces."""
@@ -131,10 +132,11 @@ class Block:
     def floors(self, cluster: Cluster, way: int) -> Iterator[Floor]:
         for e in sorted(cluster.edges):
             edge = self.solid.edges[e]
-            if edge.dihedral < pi + self.flat:
+            if edge.dihedral < pi - self.flat:
                 continue
             for face in (self.solid.faces[f] for f in edge.faces):
-                if is_across(face, self.normals[way]):
+                is_sharp = edge.dihedral > pi + self.flat
+                if is_across(face, self.normals[way]) and (is_sharp or hollow_beside(self.solid, face, e, self.flat)):
                     down = -1 if float(face.normal @ self.normals[way]) > 0.0 else 1
                     yield Floor(edge=e, level=float(edge.midpoint @ self.normals[way]), down=down)
 
@@ -225,13 +227,14 @@ def _cushioned(block: Block, site: Site, down: int, end: float, rims: Sequence[R
     own = [rim for rim in rims if _is_of(block, rim, site)]
     if len(own) != 1 or len({round(floor.level / block.tight) for floor in site.floors}) != 1:
         return None
-    rim = own[0]
-    if float(rim.normal @ normal) * down > -1.0 + 1e-6:
+    rim = half_way(block.solid, own[0], block.flat)
+    if rim is None or float(rim.normal @ normal) * down > -1.0 + 1e-6:
         return None
-    level = float(rim.center @ normal)
-    depth = min(DEPTHS[0] * rim.radius, SHARE * abs(level - end))
+    level = float(rim.around @ normal)
+    depth = min(DEPTHS[0] * rim.radius, SHARE * (abs(level - end) - rim.sunk))
     if depth < DEPTHS[1] * rim.radius:
         return None
+    depth += rim.sunk
     return replace(_reaching(site, down, level + down * depth), cushion=(rim, depth))
 
 
@@ -296,7 +299,7 @@ def _levelled(block: Block, site: Site, levels: Levels) -> Site:
     if site.cushion is None:
         return site
     rim, depth = site.cushion
-    start = float(rim.center @ block.normals[site.way])
+    start = float(rim.around @ block.normals[site.way])
     least, most = (start + share * site.down * depth for share in DEEPER)
     level = levels.near(site.way, least, most)
     if level is None:

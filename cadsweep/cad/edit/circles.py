@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
+from typing import Protocol
 
 import numpy as np
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
@@ -18,7 +19,7 @@ from OCP.gp import gp_Pnt
 from OCP.TopAbs import TopAbs_IN
 
 from ...arrays import FloatArray
-from ...brep import Edge, Face, Solid
+from ...brep import Curve, Edge, Face, Solid
 from ..shapes import shapes_of
 from .central import SAME
 
@@ -35,6 +36,19 @@ LEAST_RIMS, MOST_ASKED = 4, 6000
 there is material in a place, a hundred times a circle, takes as long as there are faces."""
 
 
+class Piece(Protocol):
+    """A line or an arc of an outline: an edge, or what lies beside one."""
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def length(self) -> float: ...
+
+    @property
+    def curve(self) -> Curve: ...
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rim:
     """A whole circle, or another outline, on a plane face, the material on the other side of the face.
@@ -48,9 +62,13 @@ class Rim:
         A point of it.
     length : float
     face : Face
-    edges : tuple of (Edge, bool)
-        The edges, one after the other counterclockwise about the normal, each with whether it runs that way; none
+    border : tuple of int
+        The edges of the face that it is made of.
+    edges : tuple of (Piece, bool)
+        Its pieces, one after the other counterclockwise about the normal, each with whether it runs that way; none
         for a circle.
+    inner, outer : float
+        How far above it the face is inside of it, and around it: one is below it where it lies half way up a rounding.
     """
 
     center: FloatArray
@@ -59,7 +77,21 @@ class Rim:
     start: FloatArray
     length: float
     face: Face
-    edges: tuple[tuple[Edge, bool], ...] = ()
+    border: tuple[int, ...]
+    edges: tuple[tuple[Piece, bool], ...] = ()
+    inner: float = 0.0
+    outer: float = 0.0
+
+    @property
+    def around(self) -> FloatArray:
+        """A point (3,) on its axis, as high as what is around it."""
+        place: FloatArray = self.center + self.outer * self.normal
+        return place
+
+    @property
+    def sunk(self) -> float:
+        """How far below what is around it its inside is; none where it is above."""
+        return max(0.0, self.outer - self.inner)
 
     def reach(self, directions: FloatArray) -> FloatArray:
         """How far it reaches (m,) along directions (m, 3), from its middle."""
@@ -115,7 +147,7 @@ def _outlines(solid: Solid, flat: float) -> Iterator[Rim]:
             center = np.average(0.5 * (points + np.roll(points, -1, axis=0)), axis=0, weights=lengths)
             yield Rim(
                 center=center, normal=face.normal, radius=float(np.linalg.norm(points - center, axis=1).min()),
-                start=points[0], length=float(lengths.sum()), face=face,
+                start=points[0], length=float(lengths.sum()), face=face, border=loop.edges,
                 edges=tuple((solid.edges[e], forward) for e, forward in directed),
             )  # fmt: skip
 
@@ -147,7 +179,7 @@ def _rims(solid: Solid, flat: float) -> Iterator[Rim]:
             center, radius = found
             yield Rim(
                 center=center, normal=face.normal, radius=radius, start=solid.vertices[edges[0].start],
-                length=sum(edge.length for edge in edges), face=face,
+                length=sum(edge.length for edge in edges), face=face, border=loop.edges,
             )  # fmt: skip
 
 
@@ -162,4 +194,4 @@ def _circle(edges: Sequence[Edge]) -> tuple[FloatArray, float] | None:
     return (center, radius) if off < ROUND * radius else None
 
 
-__all__ = ["Rim", "find_outlines", "find_rims", "inside_of"]
+__all__ = ["Piece", "Rim", "find_outlines", "find_rims", "inside_of"]

@@ -16,6 +16,9 @@ same section, and can be swept from one to the other.
 Any outline that runs around its middle without a notch has such cells, too: a corner of it goes to each corner of the
 box, and what is between two of them is one side of the bowl, of as many faces as it has edges.
 
+A floor that is rounded, or a boss, ends half way up its rounding (:mod:`.half_way`): what is below it has one half of
+that among its sides, and the bowl hangs down upright, between the rounding and what is around it.
+
 Not handled: circles that are not whole, outlines with notches, holes that go on below, and where the box would not lie
 well inside.
 """
@@ -38,6 +41,7 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from .central import Cutter, plane_tool
 from .circles import IsInside, Rim, find_rims, inside_of
+from .half_way import half_way
 
 WIDTHS = (1.5, 1.35, 1.2)
 """Distances of the box's sides from the axis, in radii of the circle, that are tried."""
@@ -51,6 +55,9 @@ CLEAR = 1.1
 """Width and depth, in those of the box, up to which there must be material."""
 BOWL, CORE = 0.8, 0.6
 """Distance of the bowl's farthest lower corner from the axis, in radii; the core's size in that of the bowl's floor."""
+BOWL_OF_SUNK, UPRIGHT = 1.4, 0.35
+"""The bowl's nearest corner, where its circle lies half way up the rounding of a floor: it hangs on it upright, or
+would not clear it; and how far that is from another outline to the corner of the box."""
 CORE_DEPTH, BOWL_DEPTH = 0.25, 0.5
 """Depths of the core and of the bowl, in that of the box."""
 SQUARE = 1e-6
@@ -69,7 +76,10 @@ Chain = list[tuple[Any, float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Box:
-    """Corners (4, 3) by level, in one order around the axis, and the four pieces of the outline between them."""
+    """Corners (4, 3) by level, in one order around the axis, and the four pieces of the outline between them.
+
+    `disc` is the outline's own level: that of the top, or above it, where the plane around a boss is the part's own.
+    """
 
     rim: FloatArray
     top: FloatArray
@@ -77,14 +87,15 @@ class _Box:
     bowl: FloatArray
     core: FloatArray
     core_bottom: FloatArray
+    disc: FloatArray
     chains: Sequence[Chain]
 
     def tools(self) -> list[Any]:
         """The faces between its eleven cells, and around them."""
-        out = [_polygon(corners) for corners in (self.top, self.bottom, self.bowl, self.core_bottom)]
+        out = [_polygon(corners) for corners in (self.disc, self.bottom, self.bowl, self.core_bottom)]
         for i in range(4):
             j = (i + 1) % 4
-            out.append(_polygon((self.core[i], self.rim[i], self.bowl[i], self.core_bottom[i])))
+            out.append(_quad(self.core[i], self.rim[i], self.bowl[i], self.core_bottom[i]))
             out.append(_quad(self.rim[i], self.top[i], self.bottom[i], self.bowl[i]))
             for upper, lower in (
                 (self.top, self.bottom),
@@ -109,11 +120,13 @@ def under_rims(solid: Solid, flat: float) -> Iterator[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
-    rims = find_rims(solid, flat)
+    rims = [half_way(solid, rim, flat) for rim in find_rims(solid, flat)]
     if not rims:
         return
     is_inside = inside_of(solid)
     for rim in rims:
+        if rim is None:
+            continue
         across = _directions(solid, rim)
         found = next(
             (
@@ -127,7 +140,7 @@ def under_rims(solid: Solid, flat: float) -> Iterator[Cutter]:
         if found is None:
             continue
         widths, depth = found
-        tools = [*_box(rim, across, widths, depth).tools(), plane_tool(solid, rim.normal, rim.center)]
+        tools = [*_box(rim, across, widths, rim.sunk + depth).tools(), plane_tool(solid, rim.normal, rim.center)]
         for direction, ends in zip(across, widths, strict=True):
             planes = [plane_tool(solid, direction, rim.center + end * direction) for end in ends]
             yield Cutter(
@@ -150,6 +163,7 @@ def cushion(rim: Rim, across: FloatArray, widths: FloatArray, depth: float) -> l
     widths : (2, 2) float64
         Where the sides of the box are along each, from the axis, the lower one first.
     depth : float
+        Below what is around the circle.
     """
     return _box(rim, across, widths, depth).tools()
 
@@ -195,24 +209,32 @@ def _box(rim: Rim, across: FloatArray, widths: FloatArray, depth: float) -> _Box
     reach = np.linalg.norm(corners, axis=1)
     if rim.edges:
         on_rim, chains = _along(rim, across)
-        inner = BOWL * (on_rim - rim.center)
+        bowl = BOWL * (on_rim - rim.center)
     else:
         out = corners / reach[:, None]
         on_rim, chains = rim.center + rim.radius * out, _arcs(rim, out)
         # Floors of box, bowl and core are of one shape, so that the faces between their sides are planes.
-        inner = BOWL * rim.radius / reach.max() * corners
+        bowl = BOWL * rim.radius / reach.max() * corners
+    core, core_bottom = CORE * bowl, 0.9 * CORE * bowl
+    if rim.sunk and rim.edges:
+        bowl = on_rim - rim.center + UPRIGHT * (corners - (on_rim - rim.center))
+    elif rim.inner != rim.outer:
+        bowl = (BOWL_OF_SUNK * reach.max() / reach.min() if rim.sunk else 1.0) / BOWL * bowl
+    bottom = rim.outer - depth
+    lower = min(rim.inner, rim.outer)
 
-    def level(places: FloatArray, below: float) -> FloatArray:
-        found: FloatArray = rim.center + places - below * rim.normal
+    def level(places: FloatArray, height: float) -> FloatArray:
+        found: FloatArray = rim.center + places + height * rim.normal
         return found
 
     return _Box(
         rim=on_rim,
-        top=level(corners, 0.0),
-        bottom=level(corners, depth),
-        bowl=level(inner, BOWL_DEPTH * depth),
-        core=level(CORE * inner, 0.0),
-        core_bottom=level(0.9 * CORE * inner, CORE_DEPTH * depth),
+        top=level(corners, rim.outer),
+        bottom=level(corners, bottom),
+        bowl=level(bowl, lower + BOWL_DEPTH * (bottom - lower)),
+        core=level(core, rim.inner),
+        core_bottom=level(core_bottom, rim.inner + CORE_DEPTH * (bottom - rim.inner)),
+        disc=level(corners, 0.0),
         chains=chains,
     )
 
@@ -331,10 +353,11 @@ def _quad(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> Any:
 
 def _fits(rim: Rim, across: FloatArray, widths: FloatArray, depth: float, is_inside: IsInside) -> bool:
     """Whether there is material in the box, and a little around it."""
+    floor = rim.center + min(rim.inner, rim.outer) * rim.normal
     first, second = (np.linspace(CLEAR * low, CLEAR * high, 5) for low, high in widths)
     for below in CLEAR * depth * np.array([0.02, 0.5, 1.0]):
         for a, b in product(first, second):
-            if not is_inside(rim.center + a * across[0] + b * across[1] - below * rim.normal):
+            if not is_inside(floor + a * across[0] + b * across[1] - below * rim.normal):
                 return False
     return True
 

@@ -39,6 +39,7 @@ from .circles import Rim, find_outlines
 from .crossings import find_crossings, plain_planes
 from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
+from .half_way import half_way
 
 SLOPE, STEEP = 1.0, 0.87
 """Depth of a cone to a bore, in the width of the ring between bore and circle, as it is wanted, and from which on what
@@ -237,12 +238,15 @@ class _Grid:
                 with_core(zone, center, 0.0), closed=(*zone.closed, (low, high)), ends=(*zone.ends, end)
             )
             return True
+        found = half_way(self.block.solid, rim, self.block.flat)
         depth = min(DEPTHS[0] * rim.radius, SHARE * room)
-        if depth < DEPTHS[1] * rim.radius:
+        if found is None or depth < DEPTHS[1] * rim.radius:
             return False
-        column.cushions.append((rim, down))
-        self.steps.append((zone.way, level))
-        end = End(level=level, down=down, depths=(DEPTHS[1] * rim.radius, depth, DEEPEST * rim.radius))
+        column.cushions.append((found, down))
+        self.steps.append((zone.way, float(found.center @ normal)))
+        level = float(found.around @ normal)
+        depths = found.sunk + np.array([DEPTHS[1] * rim.radius, depth, DEEPEST * rim.radius])
+        end = End(level=level, down=down, depths=tuple(depths.tolist()))
         column.zone = replace(with_core(zone, center, CORE), ends=(*zone.ends, end), is_tight=True)
         return True
 
@@ -300,7 +304,7 @@ class _Grid:
         """The cells under an outline, out to the planes around it."""
         block = self.block
         low, high = box_of(zone, planes, block)
-        level = float(block.normals[zone.way] @ rim.center)
+        level = float(block.normals[zone.way] @ rim.around)
         depth = min(down * (at - level) for at in planes[zone.way] if down * (at - level) > block.tight)
         return fit_cushion(block, rim, zone.way, (low, high), depth, widest=WIDEST + 1.0)
 
