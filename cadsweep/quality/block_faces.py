@@ -56,25 +56,32 @@ def blocks_boundary(hexes: IntArray, n_nodes: int, blocks: Sequence[BlockStructu
     seen = np.zeros(n_nodes, dtype=np.int64)
     faces, at = [], 0
     for block in blocks:
-        last = block.first_hex + block.n_hexes
-        # Nodes of the caps and sides must be no block's own, each in one place: then no two nodes of a layer are one.
-        if block.first_hex < at or last > len(hexes) or not _are_apart(_borrowed(block), owned, last, seen):
+        before = hexes[at : block.first_hex]
+        shared = _shared_faces(hexes, block, owned, seen) if block.first_hex >= at else None
+        if shared is None or not _is_sound(before, owned, seen):
             return None
-        if structure_problems(_alone(block), (block.n_layers + 1) * block.n_nodes):
-            return None
-        shared = np.zeros((block.n_hexes, 6), dtype=np.bool_)
-        nodes = block.layers(np.arange(block.n_layers + 1))
-        if not _follows_block(hexes[block.first_hex : last], nodes, block.quads, owned, _CORNERS, shared):
-            return None
-        faces += [np.arange(6 * at, 6 * block.first_hex), 6 * block.first_hex + np.flatnonzero(shared)]
-        if not _is_sound(hexes[at : block.first_hex], owned, seen):
-            return None
-        at = last
+        faces += [np.arange(6 * at, 6 * block.first_hex), shared]
+        at = block.first_hex + block.n_hexes
     if not _is_sound(hexes[at:], owned, seen) or not (owned | (seen > 0)).all():
         return None
     quads = conformity.face_nodes(hexes, np.concatenate([*faces, np.arange(6 * at, 6 * len(hexes))]))
     use = conformity.match_quads(quads, n_nodes)
     return None if len(use.crowded) or len(use.clashing) else quads[use.once]
+
+
+def _shared_faces(hexes: IntArray, block: BlockStructure, owned: BoolArray, seen: IntArray) -> IntArray | None:
+    """Faces of a block's hexahedra that others may have; None where it does not describe these."""
+    last = block.first_hex + block.n_hexes
+    # Nodes of the caps and sides must be no block's own, each in one place: then no two nodes of a layer are one.
+    if last > len(hexes) or not _are_apart(_borrowed(block), owned, last, seen):
+        return None
+    if structure_problems(_alone(block), (block.n_layers + 1) * block.n_nodes):
+        return None
+    shared = np.zeros((block.n_hexes, 6), dtype=np.bool_)
+    nodes = block.layers(np.arange(block.n_layers + 1))
+    if not _follows_block(hexes[block.first_hex : last], nodes, block.quads, owned, _CORNERS, shared):
+        return None
+    return 6 * block.first_hex + np.flatnonzero(shared)
 
 
 def _is_sound(hexes: IntArray, owned: BoolArray, seen: IntArray) -> bool:
@@ -109,7 +116,7 @@ def _borrowed(block: BlockStructure) -> IntArray:
 
 @compiled(cache=True, nogil=True)
 def _are_apart(nodes, owned, mark, seen):  # type: ignore[no-untyped-def]
-    """Whether nodes are in range, no block's own, and each once; marks them in `seen` by a mark that nobody else has."""
+    """Whether nodes are in range, no block's own, and each once; marks them by a number that is no other block's."""
     for i in range(nodes.shape[0]):
         node = nodes[i]
         if node < 0 or node >= owned.shape[0] or owned[node] or seen[node] == mark:
@@ -119,7 +126,7 @@ def _are_apart(nodes, owned, mark, seen):  # type: ignore[no-untyped-def]
 
 
 @compiled(cache=True, nogil=True)
-def _follows_block(hexes, nodes, quads, owned, corners, shared):  # type: ignore[no-untyped-def]
+def _follows_block(hexes, nodes, quads, owned, corners, shared):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Whether hexahedra are quads times layers of nodes; mark the faces none of whose nodes is inside."""
     n = quads.shape[0]
     for h in range(hexes.shape[0]):

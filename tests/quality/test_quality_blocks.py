@@ -71,7 +71,8 @@ def test_blocks_have_the_boundary_that_all_faces_have(lone):
     assert len(found) == outside - 2 * shared
     every = check_mesh(mesh_of(points, hexes))
     told = check_mesh(mesh_of(points, hexes), blocks=blocks)
-    assert told.valid and every.valid
+    assert told.valid
+    assert every.valid
     assert (told.euler, told.volume) == (every.euler, every.volume)
 
 
