@@ -237,7 +237,7 @@ def checked_cells(
         with run.stage("assembly"):
             mesh = make(joined, info)
         with run.stage("quality"):
-            return mesh, check_mesh(mesh, cad=references)
+            return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):

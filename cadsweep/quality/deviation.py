@@ -19,6 +19,7 @@ from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
+from . import surface_kernels
 from .rims import rim_deviations
 
 _TURNS = 0.05
@@ -208,8 +209,4 @@ def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
 
 def volume_and_area(corners: FloatArray) -> tuple[float, float]:
     """Volume inside outward quads (m, 4, 3), exact for bilinear ones, and their area, by their diagonals."""
-    a, b, c, d = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    triangles = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))  # both ways to cut a quad: their mean is the bilinear one
-    volume = sum(float(np.einsum("md,md->", p, np.cross(q, r))) for p, q, r in triangles) / 12.0
-    area = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
-    return volume, area
+    return surface_kernels.volume_and_area(corners, corners.reshape(-1, 3).mean(axis=0))  # type: ignore[no-any-return]
