@@ -147,11 +147,7 @@ def _grown_back(
     keys = sweep.solid.edge_keys.tolist()
     ends = {v for e in finer for v in (edges[e].start, edges[e].end)}
     rails = set(sweep.rails)
-    beside = [
-        e.id
-        for e in edges
-        if e.id not in rails and e.id not in spoken and not ends.isdisjoint((e.start, e.end))
-    ]
+    beside = [e.id for e in edges if e.id not in rails and e.id not in spoken and not ends.isdisjoint((e.start, e.end))]
     return (
         {e: by_key[keys[e]] for e in beside if keys[e] in divided},
         {e: divided[keys[e]] for e in beside if keys[e] in divided},
