@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, small_ints
-from ..projection import FactoredSweep
 from ..projection.storage import sweep_arrays, sweep_of_arrays
 from .cells import CellBlocks, FilledCell, SweptCell
 
@@ -44,6 +43,7 @@ def cells_as_arrays(cells: CellBlocks) -> dict[str, Any]:
         [own.cell, own.after, first] if isinstance(own, SweptCell) else [own.cell, 0, 0]
         for own, first in zip(cells.cells, cells.firsts, strict=True)
     ]
+    flat = {name: np.concatenate([a.reshape(-1) for a in every if a is not None]) for name, every in kinds.items()}
     return {
         "cells": np.array(json.dumps({"shapes": shapes, "words": words})),
         "table": np.array(table, dtype=np.int64),
@@ -51,8 +51,8 @@ def cells_as_arrays(cells: CellBlocks) -> dict[str, Any]:
         "steps": np.diff(cells.numbers, prepend=0),  # ones, for the most part
         "moved_nodes": cells.moved_nodes,
         "moved_points": cells.moved_points,
-        **{f"each_{name}": np.concatenate([a.reshape(-1) for a in every if a is not None]) for name, every in kinds.items()},
-    }  # fmt: skip
+        **{f"each_{name}": array for name, array in flat.items()},
+    }
 
 
 def cells_from_arrays(arrays: Mapping[str, Any]) -> CellBlocks:
@@ -99,8 +99,7 @@ def _swept_cell(cell: int, after: int, own: dict[str, np.ndarray], points: Float
     for name, where in _SHARED.items():
         if name not in own and not (name == "target_points" and "no_target" in own):
             own[name] = points[nodes[where]]
-    sweep: FactoredSweep = sweep_of_arrays(own)
-    return SweptCell(cell=cell, sweep=sweep, bottom=nodes["bottom"], top=nodes["top"], rings=nodes["rings"], after=after)
+    return SweptCell(cell=cell, sweep=sweep_of_arrays(own), after=after, **nodes)
 
 
 def _parted(flat: np.ndarray, shapes: Sequence[Sequence[int] | None]) -> list[np.ndarray | None]:

@@ -198,7 +198,7 @@ def faces_of_arrays(quads: Mapping[int, IntArray], points: FloatArray, own: Mapp
 
 
 def mesh_arrays(mesh: HexMesh, *, placed: bool = True) -> dict[str, Any]:
-    """A mesh of order 1 as arrays, for a numpy archive; its nodes and hexes only where they are to be `placed` there."""
+    """A mesh of order 1 as arrays, for a numpy archive; without nodes and hexes where it is not `placed`."""
     named = {kind: getattr(mesh, kind) for kind in ("boundaries", "interfaces", "parts")}
     text = {
         "names": {kind: list(own) for kind, own in named.items()},
