@@ -62,7 +62,7 @@ def cells_from_arrays(arrays: Mapping[str, Any]) -> CellBlocks:
     every = {name: _parted(arrays[f"each_{name}"], shapes) for name, shapes in text["shapes"].items()}
     cells: list[SweptCell | FilledCell] = []
     for number, (cell, after, _) in enumerate(table.tolist()):
-        own = {name: arrays[number] for name, arrays in every.items() if arrays[number] is not None}
+        own = {name: array for name, arrays in every.items() if (array := arrays[number]) is not None}
         words = text["words"][number]
         if words is None:
             cells.append(FilledCell(cell=cell, hexes=own["hexes"].astype(np.int64)))
