@@ -134,6 +134,8 @@ def finish(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
             slides=slides,
         )  # fmt: skip
+        if isinstance(cells, CellBlocks):
+            mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
