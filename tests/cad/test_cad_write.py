@@ -1,5 +1,8 @@
 """Cells written to STEP come back as they are: solids, names, colours, shared faces; other programs see them touch."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -62,6 +65,27 @@ def test_names_and_colours_go_with_them(pinned, tmp_path):
     assert again.models[0].color == "#ff0000"
     assert len({model.color for model in again.models}) == 3
     assert {name for face in again.solids[0].faces for name in face.names} == {"plate_bottom"}
+
+
+FIRST = """
+import sys
+from pathlib import Path
+import cadquery as cq
+from cadsweep.cad import load, write_step
+box = cq.Workplane().box(4, 3, 2)
+box.faces(">Z").tag("top")
+write_step(load(box), Path(sys.argv[1]))
+"""
+
+
+def test_names_of_faces_are_in_the_first_file_that_a_process_writes(cq, tmp_path):
+    # The command writes one file; and a box of CadQuery's is placed as a whole, where faces cannot be named.
+    path = tmp_path / "box.step"
+    subprocess.run([sys.executable, "-c", FIRST, str(path)], check=True, cwd=tmp_path)
+    assert path.read_text().count("ADVANCED_FACE('top'") == 1
+    box = cq.importers.importStep(str(path)).val().BoundingBox()
+    assert (box.xmin, box.ymin, box.zmin) == pytest.approx((-2, -1.5, -1), abs=1e-6)
+    assert (box.xmax, box.ymax, box.zmax) == pytest.approx((2, 1.5, 1), abs=1e-6)
 
 
 def test_gmsh_and_cadquery_see_the_solids_touch(cq, pinned, tmp_path):
