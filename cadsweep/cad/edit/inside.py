@@ -3,8 +3,9 @@
 Place in the flow: the cutters ask it of places beside features.
 
 Method: OpenCASCADE's classifier sends a line through every face of the solid, whether the line comes near it or not,
-which takes some 0.1 ms for a face on a spline. Here a ray is asked only of those faces whose boxes it meets. Where it
-touches a face or meets an edge another is sent, and what rays do not tell the classifier does.
+which takes some 0.1 ms for a face on a spline. Here a ray is asked only of those faces whose boxes it meets. Two rays
+have to agree, as the line's meetings with a spline may be lost by pairs; where one touches a face or meets an edge
+another is sent, and what they do not tell the classifier does.
 """
 
 from __future__ import annotations
@@ -49,10 +50,13 @@ class _Inside:
 
     def __call__(self, point: FloatArray) -> bool:
         place = gp_Pnt(*map(float, point))
+        told: set[bool] = set()
         for ray in _RAYS:
             found = self._along(point, gp_Lin(place, gp_Dir(*ray)))
+            if found in told:
+                return found is True
             if found is not None:
-                return found
+                told.add(found)
         self.classifier.Perform(place, self.near)
         return bool(self.classifier.State() == TopAbs_State.TopAbs_IN)
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from math import pi
 from typing import Any
 
@@ -145,7 +146,7 @@ class _Guillotine:
     def planes(self, box: Box, inside: Sequence[Cluster]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""
         found: list[tuple[int, float, int, float]] = []
-        bits = np.array([sum(1 << way for way in f.ways) for f in inside], dtype=np.int64)
+        bits = np.array([_bits(f.ways) for f in inside], dtype=np.int64)
         unlike = np.triu((bits[:, None] & bits) == 0, 1).astype(np.float64)
         for axis, (low, high) in enumerate(box):
             through = np.array([f.ways != {axis} for f in inside])
@@ -169,6 +170,11 @@ class _Guillotine:
         return [
             (axis, place, NARROW * max(0.0, 1.0 + gap / wide)) for _, gap, axis, place in sorted(found)[:MOST_PLANES]
         ]
+
+
+@cache
+def _bits(ways: frozenset[int]) -> int:
+    return sum(1 << way for way in ways)
 
 
 def _within(sides: BoolArray, pairs: FloatArray) -> FloatArray:
