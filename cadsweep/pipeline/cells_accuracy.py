@@ -25,7 +25,7 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..quality.deviation import volume_and_area
 from ..sweep import Intervals
-from .accuracy import COARSE, LEAST_GAIN, MARGIN, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse
+from .accuracy import COARSE, LEAST_GAIN, MARGIN, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse, missed_tolerance
 from .cells import mesh_cells
 from .run import Run
 
@@ -143,10 +143,8 @@ def _missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
     """The note on a tolerance that is not kept."""
     if options.tolerance is None or found.distance * part.scale <= options.tolerance:
         return []
-    return [
-        f"the boundary is off its faces by {found.distance * part.scale:.3g}, and {options.tolerance:g} was asked "
-        "for: counts, layers or sizes that were asked for, too, stand in the way"
-    ]
+    reached = found.distance * part.scale
+    return [missed_tolerance(reached, options, "finer segments and quads bring it no nearer")]
 
 
 def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces, options: SweepOptions) -> None:

@@ -134,6 +134,8 @@ def finish(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
             slides=slides,
         )  # fmt: skip
+        if isinstance(cells, CellBlocks):
+            mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
@@ -237,7 +239,7 @@ def checked_cells(
         with run.stage("assembly"):
             mesh = make(joined, info)
         with run.stage("quality"):
-            return mesh, check_mesh(mesh, cad=references)
+            return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):

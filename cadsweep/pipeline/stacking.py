@@ -243,8 +243,9 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         weigh_layers(sheets, hints, counts.size)
         # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.
         least = 2 if options.size is None and options.layers is None else 1
+        apart = stacks.sheets_apart(stack, sheets, counts.size)
         levels = stacks.assign_levels(
-            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, least=least
+            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, apart=apart, least=least
         )
         levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))

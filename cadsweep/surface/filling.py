@@ -190,7 +190,11 @@ def mesh_freely(outline: Outline) -> FaceQuads:
     for chart in outline.charts(nodes):
         background = outline.background(chart, nodes)
         for setting in settings_for(chart.boundary):
-            if setting.size_factor < 1 and best is not None and (best.expected >= least or _too_fine(chart, setting)):
+            if (
+                setting.size_factor < 1
+                and best is not None
+                and (best.expected >= least or (background is None and _too_fine(chart, setting)))
+            ):
                 break  # many more quads are no way to make fair ones good, nor to mend one place of a large face
             try:
                 inner, quads = mesh_polygon(chart.boundary, setting, outline.opposite_of(boundary), background)

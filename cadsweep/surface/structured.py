@@ -47,6 +47,8 @@ _FEWEST = 100
 """Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
 _MOST = 2000
 """Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
+_CELLS_AT = 4
+"""Nodes of the lattice next to a point whose cells are looked at for it."""
 _SYMMETRIC = 1e-9
 """Distance, in sizes of the outline, up to which a core's corner lies where a mirror carries another one."""
 _TIE = 1e-6
@@ -178,7 +180,10 @@ def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places:
     # Triangles of all nodes take longer than all the rest where a face has ten thousands.
     near = np.array(lattice.query_ball_point(middle, reach, return_sorted=True), dtype=np.int64)
     if len(near) > _MOST:
-        # Of a hole as large as that, those along its outline: what the others inside of it are is not asked.
+        found = _in_cells(hole, lattice, places)
+        if np.isfinite(found).all():
+            return found
+        # Those along its outline: what the others inside of it are is not asked.
         beside = lattice.query_ball_point(hole, _AROUND * segment)
         near = distinct(np.concatenate([np.asarray(own, dtype=np.int64) for own in beside]))
     if len(near) < _FEWEST:
@@ -190,6 +195,35 @@ def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places:
 def _interpolated(at: FloatArray, nodes: FloatArray, places: IntArray) -> FloatArray:
     """Lattice places (m, 2) at points (m, 2), linear in the triangles of nodes (n, 2); NaN outside of these."""
     return np.asarray(scipy.interpolate.LinearNDInterpolator(nodes, places.astype(np.float64))(at))
+
+
+def _in_cells(at: FloatArray, lattice: scipy.spatial.cKDTree, places: IntArray) -> FloatArray:
+    """Lattice places (m, 2) at points (m, 2), linear in the two triangles of each cell; NaN where none was found.
+
+    Only cells at the nodes next to a point are looked at: triangles of all nodes would be made first.
+    """
+    number = np.full(places.max(axis=0) + 2, -1, dtype=np.int64)
+    number[places[:, 0], places[:, 1]] = np.arange(len(places))
+    near = places[lattice.query(at, _CELLS_AT)[1]]
+    lows = (near[:, :, None] - _CELL).reshape(len(at), -1, 2)
+    corners = number[tuple(np.moveaxis(lows[:, :, None] + _CELL, -1, 0))]
+    found = np.full((len(at), 2), np.nan)
+    for triangle in ([0, 1, 2], [0, 2, 3]):
+        nodes = corners[:, :, triangle]
+        a, b, c = np.moveaxis(lattice.data[nodes], 2, 0)
+        along, across, to = b - a, c - a, at[:, None] - a
+        twice = along[..., 0] * across[..., 1] - along[..., 1] * across[..., 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            second = (to[..., 0] * across[..., 1] - to[..., 1] * across[..., 0]) / twice
+            third = (along[..., 0] * to[..., 1] - along[..., 1] * to[..., 0]) / twice
+            least = np.minimum(np.minimum(second, third), 1.0 - second - third)
+        inside = (nodes >= 0).all(axis=2) & (least >= -_TIE)
+        rows = np.flatnonzero(inside.any(axis=1) & np.isnan(found[:, 0]))
+        which = np.argmax(inside[rows], axis=1)
+        steps = _CELL[triangle[1:]] - _CELL[0]
+        weights = np.stack([second[rows, which], third[rows, which]], axis=1)
+        found[rows] = lows[rows, which] + weights @ steps
+    return found
 
 
 def places_around(p: int, q: int) -> IntArray:

@@ -157,3 +157,26 @@ def test_short_segments_go_where_a_thin_section_turns():
     lengths = np.linalg.norm(steps, axis=1)
     assert lengths.max() > 3 * lengths.min()
     assert max(np.maximum(lengths / np.roll(lengths, 1), np.roll(lengths, 1) / lengths)) < 1.6
+
+
+def test_a_sharp_rim_is_no_farther_off_than_is_said():
+    """A wavy dish meets its wall at 25 to 51 degrees: there its quads are nearer to it than its chords to the rim."""
+    dish = under_a_surface(cq.Workplane().circle(10), lambda x, y: 6 + 0.06 * (x * x + y * y) + 0.05 * x * y, 12)
+    mesh = cs.sweep_mesh(dish, tolerance=0.05, size=3.0, layers=2)
+    n = mesh.structure.n_nodes
+    (top,) = (cap for cap in (mesh.points[:n], mesh.points[-n:]) if np.ptp(cap[:, 2]) > 1.0)
+    off = []
+    for loop in mesh.structure.loops:
+        begin, end = top[loop], np.roll(top[loop], -1, axis=0)
+        at = np.arctan2(begin[:, 1], begin[:, 0])
+        to = np.arctan2(end[:, 1], end[:, 0])
+        middle = at + 0.5 * ((to - at + np.pi) % (2 * np.pi) - np.pi)
+        x, y = 10 * np.cos(middle), 10 * np.sin(middle)
+        rim = np.column_stack([x, y, 6 + 0.06 * (x * x + y * y) + 0.05 * x * y])
+        chord = end - begin
+        away = rim - 0.5 * (begin + end)
+        away -= (np.einsum("sd,sd->s", away, chord) / np.einsum("sd,sd->s", chord, chord))[:, None] * chord
+        off.append(np.linalg.norm(away, axis=1).max())
+    # The spline is within 1e-4 of the formula.
+    assert max(off) <= mesh.info["distance"] + 2e-4
+    assert mesh.info["distance"] <= 0.05

@@ -14,6 +14,7 @@ from cadsweep.pipeline import stacking
 from cadsweep.pipeline.meshing import make_options
 from cadsweep.pipeline.routes import mesh_in_blocks
 from cadsweep.pipeline.run import make_run
+from cadsweep.quality import check
 
 from ..pipeline.pipeline_ranks import distributed, same
 
@@ -101,3 +102,11 @@ def test_slanted_caps_are_no_straight_stack(monkeypatch):
     mesh = cs.sweep_mesh(part, size=1.0)
     assert mesh.quality().valid
     assert made[-1] is None
+
+
+def test_only_faces_between_columns_are_matched(part, monkeypatch):
+    def match(*_):
+        raise AssertionError("all faces were matched")
+
+    monkeypatch.setattr(check, "_general_problems", match)
+    assert cs.sweep_mesh(part, size=2.0).info["quality"].valid
