@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from OCP.Interface import Interface_Static
-from OCP.STEPCAFControl import STEPCAFControl_Controller
 from OCP.Message import Message
+from OCP.STEPCAFControl import STEPCAFControl_Controller
 
 
 @contextmanager
