@@ -35,7 +35,7 @@ from ...brep import Solid
 from ..shapes import FACE, subshapes
 from .axes import WHOLE, Axis, find_axes, is_hollow
 from .central import Cutter, plane_tool, rectangle_tool
-from .circles import IsInside, inside_of
+from .inside import IsInside, inside_of
 
 SQUARE = 1e-6
 """Cosine of the angle of two axes up to which they are square to each other."""
