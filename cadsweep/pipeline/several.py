@@ -116,6 +116,7 @@ def finish(
         "materials": {m.name: m.material for m in part.models if m.material},
         "cad_volume": volume,
         "sweeps": list(sweeps),
+        "blocks": _block_sizes(cells),
         "names": dict(part.names),
         "colors": find_colors(part, names),
         "distance": boundary_distance(part, cells, names) * part.scale,
@@ -153,6 +154,11 @@ def finish(
     if cells.n_hexes > _MOST_OPENED:
         return mesh
     return _with_thickness(mesh, to_hex_mesh(part, cells.joined(), names, {}))
+
+
+def _block_sizes(cells: JoinedMesh | CellBlocks) -> list[int] | None:
+    """Hexahedra of every block, where there are several."""
+    return [own.n_hexes for own in cells.cells] if isinstance(cells, CellBlocks) and len(cells.cells) > 1 else None
 
 
 def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:

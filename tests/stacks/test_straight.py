@@ -110,3 +110,10 @@ def test_only_faces_between_columns_are_matched(part, monkeypatch):
 
     monkeypatch.setattr(check, "_general_problems", match)
     assert cs.sweep_mesh(part, size=2.0).info["quality"].valid
+
+
+@pytest.mark.parametrize("option", [{"strategy": "source"}, {"functional": "F"}, {"residual": False}, {"bias": 2.0}])
+def test_what_columns_have_no_use_for_is_refused(part, option):
+    (name,) = option
+    with pytest.raises(cs.InputError, match=f"^{name} goes with a plain sweep, and this part is a stack of columns"):
+        cs.sweep_mesh(part, size=2.0, **option)
