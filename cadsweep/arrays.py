@@ -26,3 +26,8 @@ def others(n: int, ids: IntArray) -> IntArray:
     left = np.ones(n, dtype=np.bool_)
     left[ids] = False
     return np.flatnonzero(left)
+
+
+def small_ints(ids: npt.NDArray[np.signedinteger]) -> npt.NDArray[np.signedinteger]:
+    """Numbers in half the room, where they fit: for files."""
+    return ids.astype(np.int32) if ids.size == 0 or ids.max() < 2**31 else ids

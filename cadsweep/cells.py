@@ -21,10 +21,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from .arrays import IntArray
+from .arrays import IntArray, others
+from .compiled import compiled
 
 HEX_FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
@@ -74,6 +76,66 @@ class SweptStructure:
     periodic: bool = False
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BlockStructure:
+    """How some hexahedra of a mesh are layers of one quad mesh between nodes that they share with others.
+
+    Attributes
+    ----------
+    quads : (q, 4) int64
+        By places in a layer, as are the loops.
+    loops : tuple of int64 arrays
+        Around the layer, the outer one first.
+    n_nodes : int
+        Nodes of a layer.
+    bottom, top : (n_nodes,) int64
+        Nodes of the mesh in the first and in the last layer; others may have them, too.
+    rings : (n_layers + 1, b) int64
+        Nodes of the mesh around every layer, in the order of the loops; others may have them, too.
+    first_node, first_hex : int
+        Numbers of its first node inside, and of its first hexahedron; the others follow, layer by layer.
+    """
+
+    quads: IntArray
+    loops: tuple[IntArray, ...]
+    n_nodes: int
+    bottom: IntArray
+    top: IntArray
+    rings: IntArray
+    first_node: int
+    first_hex: int
+
+    @property
+    def n_layers(self) -> int:
+        """Layers of hexahedra."""
+        return len(self.rings) - 1
+
+    @property
+    def n_hexes(self) -> int:
+        """Hexahedra."""
+        return self.n_layers * len(self.quads)
+
+    @cached_property
+    def inside(self) -> IntArray:
+        """Nodes of a layer that are on no loop, by their places in the layer."""
+        return others(self.n_nodes, np.concatenate(self.loops))
+
+    @property
+    def n_own(self) -> int:
+        """Nodes inside, which no other hexahedra have."""
+        return (self.n_layers - 1) * len(self.inside)
+
+    def layers(self, layers: IntArray) -> IntArray:
+        """Nodes (k, n_nodes) of layers of nodes."""
+        nodes = np.empty((len(layers), self.n_nodes), dtype=np.int64)
+        within = np.arange(len(self.inside))
+        nodes[:, self.inside] = self.first_node + (layers[:, None] - 1) * len(within) + within
+        nodes[:, np.concatenate(self.loops)] = self.rings[layers]
+        nodes[layers == 0] = self.bottom
+        nodes[layers == self.n_layers] = self.top
+        return nodes
+
+
 def sweep_hexes(quads: IntArray, n_nodes: int, n_layers: int, *, periodic: bool = False) -> IntArray:
     """Connect layers of a quad mesh to hexahedra, as :class:`SweptStructure` numbers them.
 
@@ -98,6 +160,17 @@ def sweep_hexes(quads: IntArray, n_nodes: int, n_layers: int, *, periodic: bool 
     if periodic:
         hexes[-1, :, 4:] = quads
     return hexes.reshape(-1, 8)
+
+
+@compiled(cache=True, nogil=True)
+def fill_hexes(nodes, quads, hexes):  # type: ignore[no-untyped-def]
+    """Write hexahedra of quads (q, 4) between layers of nodes (n_layers + 1, n) into an array (n_layers * q, 8)."""
+    n = quads.shape[0]
+    for k in range(nodes.shape[0] - 1):
+        for j in range(n):
+            for i in range(4):
+                hexes[k * n + j, i] = nodes[k, quads[j, i]]
+                hexes[k * n + j, 4 + i] = nodes[k + 1, quads[j, i]]
 
 
 def side_quads(loops: Sequence[IntArray], n_nodes: int, n_layers: int, *, periodic: bool = False) -> IntArray:

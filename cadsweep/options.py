@@ -74,7 +74,8 @@ class SweepOptions:
     fractions : sequence of float or None
         Explicit places of the layers, rising from 0 to 1, instead of `layers` and `bias`.
     functional : {"H", "F", "G"}
-        The functional of the affine fit, equations (10), (6), (9) of the paper.
+        The functional of the affine fit, equations (10), (6), (9) of the paper. It, `strategy` and `residual` go with
+        sweeps; a part that is meshed as a stack of columns refuses others than the usual ones, as it does `bias`.
     strategy : {"both", "source", "advancing"}
     residual : bool
         Carry what the affine map leaves of the rings into the interior.

@@ -40,6 +40,9 @@ class MeshRecord(Mapping[str, Any]):
     sweeps : sequence of mapping, or None
         For every sweep its ``source`` and ``target`` (names of faces, or ids), ``layers``, and ``span_layers`` or
         ``cell``, where there is such a thing.
+    blocks : sequence of int, or None
+        Hexahedra of every column or cell that the mesh is made of, one after the other, where there are several and
+        their hexahedra come in turn.
     names : mapping of str to str, or None
         Declared name to the name that the user gave.
     colors : mapping or None
@@ -75,6 +78,7 @@ class MeshRecord(Mapping[str, Any]):
     cad_volume_doubt: float | None = None
     distance: float | None = None
     sweeps: Sequence[Mapping[str, Any]] | None = None
+    blocks: Sequence[int] | None = None
     names: Mapping[str, str] | None = None
     colors: Mapping[str, Mapping[str, str]] | None = None
     notes: Sequence[str] | None = None

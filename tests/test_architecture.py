@@ -18,6 +18,7 @@ FOUNDATION = {
     "contacts",
     "brep",
     "sweep",
+    "segments",
     "stack",
     "stack_mesh",
     "cells",

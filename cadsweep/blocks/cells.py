@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Units
-from ..cells import hexes_at_faces, sweep_hexes
+from ..cells import fill_hexes, hexes_at_faces
 from ..projection import FactoredSweep
 from .joined import JoinedMesh
 from .slabs import SweptBlock
@@ -146,28 +146,32 @@ class CellBlocks:
         """Multiply out."""
         points = np.empty((self.n_nodes, 3))
         points[self.numbers] = self.points
-        hexes = []
+        hexes = np.empty((self.n_hexes, 8), dtype=np.int64)
+        blocks, first = [], 0
         for number, own in enumerate(self.cells):
+            filled = hexes[first : first + own.n_hexes]
             if isinstance(own, FilledCell):
-                hexes.append(self.numbers[own.hexes])
-                continue
-            sweep = own.sweep
-            block = self.swept_block(number, Units(), 0)
-            if own.n_own:
-                inner = sweep.points(slice(1, sweep.n_layers))[:, block.inside]
-                points[block.first_node : block.first_node + own.n_own] = inner.reshape(-1, 3)
-            nodes = block.layers(np.arange(sweep.n_layers + 1)).reshape(-1)
-            hexes.append(nodes[sweep_hexes(sweep.quads, sweep.n_nodes, sweep.n_layers)])
+                filled[:] = self.numbers[own.hexes]
+            else:
+                block = self.swept_block(number, Units(), first)
+                if own.n_own:
+                    inner = points[block.first_node : block.first_node + own.n_own]
+                    made = own.sweep.points(slice(1, own.sweep.n_layers))
+                    np.take(made, block.inside, axis=1, out=inner.reshape(len(made), -1, 3), mode="clip")
+                fill_hexes(block.layers(np.arange(block.n_layers + 1)), own.sweep.quads, filled)
+                blocks.append(block.structure)
+            first += own.n_hexes
         points[self.moved_nodes] = self.moved_points
         return JoinedMesh(
             points=points,
-            hexes=np.concatenate(hexes),
+            hexes=hexes,
             hex_cells=np.repeat([own.cell for own in self.cells], [own.n_hexes for own in self.cells]),
             quads=self.numbers[self.quads],
             quad_cells=self.quad_cells,
             quad_faces=self.quad_faces,
             roles=self.roles,
             edge_nodes={key: self.numbers[nodes] for key, nodes in self.edge_nodes.items()},
+            blocks=tuple(blocks),
         )
 
 

@@ -63,6 +63,7 @@ def halve_joined(
         coarse,
         points=points,
         hexes=split_hexes(hexes),
+        blocks=(),
         hex_cells=np.repeat(coarse.hex_cells, 8),
         quads=quads,
         quad_cells=np.repeat(coarse.quad_cells, 4),

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Part
+from ..cells import BlockStructure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,6 +33,8 @@ class JoinedMesh:
         ``"source"``, ``"target"`` or ``"side"``: what unnamed boundaries are called by.
     edge_nodes : mapping of edge key to (k,) int64
         Nodes along every edge of the cells, from its start to its end.
+    blocks : tuple of BlockStructure
+        Which of the hexahedra are layers of quads, in their order, where that is known.
     """
 
     points: FloatArray
@@ -42,6 +45,7 @@ class JoinedMesh:
     quad_faces: IntArray
     roles: dict[tuple[int, int], str] = field(default_factory=dict)
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
+    blocks: tuple[BlockStructure, ...] = ()
 
     @property
     def n_hexes(self) -> int:

@@ -26,9 +26,9 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Units
-from ..cells import SweptStructure, sweep_hexes
+from ..cells import BlockStructure, sweep_hexes
 from ..projection import FactoredSweep
-from ..quality import structure_problems
+from ..quality import block_problems, structure_problems
 from .block import FactoredMesh
 
 SLAB_NODES = 200_000
@@ -224,20 +224,28 @@ class SweptBlock:
         """Nodes inside."""
         return (self.n_layers - 1) * len(self.inside)
 
-    @cached_property
+    @property
     def inside(self) -> IntArray:
         """Nodes of a layer that are not on its ring, by their places in the layer."""
-        return np.setdiff1d(np.arange(self.sweep.n_nodes), self.sweep.ring_nodes)
+        return self.structure.inside
+
+    @cached_property
+    def structure(self) -> BlockStructure:
+        """Its quads times layers, in the numbers of the whole mesh."""
+        return BlockStructure(
+            quads=self.sweep.quads,
+            loops=self.sweep.loops,
+            n_nodes=self.sweep.n_nodes,
+            bottom=self.bottom,
+            top=self.top,
+            rings=self.rings,
+            first_node=self.first_node,
+            first_hex=self.first_hex,
+        )
 
     def layers(self, layers: IntArray) -> IntArray:
         """Nodes (k, n) of layers of nodes."""
-        nodes = np.empty((len(layers), self.sweep.n_nodes), dtype=np.int64)
-        within = np.arange(len(self.inside))
-        nodes[:, self.inside] = self.first_node + (layers[:, None] - 1) * len(within) + within
-        nodes[:, self.sweep.ring_nodes] = self.rings[layers]
-        nodes[layers == 0] = self.bottom
-        nodes[layers == self.n_layers] = self.top
-        return nodes
+        return self.structure.layers(layers)
 
     def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
         """Multiply out into one buffer."""
@@ -283,13 +291,7 @@ class SweptBlock:
         return np.flatnonzero(layers)
 
     def problems(self) -> list[str]:
-        n, sweep = self.sweep.n_nodes, self.sweep
-        structure = SweptStructure(quads=sweep.quads, loops=sweep.loops, n_nodes=n, n_layers=self.n_layers)
-        found = structure_problems(structure, (self.n_layers + 1) * n)
-        borrowed = np.concatenate([self.bottom, self.top, self.rings[1:-1].reshape(-1)])
-        if len(distinct(borrowed)) != len(borrowed):
-            found.append("a node of its caps and sides stands in two places")
-        return found
+        return block_problems(self.structure)
 
     def shifted(self, nodes: int, hexes: int) -> SweptBlock:
         return replace(

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
+from OCP.STEPCAFControl import STEPCAFControl_Controller
 
 
 @contextmanager
@@ -31,9 +32,10 @@ def quiet_opencascade() -> Iterator[None]:
 
 @contextmanager
 def kernel_setting(key: str, value: int) -> Iterator[None]:
-    """Have one of OpenCASCADE's global settings for a while."""
+    """Have one of OpenCASCADE's global settings for STEP for a while."""
+    STEPCAFControl_Controller.Init_s()  # before, there are no such settings, and what is set is lost
     before = Interface_Static.IVal_s(key)
-    Interface_Static.SetIVal_s(key, value)
+    assert Interface_Static.SetIVal_s(key, value), f"OpenCASCADE knows no setting {key}"
     try:
         yield
     finally:

@@ -7,7 +7,7 @@ Method: a cell that OpenCASCADE has made is written as it is; one that was cut w
 straight edges and plane faces, each once for the whole part. Colours are those of the model; where it has none, solids
 get one each, so that cells can be told apart.
 
-Not handled: names of edges.
+Not handled: names of edges, and of a face's names all but the first.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from OCP.STEPControl import STEPControl_StepModelType
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopoDS import TopoDS_Shell
+from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
 from ..brep import Part, Solid, Units
 from ..errors import CadError, InputError
 from .names.unique import number_repeated
 from .quiet import kernel_setting, quiet_opencascade
-from .shapes import FACE, SOLID, SolidShape, compound, subshapes, typed
+from .shapes import FACE, SOLID, SolidShape, children, compound, subshapes, typed
 
 _HUE = 0.61803398875
 """Step of the colour circle from one solid to the next: the golden ratio never comes back to where it was."""
@@ -65,7 +65,7 @@ def write_step(part: Part, path: Path) -> list[str]:
     """
     if path.suffix.lower() not in (".step", ".stp"):
         raise InputError(f"{path}: the pieces are written as STEP (.step), not '{path.suffix}'")
-    shapes = _in_model_units(cell_shapes(part), Units(part.scale, part.offset))
+    shapes = [_moved_inside(shape) for shape in _in_model_units(cell_shapes(part), Units(part.scale, part.offset))]
     names, _ = number_repeated([part.models[owner].name for owner in part.owners], what="solid")
     document = TDocStd_Document(TCollection_ExtendedString("cadsweep"))
     XCAFDoc_DocumentTool.SetLengthUnit_s(document, 1e-3)
@@ -177,6 +177,17 @@ def _in_model_units(shapes: list[Any], units: Units) -> list[Any]:
     shift.SetTranslation(gp_Vec(*units.offset))
     tool = BRepBuilderAPI_Transform(compound(shapes), shift.Multiplied(stretch), True)
     return [typed(tool.ModifiedShape(shape), SOLID) for shape in shapes]
+
+
+def _moved_inside(solid: Any) -> Any:
+    """A solid that has no place of its own, its shells have it: what is placed as a whole has no faces to be named."""
+    if solid.Location().IsIdentity():
+        return solid
+    builder, made = BRep_Builder(), TopoDS_Solid()
+    builder.MakeSolid(made)
+    for shell in children(solid):
+        builder.Add(made, shell)
+    return made
 
 
 def _own_color(number: int) -> str:

@@ -92,6 +92,33 @@ def divide(pool: Pool, cells: Sequence[Cell], number: int, plane: Plane, cut: in
     return (*others, *pieces)
 
 
+def divide_on(pool: Pool, cells: Sequence[Cell], number: int, plane: Plane, cut: int) -> tuple[Cell, ...] | None:
+    """Cut one cell of a complex by a plane, and on through every neighbour whose faces the cut divides.
+
+    Parameters and result are those of :func:`divide`. Where the plane does not divide a neighbour well it ends.
+    """
+    found = divide(pool, cells, number, plane, cut)
+    if found is None:
+        return None
+    waiting = _imprinted(cells, number, found)
+    while waiting:
+        cell = waiting.pop()
+        if cell not in found:
+            continue
+        at = found.index(cell)
+        then = divide(pool, found, at, plane, cut)
+        if then is not None:
+            waiting += _imprinted(found, at, then)
+            found = then
+    return found
+
+
+def _imprinted(before: Sequence[Cell], number: int, after: Sequence[Cell]) -> list[Cell]:
+    """Cells beside one that was cut that have more faces now."""
+    others = [cell for j, cell in enumerate(before) if j != number]
+    return [new for old, new in zip(others, after[: len(others)], strict=True) if len(new) > len(old)]
+
+
 def _is_good(pool: Pool, pieces: Sequence[Cell], cell: Cell) -> bool:
     """Whether the pieces are the whole cell, and none of them thin or with a short new edge."""
     cube = pool.size**3
@@ -290,4 +317,4 @@ def narrowest(pool: Pool, cells: Sequence[Cell], cut: int) -> float:
     return least
 
 
-__all__ = ["Plane", "divide", "narrowest"]
+__all__ = ["Plane", "divide", "divide_on", "narrowest"]

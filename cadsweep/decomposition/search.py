@@ -6,8 +6,10 @@ recognition and plan as callables.
 Method: best-first search over complexes. A move cuts one cell that stands in the way, by a plane that a face gives
 which meets a re-entrant edge or an imprint of the cell: its own, a neighbour's, or one square to an imprinted face
 through the imprint's outline. As a complex is conformal at every step, a cut that harms a neighbour shows at once. When
-all cells sweep, the plan decides; the faces that contradict say which cells are cut next. The budget counts complexes
-that are looked at, so the same part always gets the same cuts.
+all cells sweep, the plan decides; the faces that contradict say which cells are cut next. Where they contradict to the
+end, all is searched once more, and cuts at such faces are also carried on through the neighbours that they imprint: an
+imprint that ends on a grid is the commonest contradiction. The budget counts complexes and cells that are looked at, so
+the same part always gets the same cuts.
 """
 
 from __future__ import annotations
@@ -16,15 +18,15 @@ import heapq
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
-from math import pi
+from itertools import combinations, product
+from math import inf, pi
 
 from ..brep import Face, Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
 from ..sweep import Sweep
 from .costs import CONTRADICTION, cell_cost
-from .dividing import Plane, divide, narrowest
+from .dividing import Plane, divide, divide_on, narrowest
 from .planar import Cell, Facet, Pair, Pool, from_solid
 from .solids import to_solid
 from .vectors import cross, dot, minus, to_vector, unit
@@ -39,6 +41,8 @@ MakePlan = Callable[[Part, list[list[Fill]]], object]
 
 MOST_STATES = 800
 """Complexes that are looked at before the part is given up."""
+MOST_CARRIED, MOST_READ = 250, 1300
+"""Complexes that are looked at once cuts are carried on, and cells that are read for them: each may have ten new."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""
 CLIMB = 4.0
@@ -95,6 +99,7 @@ class Search:
     recognise: Recognise
     make_plan: MakePlan
     most_states: int = MOST_STATES
+    most_read: float = inf
     is_late: Callable[[], bool] = lambda: False
     on_progress: Callable[[int], None] = lambda n: None
     ended_early: bool = False
@@ -103,6 +108,8 @@ class Search:
     n_states: int = 0
     seen: dict[Cell, Seen] = field(default_factory=dict)
     known: set[frozenset[frozenset[tuple[int, int]]]] = field(default_factory=set)
+    is_contradicted: bool = False
+    carries_on: bool = False
 
     def solutions(self) -> Iterator[State]:
         """Complexes that have a plan, as they are found; ``best`` is the best complex looked at so far."""
@@ -110,6 +117,18 @@ class Search:
         self.best = first = self.judge((cell,), ())
         if first.plan is not None:
             yield first
+        found = first.plan
+        for state in self.below(first):
+            found = state.plan
+            yield state
+        if found is None and self.is_contradicted:
+            self.known.clear()
+            self.most_states, self.most_read = self.n_states + MOST_CARRIED, len(self.seen) + MOST_READ
+            self.carries_on = True
+            yield from self.below(first)
+
+    def below(self, first: State) -> Iterator[State]:
+        """Complexes that have a plan, found by cutting one that has none, while the budget lasts."""
         queue: list[tuple[float, int, State]] = [(first.cost, 0, first)]
         n = turn = 0
         while queue and not self.is_over():
@@ -135,19 +154,20 @@ class Search:
                 here = children[0]
 
     def is_over(self) -> bool:
-        """Whether the count of complexes, or the user's time, is used up."""
+        """Whether the counts of complexes and of cells, or the user's time, are used up."""
         self.ended_early = self.ended_early or self.is_late()
-        return self.n_states >= self.most_states or self.ended_early
+        return self.n_states >= self.most_states or len(self.seen) >= self.most_read or self.ended_early
 
     def children(self, state: State) -> Iterator[State]:
         """Complexes one cut further."""
         if len(state.cells) >= MOST_CELLS or state.plan is not None:
             return
         targets = [state.blocked[0]] if state.blocked else list(dict.fromkeys(c for c, _ in state.conflict))
+        ways = (divide, divide_on) if self.carries_on and not state.blocked else (divide,)
         for number in targets:
-            for plane, reason in self.planes(state, number):
+            for (plane, reason), way in product(self.planes(state, number), ways):
                 cut = -1 - len(state.cuts)
-                cells = divide(self.pool, state.cells, number, plane, cut)
+                cells = way(self.pool, state.cells, number, plane, cut)
                 if cells is None:
                     continue
                 key = frozenset(frozenset(cell) for cell in cells)
@@ -184,6 +204,7 @@ class Search:
                 state.plan = self.make_plan(part, [one.sweeps for one in seen])
             except PlanError as error:
                 state.conflict = error.faces
+                self.is_contradicted = True
                 state.cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.on_progress(len(state.blocked) or len({c for c, _ in state.conflict}))
         return state

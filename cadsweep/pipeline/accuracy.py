@@ -60,6 +60,8 @@ class Boundary:
     target : PlacedCap
     deviation : Deviation
     notes : tuple of str
+    shortfall : float
+        How many times farther off it is than what is asked for, or what a part may be by default, allows.
     """
 
     counts: Intervals
@@ -67,6 +69,7 @@ class Boundary:
     target: PlacedCap
     deviation: Deviation
     notes: tuple[str, ...]
+    shortfall: float = 0.0
 
 
 def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool) -> Boundary:
@@ -81,8 +84,8 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
     graded = frozenset(hints.divisions)
     limit = _limit(part, sweep, options)
     best = last = _make(part, sweep, options, run, hints, streamed=streamed)
-    notes: list[str] = []
     in_vain = 0
+    stop = "finer segments and quads bring it no nearer"
     for rounds in range(MOST_ROUNDS if limit is not None else 0):
         assert limit is not None
         if _shortfall(best.deviation, limit) <= 1.0:
@@ -102,19 +105,24 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
         try:
             made = _make(part, sweep, options, run, wishes, streamed=streamed, most=limit.most)
         except _TooManyError:
+            stop = f"nearer would take more than {MOST_HEXES:,} hexahedra; say a tolerance or a size"
             break
         except SurfaceMeshError as error:
-            notes.append(f"finer quads for a nearer boundary could not be made: {error}")
+            stop = f"finer quads could not be made: {error}"
             break
         gain = _shortfall(made.deviation, limit) / _shortfall(best.deviation, limit)
         last, hints = made, wishes
         best = made if gain < 1.0 else best
         in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
         if in_vain == ROUNDS_IN_VAIN:
-            break  # what is asked for stands in the way
-    if limit is not None:
-        notes += _unmet(part, best.deviation, limit, options)
-    return replace(best, notes=(*best.notes, *notes))
+            break
+    if limit is None:
+        return best
+    return replace(
+        best,
+        notes=(*best.notes, *_unmet(part, best.deviation, limit, options, stop)),
+        shortfall=_shortfall(best.deviation, limit),
+    )
 
 
 def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 0.0) -> None:
@@ -292,6 +300,15 @@ def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: flo
             if needed > 1.0 and own > _SHARE * whole:
                 for edge, _ in (directed for chain in chains for directed in chain):
                     factors[edge] = max(factors.get(edge, 1.0), needed)
+    for e, off in deviation.rims.items():
+        if off > limit.distance:
+            factors[e] = max(factors.get(e, 1.0), float(np.sqrt(MARGIN * off / limit.distance)))
+    for side in sweep.linking_sides:
+        for ends in ((side.bottom, side.top), (side.left, side.right)):
+            answering = [e for chain in ends for e, _ in chain]
+            if any(deviation.rims.get(e, 0.0) > limit.distance for e in answering):
+                together = max(factors[e] for e in answering if e in factors)
+                factors |= {e: max(factors.get(e, 1.0), together) for e in answering}
     for span in (span for loop in sweep.spans for span in loop):
         together = max(factors.get(e, 1.0) for e in span)
         if together > 1.0:
@@ -299,20 +316,35 @@ def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: flo
     return factors
 
 
-def _unmet(part: Part, deviation: Deviation, limit: _Limit, options: SweepOptions) -> list[str]:
-    """Say so where the boundary stays farther off than is asked for."""
+def _unmet(part: Part, deviation: Deviation, limit: _Limit, options: SweepOptions, stop: str) -> list[str]:
+    """Say so where the boundary stays farther off than is asked for; `stop` says why no finer one was made."""
+    if _shortfall(deviation, limit) <= 1.0:
+        return []
     reached = deviation.distance * part.scale
     if options.tolerance is not None:
-        if deviation.distance <= limit.distance:
-            return []
-        return [
-            f"the boundary is off its faces by {reached:.3g}, and {options.tolerance:g} was asked for: "
-            "counts, layers or sizes that were asked for, too, or the limit of hexahedra stand in the way"
-        ]
+        return [missed_tolerance(reached, options, stop)]
     lost = max(abs(deviation.volume), abs(deviation.area))
-    if lost <= limit.lost and deviation.distance <= limit.distance:
-        return []
-    return [
-        f"volume and area are {lost:.2%} off the CAD's and a face by {reached:.3g}: nearer would take more than "
-        f"{MOST_HEXES:,} hexahedra, or more than the counts and layers that were asked for; say a tolerance or a size"
-    ]
+    off = f"volume and area are {lost:.2%} off the CAD's and a face by {reached:.3g}"
+    return [f"{off}: {in_the_way(options) or stop}"]
+
+
+def missed_tolerance(reached: float, options: SweepOptions, stop: str) -> str:
+    """The note on a tolerance that is not kept, and what may have it kept; `stop` where nothing asked for is it."""
+    return (
+        f"the boundary is off its faces by {reached:.3g}, and {options.tolerance:g} was asked for: "
+        f"{in_the_way(options) or stop}"
+    )
+
+
+def in_the_way(options: SweepOptions) -> str:
+    """What the user has asked for that keeps segments and quads from being made finer; empty where there is none."""
+    words = {
+        "layers": options.layers or options.fractions,
+        "rail_layers": options.rail_layers,
+        "counts": options.counts,
+        "sizes": options.sizes,
+        "wall_layers": options.wall_layers,
+        "periodic": options.periodic,
+    }
+    asked = [word for word, value in words.items() if value]
+    return f"{', '.join(asked)} that were asked for, too, may stand in the way" if asked else ""

@@ -22,7 +22,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
-from .accuracy import check_curved
+from .accuracy import check_curved, in_the_way
 from .refusing import refusal
 from .run import Run
 
@@ -46,11 +46,23 @@ MOST_CANDIDATES = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Made:
-    """One candidate sweep, made and checked."""
+    """One candidate sweep, made and checked; its boundary is `shortfall` times as far off the CAD as it may be."""
 
     factored: FactoredMesh
     report: QualityReport
     mesh: HexMesh | BlockMesh
+    shortfall: float
+
+    @property
+    def is_near(self) -> bool:
+        """Whether the boundary is as near to the CAD as is asked for."""
+        return self.shortfall <= 1.0
+
+    @property
+    def rank(self) -> tuple[bool, bool, float, float]:
+        """What is better sorts later: valid, of good hexahedra, near to the CAD, of better ones."""
+        worst = self.report.min_scaled_jacobian
+        return self.report.valid, worst >= GOOD_ENOUGH, -max(1.0, self.shortfall), worst
 
     def noted(self, notes: Sequence[str]) -> Made:
         """The same with more notes."""
@@ -117,7 +129,8 @@ def first_good(
     failures: list[CadSweepError] = []
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
         try:
-            reached = max((one.report.min_scaled_jacobian for one in tried if one.report.valid), default=-np.inf)
+            near = (one for one in tried if one.report.valid and one.is_near)
+            reached = max((one.report.min_scaled_jacobian for one in near), default=-np.inf)
             made = make(part, sweep, options, run, reached)
         except CadSweepError as error:
             if isinstance(error, InputError | NotSweepableError) and not isinstance(error, CoarseMeshError):
@@ -126,12 +139,17 @@ def first_good(
             failures.append(error)
             continue
         tried.append(made)
-        if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH:
+        near_enough = made.is_near or in_the_way(options)  # that would be in another sweep's way, too
+        if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH and near_enough:
             break
     if not tried:
         raise explained(sweeps[0], failures[0])
-    best = max(tried, key=lambda made: (made.report.valid, made.report.min_scaled_jacobian))
+    best = max(tried, key=lambda made: made.rank)
     given_up = [f"a better ranked sweep was given up: {error}" for error in failures]
+    if not tried[0].is_near and tried[0].report.valid and best is not tried[0]:
+        given_up.append(
+            f"a better ranked sweep was passed over: it stays {tried[0].shortfall:.2g} times as far off as is asked for"
+        )
     return best.noted([*volume_notes(best.report, best.factored), *given_up])
 
 

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..blocks.cell_files import cells_as_arrays, cells_from_arrays
+from ..blocks.cells import CellBlocks
 from ..blocks.finish import by_face, to_hex_mesh
-from ..brep import Part
+from ..brep import Part, Units
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection.carried import MeshedFace, meshed_face
@@ -24,7 +26,19 @@ from .graphs import Graph, first_ids, graph_of_part
 from .model_faces import find_on_model
 from .origin import CellsOrigin
 
-_UV = "uv_"
+_UV, _FACTORS, _SCALE = "uv_", "factors_", "scale"
+
+
+class FactoredCells(NamedTuple):
+    """Cells as factors, and the units of the model that their nodes are brought to."""
+
+    cells: CellBlocks
+    units: Units
+
+    def placed(self) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Nodes in working and in model units, and hexahedra."""
+        joined = self.cells.joined()
+        return joined.points, self.units.to_model(joined.points), joined.hexes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,6 +72,8 @@ class CellsTemplate:
         Faces of the solids that the names of their interfaces begin with.
     solids : dict of str to Any
         What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
+    factored : FactoredCells or None
+        What `points` and the mesh's nodes and hexes are multiplied out of, where it is known.
     """
 
     points: FloatArray
@@ -74,6 +90,7 @@ class CellsTemplate:
     first_faces: tuple[int, ...]
     first: tuple[int, ...]
     solids: dict[str, Any]
+    factored: FactoredCells | None = None
 
 
 def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
@@ -128,7 +145,20 @@ def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
         first_faces=starts.faces[:-1],
         first=tuple(sorted(set(first))),
         solids=meshed_words(origin.options),
+        factored=_factored(origin),
     )
+
+
+def _factored(origin: CellsOrigin) -> FactoredCells | None:
+    """The factors of a mesh, with the nodes that are elsewhere by now; None where it is not made of any."""
+    if origin.cells is None:
+        return None
+    first = origin.cells.joined()
+    if not np.array_equal(first.hexes, origin.joined.hexes):
+        return None
+    moved = np.flatnonzero((first.points != origin.joined.points).any(axis=1))
+    cells = replace(origin.cells, moved_nodes=moved, moved_points=origin.joined.points[moved])
+    return FactoredCells(cells, Units(origin.part.scale, origin.part.offset))
 
 
 def meshed_words(options: SweepOptions) -> dict[str, Any]:
@@ -167,24 +197,56 @@ def faces_of_arrays(quads: Mapping[int, IntArray], points: FloatArray, own: Mapp
     return faces
 
 
-def mesh_arrays(mesh: HexMesh) -> dict[str, Any]:
-    """A mesh of order 1 as arrays, for a numpy archive."""
+def mesh_arrays(mesh: HexMesh, *, placed: bool = True) -> dict[str, Any]:
+    """A mesh of order 1 as arrays, for a numpy archive; without nodes and hexes where it is not `placed`."""
     named = {kind: getattr(mesh, kind) for kind in ("boundaries", "interfaces", "parts")}
     text = {
         "names": {kind: list(own) for kind, own in named.items()},
         "info": {key: value for key, value in mesh.info.items() if key not in ("quality", "coarse_nodes")},
     }
     rows = {f"{kind}_{j}": ids for kind, own in named.items() for j, ids in enumerate(own.values())}
-    return {"mesh": np.array(json.dumps(text)), "model_points": mesh.points, "hexes": mesh.hexes, **rows}
+    rows |= {f"parts_{j}": runs_of(ids - np.arange(len(ids))) for j, ids in enumerate(mesh.parts.values())}
+    own = {"model_points": mesh.points, "hexes": mesh.hexes} if placed else {}
+    return {"mesh": np.array(json.dumps(text)), **own, **rows}
 
 
 def mesh_of_arrays(own: Mapping[str, Any]) -> HexMesh:
     """The mesh again."""
+    factored = factored_of_arrays(own)
+    points, hexes = (own["model_points"], own["hexes"]) if factored is None else factored.placed()[1:]
+    return _named(own, points, hexes)
+
+
+def _named(own: Mapping[str, Any], points: FloatArray, hexes: IntArray) -> HexMesh:
     text = json.loads(str(own["mesh"]))
     named: dict[str, Any] = {
         kind: {name: own[f"{kind}_{j}"] for j, name in enumerate(names)} for kind, names in text["names"].items()
     }
-    return HexMesh(points=own["model_points"], hexes=own["hexes"], info=text["info"], **named)
+    for name, ids in named["parts"].items():
+        if ids.ndim == 2:  # older files have the hexes themselves
+            values = values_of_runs(ids)
+            named["parts"][name] = values + np.arange(len(values))
+    return HexMesh(points=points, hexes=hexes, info=text["info"], **named)
+
+
+def runs_of(values: IntArray) -> IntArray:
+    """Rows (value, how often it comes) of values in a row: a few rows, where millions of hexes are numbered in turn."""
+    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
+    return np.stack([values[starts], np.diff(starts, append=len(values))], axis=1)
+
+
+def values_of_runs(runs: IntArray) -> IntArray:
+    """The values again."""
+    return np.repeat(runs[:, 0], runs[:, 1])
+
+
+def factored_of_arrays(own: Mapping[str, Any]) -> FactoredCells | None:
+    """The factors of cells, where a file has them."""
+    if _SCALE not in own:
+        return None
+    units = Units(float(own[_SCALE]), own["offset"])
+    cells = {name.removeprefix(_FACTORS): array for name, array in own.items() if name.startswith(_FACTORS)}
+    return FactoredCells(cells_from_arrays(cells), units)
 
 
 def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
@@ -199,15 +261,20 @@ def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
         "faces": list(template.faces),
         "edges": list(template.edges),
     }
+    factored = template.factored
     arrays: dict[str, Any] = {
-        **mesh_arrays(template.mesh),
+        **mesh_arrays(template.mesh, placed=factored is None),
         "text": np.array(json.dumps(text)),
-        "points": template.points,
-        "hex_solids": template.hex_solids,
+        "hex_solids": runs_of(template.hex_solids),
         "quads": template.quads,
         "quad_faces": template.quad_faces,
         "vertices": template.vertices,
     }
+    if factored is None:
+        arrays["points"] = template.points
+    else:
+        arrays |= {_FACTORS + name: array for name, array in cells_as_arrays(factored.cells).items()}
+        arrays |= {_SCALE: np.array(factored.units.scale), "offset": factored.units.offset}
     arrays |= parameter_arrays(template.faces)
     for edge, (nodes, fractions) in template.edges.items():
         arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
@@ -217,13 +284,19 @@ def cells_arrays(template: CellsTemplate) -> dict[str, Any]:
 def cells_of_arrays(own: Mapping[str, Any]) -> CellsTemplate:
     """The template again."""
     text = json.loads(str(own["text"]))
-    points, quads, ids = own["points"], own["quads"], own["quad_faces"]
+    quads, ids, hex_solids = own["quads"], own["quad_faces"], own["hex_solids"]
+    factored = factored_of_arrays(own)
+    if factored is None:
+        points, mesh = own["points"], mesh_of_arrays(own)
+    else:
+        points, placed, hexes = factored.placed()
+        mesh = _named(own, placed, hexes)
     faces = faces_of_arrays({face: quads[ids == face] for face in text["faces"]}, points, own)
     return CellsTemplate(
         points=points,
-        mesh=mesh_of_arrays(own),
+        mesh=mesh,
         graph=Graph(**{name: tuples(value) for name, value in text["graph"].items()}),
-        hex_solids=own["hex_solids"],
+        hex_solids=values_of_runs(hex_solids) if hex_solids.ndim == 2 else hex_solids,
         quads=quads,
         quad_faces=ids,
         faces=faces,
@@ -234,6 +307,7 @@ def cells_of_arrays(own: Mapping[str, Any]) -> CellsTemplate:
         first_faces=tuple(text["first_faces"]),
         first=tuple(text["first"]),
         solids=text["solids"],
+        factored=factored,
     )
 
 

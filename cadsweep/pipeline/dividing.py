@@ -85,6 +85,7 @@ def mesh_boundary(
                     divisions=hints.divisions,
                     alone=walls.divisions(sweep),
                     walls=walls.walls if walls.edges else None,
+                    cap_heights=walls.cap_heights,
                     matched=side_motions(sweep, hints.matches),
                     matched_caps=cap_motion(sweep, hints.matches),
                 )

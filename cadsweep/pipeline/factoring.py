@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,15 @@ from .run import Run
 from .wall_heights import between_caps, on_caps, row_tolerance
 
 
-def factor_sweep(
-    part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False
-) -> tuple[FactoredMesh, SurfaceMesh]:
+class Factored(NamedTuple):
+    """The factors of a sweep, its caps and sides, and how many times farther off the CAD these are than allowed."""
+
+    mesh: FactoredMesh
+    surfaces: SurfaceMesh
+    shortfall: float
+
+
+def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False) -> Factored:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     boundary = accurate_boundary(part, sweep, options, run, streamed=streamed)
     check_coarse(boundary.deviation, options, doubt=volume_doubt(sweep.solid) / sweep.solid.volume)
@@ -74,7 +80,9 @@ def factor_sweep(
         },
     )
     kept = [rows.nodes.ravel() for rows in surfaces.source.walls]
-    return (replace(factored, kept_nodes=np.concatenate(kept)) if kept else factored), surfaces
+    if kept:
+        factored = replace(factored, kept_nodes=np.concatenate(kept))
+    return Factored(factored, surfaces, boundary.shortfall)
 
 
 def _describe(sweep: Sweep, counts: Intervals) -> dict[str, Any]:

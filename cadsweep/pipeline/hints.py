@@ -131,7 +131,7 @@ def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
 def _grown_back(
     sweep: Sweep, sizes: dict[int, float], size: float, *, spoken: Collection[int]
 ) -> tuple[dict[int, float], dict[int, Division]]:
-    """Mean sizes and divisions of the straight edges around the caps that begin where others are to be finer."""
+    """Mean sizes and divisions of the edges around the caps that begin where others are to be finer."""
     edges, at = sweep.solid.edges, np.linspace(0.0, 1.0, _SAMPLES + 1)
     finer = {e: own for e, own in sizes.items() if own < size}
     if not finer:
@@ -147,11 +147,7 @@ def _grown_back(
     keys = sweep.solid.edge_keys.tolist()
     ends = {v for e in finer for v in (edges[e].start, edges[e].end)}
     rails = set(sweep.rails)
-    beside = [
-        e.id
-        for e in edges
-        if e.kind == "line" and e.id not in rails and e.id not in spoken and not ends.isdisjoint((e.start, e.end))
-    ]
+    beside = [e.id for e in edges if e.id not in rails and e.id not in spoken and not ends.isdisjoint((e.start, e.end))]
     return (
         {e: by_key[keys[e]] for e in beside if keys[e] in divided},
         {e: divided[keys[e]] for e in beside if keys[e] in divided},

@@ -23,7 +23,7 @@ from .run import Run, measured
 
 def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
     """Mesh by one sweep; raises unless the mesh is valid or the user allows an invalid one."""
-    factored, surfaces = factor_sweep(part, sweep, options, run)
+    factored, surfaces, shortfall = factor_sweep(part, sweep, options, run)
     with run.stage("assembly"):
         mesh = factored.to_mesh()
     reference = make_reference(part, sweep)
@@ -43,12 +43,12 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
     refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
-    return Made(factored=factored, report=report, mesh=with_pairs(mesh))
+    return Made(factored=factored, report=report, mesh=with_pairs(mesh), shortfall=shortfall)
 
 
 def make_blocks(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached: float) -> Made:
     """The same mesh as a block, measured as the run says; raises as :func:`make_mesh`."""
-    factored, _ = factor_sweep(part, sweep, options, run, streamed=True)
+    factored, _, shortfall = factor_sweep(part, sweep, options, run, streamed=True)
     reference = make_reference(part, sweep)
     mesh = mesh_of_sweep(factored)
 
@@ -61,7 +61,8 @@ def make_blocks(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reach
 
     factored, report = checked(factored, check, options, run, reached)
     refuse(report, options, part, sweep)
-    return Made(factored=factored, report=report, mesh=replace(mesh, info={**factored.info, "quality": report}))
+    mesh = replace(mesh, info={**factored.info, "quality": report})
+    return Made(factored=factored, report=report, mesh=mesh, shortfall=shortfall)
 
 
 def raised(mesh: HexMesh, origin: Origin) -> HexMesh:

@@ -120,7 +120,7 @@ def write_factors(
 ) -> HexMesh:
     """Mesh a part as :func:`sweep_mesh` does, and keep its factors: megabytes for any number of layers.
 
-    What is not of one sweep is kept as its arrays; of both kinds others can be made like it.
+    What is neither one sweep nor blocks of such is kept as its arrays; of every kind others can be made like it.
 
     Parameters
     ----------

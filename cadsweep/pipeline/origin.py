@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
+from ..blocks.cells import CellBlocks
 from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
 from ..brep import Part
@@ -50,6 +51,8 @@ class CellsOrigin:
         Its nodes are those of the mesh, working units.
     names : NamedFaces
     options : SweepOptions
+    cells : CellBlocks or None
+        The factors of which `joined` was multiplied out before its nodes were smoothed, where it was.
     """
 
     model: Part
@@ -57,6 +60,7 @@ class CellsOrigin:
     joined: JoinedMesh
     names: NamedFaces
     options: SweepOptions
+    cells: CellBlocks | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -29,10 +29,11 @@ from ..blocks.reference import make_reference
 from ..errors import InputError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..order2.curving import project_to_edges, project_to_faces, ring_segments
+from ..order2.curving import project_to_edges, project_to_faces
 from ..order2.elevate import elevate, place_lattice
 from ..projection import project_layers
 from ..quality import check_mesh
+from ..segments import ring_segments
 from .cells_refinement import refine_cells
 from .groups import put_together
 from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of

@@ -116,6 +116,7 @@ def finish(
         "materials": {m.name: m.material for m in part.models if m.material},
         "cad_volume": volume,
         "sweeps": list(sweeps),
+        "blocks": _block_sizes(cells),
         "names": dict(part.names),
         "colors": find_colors(part, names),
         "distance": boundary_distance(part, cells, names) * part.scale,
@@ -134,6 +135,8 @@ def finish(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
             slides=slides,
         )  # fmt: skip
+        if isinstance(cells, CellBlocks):
+            mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
     report = mesh.info["quality"]
     if not report.valid and not options.allow_inverted:
         error = refusal(report)
@@ -151,6 +154,11 @@ def finish(
     if cells.n_hexes > _MOST_OPENED:
         return mesh
     return _with_thickness(mesh, to_hex_mesh(part, cells.joined(), names, {}))
+
+
+def _block_sizes(cells: JoinedMesh | CellBlocks) -> list[int] | None:
+    """Hexahedra of every block, where there are several."""
+    return [own.n_hexes for own in cells.cells] if isinstance(cells, CellBlocks) and len(cells.cells) > 1 else None
 
 
 def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:
@@ -237,7 +245,7 @@ def checked_cells(
         with run.stage("assembly"):
             mesh = make(joined, info)
         with run.stage("quality"):
-            return mesh, check_mesh(mesh, cad=references)
+            return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):

@@ -202,9 +202,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> AnyMesh:
-    for name in ("fractions", "bias"):
-        if getattr(options, name) is not None:
-            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
+    _only_for_sweeps(options)
     size = None if options.size is None else options.size / part.scale
     with run.stage("recognition"):
         stack = merged_stack(stack, intervals.default_size(stack.plan) if size is None else size)
@@ -243,8 +241,9 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         weigh_layers(sheets, hints, counts.size)
         # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.
         least = 2 if options.size is None and options.layers is None else 1
+        apart = stacks.sheets_apart(stack, sheets, counts.size)
         levels = stacks.assign_levels(
-            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, least=least
+            stack, sheets, size=counts.size, layers=options.layers, demands=hints.layers, apart=apart, least=least
         )
         levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
@@ -297,6 +296,21 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack)
     return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _only_for_sweeps(options: SweepOptions) -> None:
+    """Refuse what columns have no use for: their layers go by levels, and their nodes stay over those of the plane."""
+    for name, instead in (("fractions", "try size and sizes"), ("bias", "try size and sizes")):
+        if getattr(options, name) is not None:
+            raise _not_for_columns(name, instead)
+    usual = SweepOptions()
+    for name in ("functional", "strategy", "residual"):
+        if getattr(options, name) != getattr(usual, name):
+            raise _not_for_columns(name, "leave it out")
+
+
+def _not_for_columns(name: str, instead: str) -> InputError:
+    return InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: {instead}")
 
 
 def _limits(stack: Stack) -> list[str]:

@@ -43,8 +43,9 @@ def blocks_of(stack: Stack, built: StraightStack) -> CellBlocks:
 def _factored(own: StraightColumn, up: np.ndarray) -> FactoredSweep:
     """Places of the plane times one, and what its layers rise by."""
     ring = np.concatenate(own.loops)
-    center = own.points[ring].mean(axis=0)
-    lifts = own.rises[:, None, None] * up
+    rows = own.points + own.rises[[0, -1], None, None] * up
+    center = rows[0, ring].mean(axis=0)
+    lifts = (own.rises - own.rises[0])[:, None, None] * up
     coefficients = np.concatenate(
         [
             np.broadcast_to(np.eye(3), (len(lifts), 3, 3)),
@@ -53,9 +54,8 @@ def _factored(own: StraightColumn, up: np.ndarray) -> FactoredSweep:
         ],
         axis=1,
     )
-    rows = own.points + own.rises[[0, -1], None, None] * up
     return FactoredSweep(
-        basis=make_basis(own.points, center, None, None, own.modes),
+        basis=make_basis(rows[0], center, None, None, own.modes),
         coefficients=coefficients,
         rings=own.points[ring] + own.rims[:, :, None] * up,
         loops=own.loops,

@@ -45,6 +45,8 @@ class WallPlan:
         For an edge at whose start (True) or end rows end or layers begin, distances of their nodes.
     counts : dict of tuple of int to int
         Segments that these edges need.
+    cap_heights : dict of bool to (n,) float64
+        Heights of the layers along the source (True) and the target, where these are walls.
     notes : list of str
     """
 
@@ -53,6 +55,7 @@ class WallPlan:
     ends: dict[int, dict[bool, FloatArray]] = field(default_factory=dict)
     growths: dict[int, float] = field(default_factory=dict)
     counts: dict[tuple[int, ...], int] = field(default_factory=dict)
+    cap_heights: dict[bool, FloatArray] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def divisions(self, sweep: Sweep) -> dict[int, Division]:
@@ -147,6 +150,7 @@ def _layers_at_cap(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, *, 
     loops = sweep.source_loops if at_source else sweep.target_loops
     at_cap = {v for loop in loops for e, _ in loop for v in (solid.edges[e].start, solid.edges[e].end)}
     surface = solid.faces[face].surface
+    plan.cap_heights[at_source] = heights_of(own)
     for e in sweep.rails:
         edge = solid.edges[e]
         for at_start, vertex in ((True, edge.start), (False, edge.end)):

@@ -10,6 +10,7 @@ from os import PathLike
 
 import numpy as np
 
+from ..arrays import small_ints
 from ..errors import InputError
 from .factored import FactoredSweep, make_basis
 
@@ -30,8 +31,8 @@ def sweep_arrays(sweep: FactoredSweep) -> dict[str, np.ndarray]:
         "format": np.array(FORMAT),
         "source_points": sweep.source_points,
         "source_center": sweep.source_center,
-        "quads": _small_ints(sweep.quads),
-        "ring_nodes": _small_ints(sweep.ring_nodes),
+        "quads": small_ints(sweep.quads),
+        "ring_nodes": small_ints(sweep.ring_nodes),
         "loop_lengths": np.array([len(loop) for loop in sweep.loops]),
         "rings": sweep.rings,
         "coefficients": sweep.coefficients,
@@ -88,7 +89,3 @@ def sweep_of_arrays(arrays: dict[str, np.ndarray]) -> FactoredSweep:
         functional=str(arrays["functional"]),
         strategy=str(arrays["strategy"]),
     )
-
-
-def _small_ints(ids: np.ndarray) -> np.ndarray:
-    return ids.astype(np.int32) if ids.size == 0 or ids.max() < 2**31 else ids

@@ -2,6 +2,7 @@
 
 from .accumulate import QualityAccumulator
 from .bernstein import positive_inside
+from .block_faces import block_problems
 from .check import check_mesh, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, Ways, boundary_limit, corner_limits
 from .metrics import (
@@ -32,6 +33,7 @@ __all__ = [
     "SurfaceFindings",
     "Ways",
     "WorstHex",
+    "block_problems",
     "boundary_limit",
     "check_mesh",
     "check_skin",

@@ -20,14 +20,16 @@ Not handled here: a mesh without any named boundary is not asked for one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..cells import BlockStructure
 from ..mesh import HexMesh
 from . import conformity
 from .accumulate import QualityAccumulator
+from .block_faces import blocks_boundary
 from .boundary import boundary_problems
 from .limits import BoundaryLimit, boundary_limit
 from .overlap import BoundaryCrossing
@@ -40,7 +42,12 @@ POOR = 0.5
 """Worst scaled Jacobian below which the report says how much of it is the boundary's."""
 
 
-def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] | None = None) -> QualityReport:
+def check_mesh(
+    mesh: HexMesh,
+    *,
+    cad: CadReference | Mapping[str, CadReference] | None = None,
+    blocks: Sequence[BlockStructure] = (),
+) -> QualityReport:
     """Measure and check a mesh.
 
     Parameters
@@ -51,6 +58,9 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
     cad : CadReference, mapping of part name to CadReference, or None
         What the CAD model says; of a mesh of several parts, of each. None: ``mesh.info["cad_volume"]``, where there
         is one.
+    blocks : sequence of BlockStructure
+        What hexahedra of it are known to be layers of quads, in their order: where that is so, only the faces between
+        blocks are matched. Where it is not, or these do not conform, all are.
 
     Returns
     -------
@@ -95,8 +105,10 @@ def check_mesh(mesh: HexMesh, *, cad: CadReference | Mapping[str, CadReference] 
             limit = boundary_limit(points, structure)
         expected = structure_boundary(structure)
     else:
-        trouble, once = _general_problems(points, hexes)
-        problems += trouble
+        once = blocks_boundary(hexes, len(points), blocks) if blocks else None
+        if once is None:
+            trouble, once = _general_problems(points, hexes)
+            problems += trouble
         if once is None:
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
         expected = once

@@ -20,6 +20,8 @@ from ..compiled import compiled
 from . import surface_kernels
 
 _FACES = HEX_FACES.copy()
+_ITSELF = np.arange(4)[None]
+"""The face of a quad."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +48,9 @@ def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing): 
     """Chain the faces by their least node; return how many chains' entries, crowded and clashing there are."""
     head = np.full(n_nodes, -1, dtype=follower.dtype)
     n, n_crowded, n_clashing = 0, 0, 0
+    n_faces = faces.shape[0]
     for h in range(hexes.shape[0]):
-        for f in range(6):
+        for f in range(n_faces):
             p = 0
             for c in range(1, 4):
                 if hexes[h, faces[f, c]] < hexes[h, faces[f, p]]:
@@ -58,8 +61,8 @@ def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing): 
             before = hexes[h, faces[f, (p + 3) % 4]]
             at = head[least]
             while at >= 0:
-                hh = first[at] // 6
-                ff = first[at] % 6
+                hh = first[at] // n_faces
+                ff = first[at] % n_faces
                 pp = 0
                 while hexes[hh, faces[ff, pp]] != least:
                     pp += 1
@@ -80,20 +83,20 @@ def _match(hexes, n_nodes, faces, follower, first, partner, crowded, clashing): 
                     break
                 at = follower[at]
             if at < 0:
-                first[n] = 6 * h + f
+                first[n] = n_faces * h + f
                 partner[n] = -1
                 follower[n] = head[least]
                 head[least] = n
                 n += 1
             elif partner[at] >= 0:
                 if n_crowded < len(crowded):
-                    crowded[n_crowded] = 6 * h + f
+                    crowded[n_crowded] = n_faces * h + f
                 n_crowded += 1
             else:
-                partner[at] = 6 * h + f
+                partner[at] = n_faces * h + f
                 if not opposite:
                     if n_clashing < len(clashing):
-                        clashing[n_clashing] = 6 * h + f
+                        clashing[n_clashing] = n_faces * h + f
                     n_clashing += 1
     return n, n_crowded, n_clashing
 
@@ -107,10 +110,20 @@ def match_faces(hexes: IntArray, n_nodes: int) -> FaceUse:
         Indices in [0, n_nodes).
     n_nodes : int
     """
-    kind = np.int32 if 6 * len(hexes) < 2**31 else np.int64
-    follower, first, partner = (np.empty(6 * len(hexes), dtype=kind) for _ in range(3))
-    crowded, clashing = np.empty(6 * len(hexes), dtype=kind), np.empty(6 * len(hexes), dtype=kind)
-    n, n_crowded, n_clashing = _match(hexes, n_nodes, _FACES, follower, first, partner, crowded, clashing)
+    return _use(hexes, n_nodes, _FACES)
+
+
+def match_quads(quads: IntArray, n_nodes: int) -> FaceUse:
+    """Find the users of faces that are quads (q, 4) of hexahedra, outward; a face is a row of them."""
+    return _use(quads, n_nodes, _ITSELF)
+
+
+def _use(cells: IntArray, n_nodes: int, faces: IntArray) -> FaceUse:
+    """Who has the faces of cells, each of them ``len(faces) * cell + row of faces``."""
+    n_faces = len(faces) * len(cells)
+    kind = np.int32 if n_faces < 2**31 else np.int64
+    follower, first, partner, crowded, clashing = (np.empty(n_faces, dtype=kind) for _ in range(5))
+    n, n_crowded, n_clashing = _match(cells, n_nodes, faces, follower, first, partner, crowded, clashing)
     once = first[:n][np.less(partner[:n], 0)]
     return FaceUse(
         once=np.sort(once.astype(np.int64)),

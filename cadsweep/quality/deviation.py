@@ -4,7 +4,7 @@ Place in the flow: ``pipeline`` measures a boundary mesh before the inside is pl
 coarse.
 
 Method: nodes lie on their faces, so a mesh is off where its quads sag: at the middles of their sides and inside. Plane
-faces are left out; on their rims it is the faces beside them that say how far the chords are off. A chord that cuts a
+faces are left out; how far the chords on their rims are off is asked of the edges (:mod:`.rims`). A chord that cuts a
 thin tip off may be near both walls while the tip is far from the chord: where a free-form side turns much along a
 chord, what lies between its ends on the face is held against the chord, too.
 """
@@ -19,6 +19,8 @@ from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
+from . import surface_kernels
+from .rims import rim_deviations
 
 _TURNS = 0.05
 """Sag of a chord over its length from which on the face may reach farther than that beyond it: an arc of 23 degrees."""
@@ -61,6 +63,8 @@ class Deviation:
         Greatest distance of each curved face.
     sides : dict of int to SideDeviation
         Of each curved linking side, by face.
+    rims : dict of int to float
+        Of each curved edge at which faces meet at an angle.
     cap_middles : (m, 3) float64
         Middles of the source's quads, where one of its faces or of the target's is curved.
     cap_sags : (m,) float64
@@ -74,6 +78,7 @@ class Deviation:
     distance: float
     faces: dict[int, float]
     sides: dict[int, SideDeviation]
+    rims: dict[int, float] = field(default_factory=dict)
     cap_middles: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     cap_sags: FloatArray = field(default_factory=lambda: np.empty(0))
     cap_lengths: FloatArray = field(default_factory=lambda: np.empty(0))
@@ -141,12 +146,14 @@ def measure_deviation(
         *(() if sweep.closed else (source.points[source.quads][:, ::-1], target_points[source.quads])),
     ]
     volume, area = volume_and_area(np.concatenate(quads))
+    rims = rim_deviations(sweep, surfaces, target_points)
     closed_caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     cad_area = sum(face.area for face in solid.faces if face.id not in closed_caps)
     return Deviation(
-        distance=max(faces.values(), default=0.0),
+        distance=max([*faces.values(), *rims.values()], default=0.0),
         faces=faces,
         sides=sides,
+        rims=rims,
         cap_middles=corners[curved].mean(axis=1),
         cap_sags=sags[curved],
         cap_lengths=lengths[curved],
@@ -202,8 +209,4 @@ def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
 
 def volume_and_area(corners: FloatArray) -> tuple[float, float]:
     """Volume inside outward quads (m, 4, 3), exact for bilinear ones, and their area, by their diagonals."""
-    a, b, c, d = np.moveaxis(corners - corners.reshape(-1, 3).mean(axis=0), 1, 0)
-    triangles = ((a, b, c), (a, c, d), (a, b, d), (b, c, d))  # both ways to cut a quad: their mean is the bilinear one
-    volume = sum(float(np.einsum("md,md->", p, np.cross(q, r))) for p, q, r in triangles) / 12.0
-    area = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
-    return volume, area
+    return surface_kernels.volume_and_area(corners, corners.reshape(-1, 3).mean(axis=0))  # type: ignore[no-any-return]

@@ -162,8 +162,9 @@ def fit_surfaces(quads: IntArray) -> tuple[IntArray, list[str]]:
         What does not fit.
     """
     n = int(quads.max(initial=0)) + 1
-    order = np.argsort(conformity.row_keys(quads), kind="stable")
-    keys = conformity.row_keys(quads)[order]
+    keys = conformity.row_keys(quads)
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
     starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
     uses = np.diff(np.append(starts, len(keys)))
     problems = []

@@ -90,6 +90,36 @@ def count_sheets(quads, n_nodes, mates, sheets):  # type: ignore[no-untyped-def]
 
 
 @_compiled
+def volume_and_area(corners, origin):  # type: ignore[no-untyped-def]
+    """Volume inside quads (q, 4, 3), the mean of both ways to cut each in two, which is the bilinear one's; their area.
+
+    The area by their diagonals.
+    """
+    volume, area = 0.0, 0.0
+    p = np.empty((4, 3))
+    for q in range(corners.shape[0]):
+        for i in range(4):
+            for x in range(3):
+                p[i, x] = corners[q, i, x] - origin[x]
+        six = _triple(p, 0, 1, 2) + _triple(p, 0, 2, 3) + _triple(p, 0, 1, 3) + _triple(p, 1, 2, 3)
+        volume += six / 12.0
+        u0, u1, u2 = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
+        v0, v1, v2 = p[3, 0] - p[1, 0], p[3, 1] - p[1, 1], p[3, 2] - p[1, 2]
+        x0, x1, x2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+        area += 0.5 * np.sqrt(x0 * x0 + x1 * x1 + x2 * x2)
+    return volume, area
+
+
+@_compiled
+def _triple(p, i, j, k):  # type: ignore[no-untyped-def]
+    return (
+        p[i, 0] * (p[j, 1] * p[k, 2] - p[j, 2] * p[k, 1])
+        + p[i, 1] * (p[j, 2] * p[k, 0] - p[j, 0] * p[k, 2])
+        + p[i, 2] * (p[j, 0] * p[k, 1] - p[j, 1] * p[k, 0])
+    )
+
+
+@_compiled
 def measure_areas(points, quads, areas):  # type: ignore[no-untyped-def]
     """Fill areas (q,) of bilinear quads by Gauss points: few where a quad hardly turns, many where it is wrung."""
     u = np.empty((2, 3))

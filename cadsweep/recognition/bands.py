@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..brep import Solid
-from .choices import cheapest
+from .choices import Tries, cheapest
 from .corners import Reading, read_rectangles, why_no_rectangle
 from .narrowing import Narrowed, State, narrow
 
@@ -94,6 +94,7 @@ def find_bands(solid: Solid, *, folded: bool = False, most_readings: int | None 
     bands: list[Band] = []
     seen: set[frozenset[int]] = set()
     components: dict[int, Narrowed | None] = {}
+    tries = Tries()
     for c in dict.fromkeys(net.of_edge):
         if c in net.bad:
             continue
@@ -104,7 +105,7 @@ def find_bands(solid: Solid, *, folded: bool = False, most_readings: int | None 
             # Classes that turn out bad later may stay in it: no choice has them along the sweep.
             classes, component = _component(net, c)
             components |= dict.fromkeys(classes, component)
-        settled = _settle(components[c], c)
+        settled = _settle(components[c], c, tries)
         if not settled:
             face = solid.faces[net.unclear[c][0]]
             net.bad[c] = f"no four corners of {face.label()} agree with its neighbours"
@@ -191,7 +192,9 @@ def _reach(net: _Net, seed: int) -> tuple[list[int], list[int]]:
     return list(classes), list(faces)
 
 
-def _settle(component: Narrowed | None, seed: int) -> list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]]:
+def _settle(
+    component: Narrowed | None, seed: int, tries: Tries
+) -> list[tuple[frozenset[int], dict[int, tuple[Reading, int]]]]:
     """Choose the states of all faces with several readings, given that class `seed` is along the sweep.
 
     Returns, cheapest first, the classes along the sweep and the chosen state of every such linking
@@ -206,7 +209,7 @@ def _settle(component: Narrowed | None, seed: int) -> list[tuple[frozenset[int],
             frozenset(left.along | chosen),
             {f: read for f, read in (picked | reads).items() if read is not None},
         )
-        for chosen, reads in cheapest(left)
+        for chosen, reads in cheapest(left, tries)
     ]
 
 

@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from ..brep import Solid
+from ..brep import Face, Solid
 from ..errors import NotSweepableError
 from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .bands import Band
@@ -94,12 +94,15 @@ def _reentrant_rim(sweep: Sweep) -> str:
     for e in [e for loop in sweep.source_loops + sweep.target_loops for e, _ in loop]:
         edge = sweep.solid.edges[e]
         faces = [sweep.solid.faces[f] for f in edge.faces]
-        where = " and ".join(face.label() for face in faces)
         if edge.dihedral > MAX_RIM:
-            return f"cap and linking side meet at a re-entrant edge, between {where}"
+            return f"cap and linking side meet at a re-entrant edge, between {_both(faces)}"
         if abs(edge.dihedral - pi) < FLAT and all(face.kind == "plane" for face in faces):
-            return f"cap and linking side lie in one plane, {where}"
+            return f"cap and linking side lie in one plane, {_both(faces)}"
     return ""
+
+
+def _both(faces: Sequence[Face]) -> str:
+    return " and ".join(face.label() for face in faces)
 
 
 def _flat_corner(sweep: Sweep) -> str:

@@ -31,10 +31,28 @@ MAX_TRIED = 5_000
 """Partial choices that are followed for one band before what was found so far is taken for all there is; no part that
 is known needs more than some hundred."""
 
+MAX_TRIED_OF_ALL = 20_000
+"""Partial choices that are followed for all bands of a solid together; no part that is known needs more than 3,000."""
+FEW_TRIED = 50
+"""Partial choices that are followed for a band in any case."""
+
 Choice = dict[int, tuple[Reading, int] | None]
 
 
-def cheapest(left: Narrowed) -> Iterator[tuple[set[int], Choice]]:
+class Tries:
+    """How many partial choices may still be followed for all bands of a solid."""
+
+    def __init__(self) -> None:
+        self.left = MAX_TRIED_OF_ALL
+
+    def for_band(self) -> Iterator[int]:
+        """Count those of one band."""
+        for n in range(min(MAX_TRIED, max(FEW_TRIED, self.left))):
+            self.left -= 1
+            yield n
+
+
+def cheapest(left: Narrowed, tries: Tries) -> Iterator[tuple[set[int], Choice]]:
     """Classes along the sweep, and what each open face is, of the cheapest choices among what is left open.
 
     Faces that must be linking sides are chosen, and those that their own classes run into: what no class
@@ -49,7 +67,7 @@ def cheapest(left: Narrowed) -> Iterator[tuple[set[int], Choice]]:
     waiting: list[tuple[float, float, int, _Step, tuple[int, State] | None]] = [
         (_least(left, start), 0, next(numbers), start, None)
     ]
-    for _ in range(MAX_TRIED):
+    for _ in tries.for_band():
         if not waiting:
             return
         cost, _, number, step, taken = heappop(waiting)

@@ -6,12 +6,13 @@ Method: Python writes the data (quads, edges, colours) as typed arrays; the page
 the outside by quality or by boundary, and cuts that lay the hexahedra of one half open.
 
 Not handled: meshes whose outside has more quads than a browser turns at ease are drawn without cuts and
-edges, and the page says so.
+edges, and the page says so. Columns are drawn apart where their hexahedra come in turn: between flat caps.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -31,6 +32,8 @@ from .traces import faces, lines, unique_edges
 
 MOST_QUADS = 150_000
 """Quads of the outside above which cuts and edges are left out."""
+MOST_BLOCKS = 60
+"""Columns or cells that are drawn apart: of more nobody sees which is which."""
 
 
 def write_report(
@@ -162,9 +165,20 @@ def _parts(mesh: HexMesh) -> str:
     return found
 
 
-def _part_views(mesh: HexMesh, traces: list[dict[str, Any]], views: dict[str, list[int]]) -> None:
-    """The parts in their colours, in their places and drawn apart."""
-    for view, shown in (("parts", mesh), ("parts apart", explode(mesh, 1.0))):
+def _blocks_apart(mesh: HexMesh) -> dict[str, HexMesh]:
+    """Columns or cells of a mesh drawn apart, by the name of the view, where there are several and not too many."""
+    sizes = list(mesh.info.get("blocks") or ())
+    if not max(1, len(mesh.parts)) < len(sizes) <= MOST_BLOCKS or sum(sizes) != mesh.n_hexes:
+        return {}
+    word = "column" if any("columns" in sweep for sweep in mesh.info.get("sweeps", ())) else "cell"
+    ids = np.split(np.arange(mesh.n_hexes), np.cumsum(sizes)[:-1])
+    parts = {f"{word} {number}": own for number, own in enumerate(ids, start=1)}
+    return {f"{word}s apart": explode(replace(mesh, parts=parts, interfaces={}, info={}), 1.0)}
+
+
+def _part_views(shapes: Mapping[str, HexMesh], traces: list[dict[str, Any]], views: dict[str, list[int]]) -> None:
+    """The parts of meshes in their colours, by the name of the view: in their places or drawn apart."""
+    for view, shown in shapes.items():
         surface, _ = skin(shown)
         quads, points = surface.regular_faces, np.asarray(surface.points)
         of = np.full(shown.n_hexes, -1, dtype=np.int64)
@@ -216,7 +230,9 @@ def _scene(mesh: HexMesh, report: QualityReport) -> tuple[dict[str, Any], str]:
         for i, (name, color) in enumerate(zip(mesh.boundaries, mesh_colors(mesh), strict=True)):
             traces.append(faces(points, quads[owners == i], color=color, name=name))
     if len(mesh.parts) > 1:
-        _part_views(mesh, traces, views)
+        _part_views({"parts": mesh, "parts apart": explode(mesh, 1.0)}, traces, views)
+    if small:
+        _part_views(_blocks_apart(mesh), traces, views)
     for axis in "xyz" if small else "":
         kept = kept_by_clip(mesh, axis)
         if not kept.any():

@@ -15,6 +15,7 @@ graph      the lines of an arrangement as a planar graph that can be changed
 steps      where outlines nearly coincide in plan
 merging    those outlines laid together, where `outline_crossings` finds no new crossing by it
 sheets     caps that share a level, and which level must lie over which
+apart      which sheets come near each other in plan
 levels     one integer programme for all levels
 widths     how wide the cells of the arrangement are
 planar     how good the quads of the arrangement are
@@ -31,6 +32,7 @@ touching   where columns touch, for who wants them as solids
 ========== =====================================================================
 """
 
+from .apart import sheets_apart
 from .blocks import build_mesh
 from .columns import make_stack
 from .levels import assign_levels
@@ -68,6 +70,7 @@ __all__ = [
     "mend_quads",
     "merge_outlines",
     "read_sides",
+    "sheets_apart",
     "sizes_across",
     "told_heights",
     "touching_columns",

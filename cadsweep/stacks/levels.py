@@ -22,6 +22,10 @@ _PATIENCE = 20.0
 """Seconds after which the best levels found so far are taken."""
 _INFEASIBLE = 2
 """What scipy's programme says where nothing fits."""
+_APART = 2.0
+"""Price of sheets on one level that come near each other, beside 1 for all layers being of the wrong height."""
+_UPRIGHT = 10.0
+"""How steep a level may be that has both, in lengths of the way, before the price rises no more."""
 _ORDER = 1e-4
 """Price of a layer too much, beside that of layers of the wrong height."""
 
@@ -33,6 +37,7 @@ def assign_levels(
     size: float,
     layers: int | None = None,
     demands: Mapping[tuple[int, int], int] | None = None,
+    apart: Mapping[tuple[int, int], float] | None = None,
     least: int = 1,
 ) -> Levels:
     """Choose the level of every cap and station.
@@ -47,6 +52,8 @@ def assign_levels(
         Layers demanded from the lowest cap to the highest.
     demands : mapping of (int, int) to int, optional
         Layers demanded between two sheets.
+    apart : mapping of (int, int) to float, optional
+        Sheets of which the one should lie over the other (:mod:`.apart`), and how steep a level that had both would be.
     least : int
         Layers wished for between two sheets, however near they are.
 
@@ -66,9 +73,10 @@ def assign_levels(
     wanted = [Wanted(low, high, int(count)) for (low, high), count in (demands or {}).items()]
     if layers is not None:
         wanted.append(Wanted(lowest, highest, layers, whole=True))
-    found = _solved(sheets, pairs, wanted)
+    steep = {pair: value for pair, value in (apart or {}).items() if pair not in sheets.over}
+    found = _solved(sheets, pairs, wanted, steep)
     if found is None:
-        raise refusal(stack, sheets, minimal(wanted, lambda some: _solved(sheets, pairs, some) is not None))
+        raise refusal(stack, sheets, minimal(wanted, lambda some: _solved(sheets, pairs, some, {}) is not None))
     levels = np.round(found[:n]).astype(np.int64)
     levels -= levels.min()
     return Levels(
@@ -79,7 +87,10 @@ def assign_levels(
 
 
 def _solved(
-    sheets: Sheets, pairs: Sequence[tuple[int, int, float, float]], wanted: Sequence[Wanted]
+    sheets: Sheets,
+    pairs: Sequence[tuple[int, int, float, float]],
+    wanted: Sequence[Wanted],
+    steep: Mapping[tuple[int, int], float],
 ) -> FloatArray | None:
     """Levels of all sheets, and after them how far each pair is off its wish; None where there are none.
 
@@ -88,26 +99,29 @@ def _solved(
     SurfaceMeshError
         None were found in the time there is.
     """
-    # Columns: levels 0 .. n - 1, then one deviation a pair.
-    n, n_pairs = len(sheets.heights), len(pairs)
+    # Columns: levels 0 .. n - 1, then one deviation a pair, then by how much those that should be apart are not.
+    n, n_pairs, n_apart = len(sheets.heights), len(pairs), len(steep)
     price = np.concatenate([np.full(n, _ORDER), [w / max(wish, 1.0) for _, _, wish, w in pairs]])
     price[n:] /= max(float(price[n:].sum()), 1e-300)
+    price = np.append(price, [_APART * min(value / _UPRIGHT, 1.0) for value in steep.values()])
     rows: list[tuple[dict[int, float], float, float]] = []
     for a, b in sheets.over:
         rows.append(({b: 1.0, a: -1.0}, 1.0, np.inf))
     for j, (a, b, wish, _) in enumerate(pairs):
         rows.append(({b: 1.0, a: -1.0, n + j: 1.0}, wish, np.inf))
         rows.append(({b: 1.0, a: -1.0, n + j: -1.0}, -np.inf, wish))
+    for j, (a, b) in enumerate(steep):
+        rows.append(({b: 1.0, a: -1.0, n + n_pairs + j: 1.0}, 1.0, np.inf))
     for low, high, count, _ in wanted:
         rows.append(({high: 1.0, low: -1.0}, float(count), float(count)))
     most = min((float(one.n) for one in wanted if one.whole), default=np.inf)
     found = scipy.optimize.milp(
         price,
-        integrality=np.concatenate([np.ones(n), np.zeros(n_pairs)]),
+        integrality=np.concatenate([np.ones(n), np.zeros(n_pairs + n_apart)]),
         bounds=scipy.optimize.Bounds(
-            np.zeros(n + n_pairs), np.concatenate([np.full(n, most), np.full(n_pairs, np.inf)])
+            np.zeros(len(price)), np.concatenate([np.full(n, most), np.full(n_pairs + n_apart, np.inf)])
         ),
-        constraints=scipy.optimize.LinearConstraint(_matrix([row for row, _, _ in rows], n + n_pairs), *_limits(rows)),
+        constraints=scipy.optimize.LinearConstraint(_matrix([row for row, _, _ in rows], len(price)), *_limits(rows)),
         options={"time_limit": _PATIENCE, "mip_rel_gap": 1e-3},
     )
     if found.x is None and found.status != _INFEASIBLE:

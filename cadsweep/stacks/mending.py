@@ -35,8 +35,8 @@ _SPARE = 400
 """Quads and nodes that may come to those of the plane."""
 _MOST_MENDED = 400
 """Quads that are looked at, the worst first."""
-_PASSES = 2
-"""How often all quads are looked at: what was divided otherwise is carried to the levels anew."""
+_PASSES = 8
+"""How often all quads are looked at at most: what was divided otherwise is carried to the levels anew."""
 _ROUNDS = 6
 """How often the nodes around a quad look around themselves."""
 _OFFSETS = np.concatenate(
@@ -67,7 +67,8 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
-    for _ in range(_PASSES):
+    best, least = mesh, np.inf
+    for turn in range(_PASSES + 1):
         work = _Quads(
             points=mesh.points,
             quads=mesh.quads,
@@ -77,10 +78,15 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
             lines=mesh.edge_nodes.values(),
             frame=across(stack.direction),
         )
-        if not work.mend():
+        # New nodes are carried to the levels otherwise than they were put there: only now it is seen what was gained.
+        lacking = work.lacking()
+        if not lacking < least:
+            break
+        best, least = mesh, lacking
+        if turn == _PASSES or not work.mend():
             break
         mesh = work.mended(mesh)
-    return mesh
+    return best
 
 
 class _Quads:
@@ -132,6 +138,10 @@ class _Quads:
         out = np.empty(len(ids))
         worst_sines(self.places, self.quads, self.there, ids, out)
         return out
+
+    def lacking(self) -> float:
+        """Squares of what the worst corners of all quads lack, in sum."""
+        return float((np.maximum(_GOOD - self.worst(range(self.n_quads)), 0.0) ** 2).sum())
 
     def mend(self) -> bool:
         """Go through the poor quads, the worst first; whether anything was changed."""

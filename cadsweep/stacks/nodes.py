@@ -22,7 +22,7 @@ from ..mesh import QuadMesh
 from ..stack import Levels, Stack
 from .along import heights_on_cap, heights_on_edge
 from .harmonic import carried
-from .rims import even_out, segments_of
+from .rims import even_out, segments_of, short_sides
 from .sheets import TOLERANCE
 
 _SAME = 1e-9
@@ -102,13 +102,18 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
     on_lines = np.zeros(len(mesh.points), dtype=bool)
     for e in arrangement.over:
         on_lines[mesh.edge_nodes[e]] = True
-    known = np.isfinite(below[:, on_lines])
+    sides = short_sides(mesh.quads, mesh.points, levels.heights)
+    evened = on_lines.copy()
+    evened[sides] = True
+    known = np.isfinite(below[:, evened])
     fill_levels(heights, levels.heights)
-    line_of = np.cumsum(on_lines) - 1
-    segments, lengths = segments_of([mesh.edge_nodes[e] for e in arrangement.over], mesh.points)
-    evened = even_out(below[:, on_lines], above[:, on_lines], known, levels.heights, line_of[segments], lengths)
+    number = np.cumsum(evened) - 1
+    segments, lengths = segments_of([mesh.edge_nodes[e] for e in arrangement.over], sides, mesh.points)
+    found = even_out(below[:, evened], above[:, evened], known, levels.heights, number[segments], lengths)
+    lines = np.flatnonzero(on_lines)
+    known, found = known[:, number[lines]], found[:, number[lines]]
     for side in (below, above):
-        side[:, on_lines] = np.where(known, side[:, on_lines], evened)
+        side[:, lines] = np.where(known, side[:, lines], found)
     for quads, columns in zip(quads_of, stack.columns, strict=True):
         for a, b in columns:
             _relax(heights, levels, (levels.caps[a], levels.caps[b]), quads, on_lines)

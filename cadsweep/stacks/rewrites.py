@@ -1,13 +1,19 @@
 """Other ways to divide the cells of an arrangement around one quad, for :mod:`.mending`.
 
-Three ways, of which the last is the only one where no node around the quad is free ::
+Four ways, of which the last two are those where no node around the quad is free ::
 
-    turned                        closed                           inset
-    +-----+-----+    +-----+-----+    a           a                a-----------d     a-----------d
-    |     |     | -> |  .-----'  |   / \\         |                |           |     | \\_______/ |
-    +-----+-----+    +-'---+-----+  b   d -> ----b----             |           |  -> |  |_____|  |
-                                     \\ /         |                b-----------c     b/_________\\c
+    turned                        closed
+    +-----+-----+    +-----+-----+    a           a
+    |     |     | -> |  .-----'  |   / \\         |
+    +-----+-----+    +-'---+-----+  b   d -> ----b----
+                                     \\ /         |
                                       c           c
+    starred                       inset
+    v-----b-----e    v-----b-----e    a-----------d     a-----------d
+    |     |     |    | '-.   .-' |    |           |     | \\_______/ |
+    |     |     | -> |    '-'    |    |           |  -> |  |_____|  |
+    |     |     |    |     |     |    b-----------c     b/_________\\c
+    a-----c-----f    a-----c-----f
 """
 
 from __future__ import annotations
@@ -82,37 +88,66 @@ def rewrites(around: Around, q: int) -> Iterator[Rewrite]:
     """All other ways to divide the cell around a quad that leave no inner node with two quads."""
     for side in range(4):
         yield from _turned(around, q, side)
+        yield from _starred(around, q, side)
     for corner in range(4):
         yield from _closed(around, q, corner)
     yield _inset(around, q)
 
 
-def _turned(around: Around, q: int, side: int) -> Iterator[Rewrite]:
-    """Both other ways to divide the hexagon of a quad and the one of the same cell across a side."""
-    b, c, a, v = np.roll(around.quads[q], -side).tolist()  # the side runs from b to c
+def _hexagon(around: Around, q: int, side: int) -> tuple[int, tuple[int, ...]] | None:
+    """The quad of the same cell across a side, and the six nodes around both; the side joins the second and fifth."""
+    b, c, a, v = np.roll(around.quads[q], -side).tolist()
     if (min(b, c), max(b, c)) in around.lines:
-        return
+        return None
     shared = (around.at[b] & around.at[c]) - {q}
     other = next((r for r in sorted(shared) if around.cells[r] == around.cells[q]), None)
     if other is None:
-        return
+        return None
     beyond = around.quads[other].tolist()
     k = beyond.index(c)
     if beyond[(k + 1) % 4] != b:
+        return None
+    nodes = (v, b, beyond[(k + 2) % 4], beyond[(k + 3) % 4], c, a)
+    return (other, nodes) if len(set(nodes)) == 6 else None
+
+
+def _turned(around: Around, q: int, side: int) -> Iterator[Rewrite]:
+    """Both other ways to divide the hexagon of a quad and the one of the same cell across a side."""
+    found = _hexagon(around, q, side)
+    if found is None:
         return
-    e, f = beyond[(k + 2) % 4], beyond[(k + 3) % 4]
-    if len({a, b, c, v, e, f}) < 6 or any(not around.fixed[n] and len(around.at[n]) < 4 for n in (b, c)):
+    other, (v, b, e, f, c, a) = found
+    if not all(_spares(around, n) for n in (b, c)):
         return
-    # Around the hexagon: v, b, e, f, c, a. A new edge between nodes of another quad would lie across that.
+    # A new edge between nodes of another quad would lie across that.
     for (m, n), rows in (((v, f), [[v, b, e, f], [v, f, c, a]]), ((a, e), [[b, e, a, v], [e, f, c, a]])):
         if around.at[m] & around.at[n] <= {q, other}:
             yield Rewrite(removed=(q, other), rows=np.array(rows), shares=_NO_NODES)
 
 
+def _starred(around: Around, q: int, side: int) -> Iterator[Rewrite]:
+    """The same hexagon as three quads around a new node: at the tip of a wedge the only way without a flat corner."""
+    found = _hexagon(around, q, side)
+    if found is None:
+        return
+    other, (v, b, e, f, c, a) = found
+    middle = 0.5 * (np.eye(4)[[side]] + np.eye(4)[[(side + 1) % 4]])
+    upper = [[v, b, e, -1], [e, f, c, -1], [c, a, v, -1]]
+    lower = [[b, e, f, -1], [f, c, a, -1], [a, v, b, -1]]
+    for alone, rows in ((b, upper), (c, lower)):
+        if _spares(around, alone):
+            yield Rewrite(removed=(q, other), rows=np.array(rows), shares=middle)
+
+
+def _spares(around: Around, node: int) -> bool:
+    """Whether a node can do with a quad less."""
+    return bool(around.fixed[node]) or len(around.at[node]) >= 4
+
+
 def _closed(around: Around, q: int, corner: int) -> Iterator[Rewrite]:
     """A quad closed over its diagonal: the free node across goes to the corner, and its other quads with it."""
     b, c, d, a = np.roll(around.quads[q], -corner).tolist()
-    if around.fixed[d] or any(not around.fixed[n] and len(around.at[n]) < 4 for n in (a, c)):
+    if around.fixed[d] or not all(_spares(around, n) for n in (a, c)):
         return
     if around.neighbours(b) & around.neighbours(d) != {a, c}:
         return

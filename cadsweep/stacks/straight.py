@@ -24,7 +24,7 @@ from .blocks import find_material, find_walls
 from .harmonic import carried
 from .lines import nodes_on_edges
 from .nodes import Heights, fill_levels, quads_by_cell
-from .rims import even_out, segments_of
+from .rims import even_out, segments_of, short_sides
 from .sheets import TOLERANCE, is_flat
 
 _FLAT = 1e-9
@@ -128,16 +128,27 @@ class _Skeleton:
             for station in sorted(set(over) & levels.stations.keys()):
                 height = float(solid.edges[station].midpoint @ stack.direction)
                 fixed.append((levels.stations[station], height, self.line_of[mesh.edge_nodes[e]]))
+        # Inner nodes by short sides are evened out with the lines, as in :func:`.nodes.place_nodes`.
+        sides = short_sides(mesh.quads, mesh.points, levels.heights)
+        number = self.line_of.copy()
+        inner = np.unique(sides[number[sides] < 0])
+        number[inner] = len(self.lines) + np.arange(len(inner))
+        for quads, caps in zip(self.quads, stack.arrangement.caps, strict=True):
+            on = number[np.intersect1d(inner, quads)]
+            fixed += [(levels.caps[f], _height(stack, f), on) for f in sorted(caps) if len(on)]
+        heights = np.full((levels.n_layers + 1, len(self.lines) + len(inner)), np.nan)
         tolerance = TOLERANCE * solid.size + 2.0 * solid.tolerance
         for level, height, on in fixed:
-            known = self.heights[level, on]
+            known = heights[level, on]
             if (np.abs(known - height) > tolerance).any():
                 return False  # a crack between two layers that stands open
-            self.heights[level, on] = np.where(np.isnan(known), height, known)
-        known = np.isfinite(self.heights)
-        fill_levels(Heights(below=self.heights, above=self.heights), levels.heights)
-        segments, lengths = segments_of([mesh.edge_nodes[e] for e in stack.arrangement.over], mesh.points)
-        self.heights = even_out(self.heights, self.heights, known, levels.heights, self.line_of[segments], lengths)
+            heights[level, on] = np.where(np.isnan(known), height, known)
+        known = np.isfinite(heights)
+        fill_levels(Heights(below=heights, above=heights), levels.heights)
+        lines = [mesh.edge_nodes[e] for e in stack.arrangement.over]
+        segments, lengths = segments_of(lines, sides, mesh.points)
+        found = even_out(heights, heights, known, levels.heights, number[segments], lengths)
+        self.heights = np.ascontiguousarray(found[:, : len(self.lines)])
         return True
 
     def column(self, nodes: IntArray, quads: IntArray, loops: list[IntArray], caps: tuple[int, int]) -> StraightColumn:

@@ -17,6 +17,7 @@ from ..arrays import FloatArray
 from ..mesh import QuadMesh, SurfaceMesh
 from ..sweep import Intervals, Sweep
 from .background import limited as limited_sizes
+from .cap_heights import keep_heights
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
     Division,
@@ -84,6 +85,7 @@ def mesh_surfaces(
     divisions: Mapping[int, Division] | None = None,
     alone: Mapping[int, Division] | None = None,
     walls: Walls | None = None,
+    cap_heights: Mapping[bool, FloatArray] | None = None,
     matched: Sequence[tuple[frozenset[int], frozenset[int], Motion]] = (),
     matched_caps: Motion | None = None,
     fit: Fit = fit_linear_parts,
@@ -109,6 +111,8 @@ def mesh_surfaces(
         The same of edges that no other edge around the loops follows.
     walls : Walls, optional
         Edges of the source cap along which rows of quads are laid.
+    cap_heights : mapping of bool to (n,) float64, optional
+        Heights of the layers along the source (True) and the target, where these are walls.
     matched : sequence of (frozenset of int, frozenset of int, Motion)
         Sides whose nodes are to be the images of those of others: these, the ones that follow, and the motion.
     matched_caps : Motion, optional
@@ -143,6 +147,7 @@ def mesh_surfaces(
     builder.build()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     side_faces, node_edges, node_vertices = builder.labels()
+    keep_heights(sweep, builder.rings, side_faces, node_edges, cap_heights or {})
     if matched_caps is not None:
         match_caps(builder.rings, matched_caps)
     for one, other, motion in matched:

@@ -45,7 +45,8 @@ class Setting:
     good_enough : float
         Worst corner sine, relaxed, from which on no later setting is tried.
     size_factor : float
-        Below 1: greatest size of the quads inside, in median segments of the boundary.
+        Below 1: size of the quads inside, in what is wanted there; without a background, their greatest size in median
+        segments of the boundary.
     """
 
     algorithm: int
@@ -157,7 +158,9 @@ def mesh_polygon(
         "Mesh.MeshSizeFromPoints": background is None,
         "Mesh.RandomSeed": 1,
     }
-    if setting.size_factor < 1:
+    if setting.size_factor < 1 and background is not None:
+        background = replace(background, sizes=setting.size_factor * background.sizes)
+    elif setting.size_factor < 1:
         steps = np.concatenate([np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) for loop in loops])
         options["Mesh.MeshSizeMax"] = setting.size_factor * float(np.median(steps)) / scale
     with gmsh_session("cap", options) as gmsh:

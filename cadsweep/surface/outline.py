@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 
@@ -27,6 +27,8 @@ CORNER = (np.radians(30), np.radians(150))
 """Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
 STRAIGHT = (np.radians(150), np.radians(210))
 """Interior angles inside a side of a grid: within 30 degrees of straight on."""
+SMOOTH = np.pi / 6 + 1e-6
+"""Greatest turn at a vertex of an outline that has no corners: a dodecagon's."""
 _FINER_OUTLINE = 2.0
 """The size over the outline's typical segment beyond which quads grow towards the size inside."""
 _COARSE = 1.5
@@ -60,6 +62,23 @@ class FaceQuads:
     def enough(self, expected: float) -> bool:
         """Whether no others are worth a try: nothing worse than `expected`, and no quad too large."""
         return self.expected >= expected and self.excess <= 1.0
+
+
+class _Remembered:
+    """Charts that are made when they are first asked for, and handed out again after."""
+
+    def __init__(self, charts: Iterator[Chart]) -> None:
+        self._known: list[Chart] = []
+        self._coming = charts
+
+    def replayed(self) -> Iterator[Chart]:
+        for place in count():
+            if place == len(self._known):
+                chart = next(self._coming, None)
+                if chart is None:
+                    return
+                self._known.append(chart)
+            yield self._known[place]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,6 +133,16 @@ class Outline:
 
     def charts(self, nodes: Sequence[IntArray]) -> Iterator[Chart]:
         """Plane charts of the face, the most faithful first; `nodes` may be turned by a place or two."""
+        if all(map(np.array_equal, nodes, self.nodes)):
+            return self._charts.replayed()
+        return self._made_charts(nodes)
+
+    @cached_property
+    def _charts(self) -> _Remembered:
+        """Several ways to fill a face ask for its charts; one that is conformal takes as long as the quads in it."""
+        return _Remembered(self._made_charts(self.nodes))
+
+    def _made_charts(self, nodes: Sequence[IntArray]) -> Iterator[Chart]:
         size = self.largest(nodes)
         return charts_of(self.face, self.loops, self.fractions, nodes, self.known, size=size)
 

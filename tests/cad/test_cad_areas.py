@@ -92,3 +92,20 @@ def test_domed_annular_plate_is_cut_open():
     dome = cq.Workplane("XZ").moveTo(3, 0).lineTo(10, 0).lineTo(10, 1).threePointArc((6.5, 2.2), (3, 2.6)).close()
     part = load(dome.revolve(360, (0, 0, 0), (0, 1, 0)))
     assert cut_ring(part).solids[0].volume == pytest.approx(part.solids[0].volume, rel=1e-9)
+
+
+def test_a_steep_bump_is_as_large_as_the_triangles_on_it():
+    def height(x, y):
+        return 5 + 14 * np.exp(-((x + 6) ** 2 + (y - 3) ** 2) / 18)
+
+    at = np.linspace(-31, 31, 21)
+    surface = cq.Face.makeSplineApprox([[cq.Vector(x, y, height(x, y)) for y in at] for x in at], tol=1e-4)
+    pieces = cq.Workplane(obj=cq.Workplane().rect(50, 34).extrude(40).val().split(surface)).solids().vals()
+    part = load(cq.Workplane(obj=min(pieces, key=lambda piece: piece.Center().z)))
+    (bump,) = (face for face in part.solids[0].faces if face.kind == "bspline")
+    x, y = np.meshgrid(np.linspace(-25, 25, 251), np.linspace(-17, 17, 171), indexing="ij")
+    above = (np.stack([x, y, height(x, y)], axis=-1).reshape(-1, 3) - part.offset) / part.scale
+    places = bump.surface.evaluate(bump.surface.project(above)).reshape(*x.shape, 3)
+    one, other = places[1:, 1:] - places[:-1, :-1], places[:-1, 1:] - places[1:, :-1]
+    quads = 0.5 * np.linalg.norm(np.cross(one, other), axis=2)
+    assert bump.area == pytest.approx(quads.sum(), rel=4e-4)

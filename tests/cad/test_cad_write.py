@@ -1,5 +1,8 @@
 """Cells written to STEP come back as they are: solids, names, colours, shared faces; other programs see them touch."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -62,6 +65,31 @@ def test_names_and_colours_go_with_them(pinned, tmp_path):
     assert again.models[0].color == "#ff0000"
     assert len({model.color for model in again.models}) == 3
     assert {name for face in again.solids[0].faces for name in face.names} == {"plate_bottom"}
+
+
+FIRST = """
+from OCP.Interface import Interface_Static
+from cadsweep.cad.quiet import kernel_setting
+with kernel_setting("write.stepcaf.subshapes.name", 1):
+    print(Interface_Static.IVal_s("write.stepcaf.subshapes.name"))
+"""
+
+
+def test_settings_are_there_before_a_process_has_written_anything():
+    # The command writes one file: without them, the names of its faces were lost.
+    assert subprocess.run([sys.executable, "-c", FIRST], check=True, capture_output=True).stdout.strip() == b"1"
+
+
+def test_faces_of_a_solid_that_is_placed_as_a_whole_keep_their_names(cq, tmp_path):
+    from cadsweep.cad import load, write_step
+
+    box = cq.Workplane().box(4, 3, 2)
+    assert not box.val().wrapped.Location().IsIdentity()
+    box.faces(">Z").tag("top")
+    write_step(load(box), tmp_path / "box.step")
+    again = load(tmp_path / "box.step")
+    (top,) = (face for face in again.solids[0].faces if "top" in face.names)
+    assert again.to_model(top.center) == pytest.approx([0, 0, 1], abs=1e-9)
 
 
 def test_gmsh_and_cadquery_see_the_solids_touch(cq, pinned, tmp_path):

@@ -6,7 +6,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from cadsweep.decomposition.dividing import Plane, divide
+from cadsweep.decomposition.dividing import Plane, divide, divide_on
 
 from .planar_shapes import hollow_box, unit_box
 
@@ -59,6 +59,29 @@ def test_a_cut_divides_the_faces_of_its_neighbours():
     assert_agrees(pool, cells)
 
 
+def test_a_cut_that_is_carried_on_divides_the_neighbours_with_their_faces():
+    pool, cell = unit_box()
+    cells = (cell,)
+    for cut, height in ((-1, 0.25), (-2, 0.5)):
+        largest = max(range(len(cells)), key=lambda j: pool.volume(cells[j]))
+        cells = divide(pool, cells, largest, plane((0, 0, 1), height), cut)
+    cells = divide_on(pool, cells, 0, plane((1, 0, 0), 0.5), -3)
+    assert sorted(map(len, cells)) == [6] * 6  # no face of any of the three is imprinted
+    assert sorted(map(pool.volume, cells)) == pytest.approx([0.125, 0.125, 0.125, 0.125, 0.25, 0.25])
+    assert_agrees(pool, cells)
+
+
+def test_a_cut_that_is_carried_on_ends_where_no_face_is_divided():
+    pool, cell = unit_box()
+    low, high = divide(pool, (cell,), 0, plane((0, 0, 1), 0.5), -1)
+    cells = divide(pool, (low, high), 0, plane((1, 0, 0), 0.5), -2)
+    whole = max(cells, key=pool.volume)
+    number = next(j for j, one in enumerate(cells) if one is not whole)
+    cells = divide_on(pool, cells, number, plane((0, 1, 0), 0.5), -3)
+    assert len(cells) == 6  # the other half of the same layer and the whole one above are cut with it
+    assert_agrees(pool, cells)
+
+
 def test_a_void_stays_in_its_cell_and_is_opened_by_a_cut_through_it():
     pool, cell = hollow_box()
     assert pool.volume(cell) == pytest.approx(26.0)
@@ -73,8 +96,9 @@ def test_a_void_stays_in_its_cell_and_is_opened_by_a_cut_through_it():
     assert new[0].area == pytest.approx(8.0)
 
 
+@pytest.mark.parametrize("cut_by", [divide, divide_on])
 @pytest.mark.parametrize("seed", range(8))
-def test_volume_is_kept_and_all_agree_whatever_is_cut(seed):
+def test_volume_is_kept_and_all_agree_whatever_is_cut(seed, cut_by):
     rng = np.random.default_rng(seed)
     pool, cell = hollow_box()
     cells = (cell,)
@@ -83,7 +107,7 @@ def test_volume_is_kept_and_all_agree_whatever_is_cut(seed):
     for cut in range(12):
         normal = rng.normal(size=3) if seed % 2 else np.eye(3)[rng.integers(3)]
         through = rng.uniform(0.5, 2.5, size=3)
-        found = divide(pool, cells, int(rng.integers(len(cells))), plane(normal, normal @ through), -1 - cut)
+        found = cut_by(pool, cells, int(rng.integers(len(cells))), plane(normal, normal @ through), -1 - cut)
         if found is None:
             continue
         n_cut += 1

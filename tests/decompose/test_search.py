@@ -9,6 +9,7 @@ import cadquery as cq
 
 from cadsweep import load
 from cadsweep.decomposition.search import Search
+from cadsweep.errors import PlanError
 from cadsweep.plan import list_ways, make_plan
 from cadsweep.recognition.find import search_sweeps
 
@@ -56,6 +57,22 @@ def test_cells_that_sweep_and_agree_are_found(shape):
             if found.pool.facets[f].origin >= 0:
                 area[found.pool.facets[f].origin] += found.pool.facets[f].area
     assert area == pytest.approx(model_area, rel=1e-9)
+
+
+def test_where_cells_contradict_to_the_end_cuts_are_carried_on_through_what_they_imprint():
+    (solid,) = load(boxes_cross()).solids
+
+    def plan_of_bricks(part, fills):
+        imprinted = [(c, f.id) for c, cell in enumerate(part.solids) for f in cell.faces if len(cell.faces) > 6]
+        if imprinted:
+            raise PlanError("a brick is imprinted", faces=imprinted)
+        return "plan"
+
+    found = Search(model=solid, recognise=lambda cell: ["anything"], make_plan=plan_of_bricks, most_states=2)
+    state = next(found.solutions())
+    assert found.carries_on
+    assert [len(cell) for cell in state.cells] == [6] * 7  # six arms about the cube that they have in common
+    assert found.n_states > 2
 
 
 def test_the_same_part_gets_the_same_cuts():

@@ -15,6 +15,7 @@ import cadquery as cq
 import cadsweep as cs
 from cadsweep.blocks import slabs
 from cadsweep.pipeline import expand, write_factors
+from cadsweep.pipeline.template_files import save_template
 
 from .pipeline_ranks import distributed, same
 from .test_assemblies import assembly, block, pin_in_plate, two_plates
@@ -135,3 +136,6 @@ def test_blocks_that_need_smoothing_are_mended_alike(tmp_path):
     assert same(cs.read(tmp_path / "stream.vtkhdf"), mesh)
     assert figures["notes"] == mesh.info["notes"]
     assert figures["min_scaled_jacobian"] == mesh.info["quality"].min_scaled_jacobian
+    with (tmp_path / "p.sweep.npz").open("wb") as stream:
+        save_template(mesh, stream)
+    assert same(expand(tmp_path / "p.sweep.npz"), mesh), "nodes that were moved are kept beside the factors"

@@ -1,9 +1,14 @@
 """Several candidate sweeps: the same mesh, notes and refusal in memory, slab by slab, on ranks and from factors."""
 
+from dataclasses import replace
+
 import pytest
 
 import cadsweep as cs
+from cadsweep.options import SweepOptions
 from cadsweep.pipeline import candidates, expand, write_factors
+from cadsweep.pipeline.making import make_mesh
+from cadsweep.pipeline.run import make_run
 
 from .pipeline_ranks import distributed, same
 
@@ -62,3 +67,17 @@ def test_wishes_that_cannot_be_had_are_refused_alike(duct, tmp_path):
         cs.stream_mesh(duct, tmp_path / "stream.vtkhdf", **OPTIONS, **wish)
     errors = distributed(duct, tmp_path / "ranks.vtkhdf", **OPTIONS, **wish)
     assert {str(error) for error in (streamed.value, *errors)} == {str(memory.value)}
+
+
+@pytest.mark.parametrize(("wish", "taken"), [({}, 1), ({"layers": 2}, 0)], ids=["the_nearest", "what_was_asked_for"])
+def test_a_sweep_that_stays_too_far_off_gives_way_unless_wishes_keep_it(wish, taken):
+    part = cs.load(cq.Workplane().box(3, 4, 5))
+    sweeps = cs.find_sweeps(part)[:2]
+    options = SweepOptions(tolerance=0.1, size=1.0, **wish)
+
+    def make(part, sweep, options, run, reached):
+        return replace(make_mesh(part, sweep, options, run, reached), shortfall=0.5 if sweep is sweeps[1] else 2.0)
+
+    best = candidates.first_good(part, sweeps, options, make_run(None, None), make)
+    assert best.factored.info["sweeps"][0]["source"] == list(sweeps[taken].source)
+    assert any("passed over" in note for note in best.mesh.info["notes"]) == bool(taken)

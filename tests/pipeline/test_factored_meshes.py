@@ -93,6 +93,15 @@ def test_factors_stay_small_however_many_layers(plate, tmp_path):
     assert path.stat().st_size < 0.1 * (mesh.points.nbytes + mesh.hexes.nbytes)
 
 
+def test_factors_of_columns_stay_small_however_many_layers(pocket, tmp_path):
+    path = tmp_path / "p.sweep.npz"
+    mesh = write_factors(pocket, path, size=1.0, layers=100)
+    assert path.stat().st_size < 0.1 * (mesh.points.nbytes + mesh.hexes.nbytes)
+    back = expand(path)
+    assert same(back, mesh)
+    assert back.info["quality"].valid
+
+
 def test_damaged_factors_are_an_error(plate, tmp_path):
     path = tmp_path / "p.sweep.npz"
     write_factors(plate, path, size=3.0)

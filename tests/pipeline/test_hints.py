@@ -232,3 +232,16 @@ def test_edges_grow_back_from_a_size_and_none_is_squeezed_by_a_bore():
     ratios = np.roll(lengths, -1) / lengths
     assert max(ratios.max(), 1 / ratios.min()) < 1.6
     assert mesh.info["quality"].min_scaled_jacobian > 0.5
+
+
+@pytest.mark.parametrize("wall", ["faces:>Y", "faces:<X"])
+def test_round_edges_grow_back_from_a_size_as_straight_ones_do(wall):
+    plate = cq.Workplane().rect(60, 40).extrude(8).edges("|Z").fillet(12)
+    mesh = cs.sweep_mesh(plate, size=5.0, sizes={wall: 1.0})
+    (loop,) = mesh.structure.loops
+    source = mesh.points[: mesh.structure.n_nodes]
+    lengths = np.linalg.norm(source[loop] - source[np.roll(loop, -1)], axis=1)
+    growth = np.maximum(lengths / np.roll(lengths, 1), np.roll(lengths, 1) / lengths)
+    assert lengths.min() < 1.05
+    assert lengths.max() > 3.0
+    assert growth.max() < 1.4

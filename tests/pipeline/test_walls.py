@@ -192,3 +192,18 @@ def test_the_command_line_reads_the_same_table():
 
     read = Assignment(Layers()).convert
     assert read("wall=0.05:1.2:8", None, None) == ("wall", {"first": 0.05, "growth": 1.2, "n": 8})
+
+
+def test_layers_along_a_cap_are_as_high_between_the_rails_of_a_bend():
+    """The angle of a height goes with one over the radius: at the mean of two rails' angles it is a tenth too high."""
+    section = cq.Workplane().moveTo(-5, 0).lineTo(5, 0).threePointArc((0, 5), (-5, 0)).close()
+    part = cs.load(section.revolve(90, (-20, 0, 0), (-20, 1, 0)))
+    mesh = cs.sweep_mesh(part, size=2.0, wall_layers={"faces:>Z": cs.WallLayers(first=0.05, growth=1.2, n=6)})
+    layers = mesh.points.reshape(mesh.structure.n_layers + 1, -1, 3)
+    off = layers[..., 2].max() - layers[..., 2]
+    if off[0].max() > off[-1].max():
+        off = off[::-1]
+    heights = 0.05 * np.cumsum(1.2 ** np.arange(6))
+    assert off[0] == pytest.approx(0.0, abs=1e-9)
+    for height, layer in zip(heights, off[1:7], strict=True):
+        assert layer == pytest.approx(height, rel=0.01 if height < 0.06 else 0.02)

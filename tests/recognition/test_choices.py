@@ -7,7 +7,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from cadsweep.recognition.choices import MAX_SOLUTIONS, STEP_COST, TIE, cheapest
+from cadsweep.recognition.choices import (
+    FEW_TRIED,
+    MAX_SOLUTIONS,
+    MAX_TRIED,
+    MAX_TRIED_OF_ALL,
+    STEP_COST,
+    TIE,
+    Tries,
+    cheapest,
+)
 from cadsweep.recognition.corners import Reading
 from cadsweep.recognition.narrowing import State, narrow
 
@@ -60,7 +69,7 @@ def test_choices_are_the_cheapest_of_all(number):
     assert start is not None, "no linking side at all is a choice"
     for seed in sorted({k for own in states.values() for k in own[0].on_face}):
         left = start.told([(seed, True)])
-        found = [] if left is None else list(cheapest(left))
+        found = [] if left is None else list(cheapest(left, Tries()))
         before: list[Sides] = []
         for chosen, reads in found:
             settled = {f: own[0].read for f, own in left.states.items() if len(own) == 1}
@@ -79,3 +88,11 @@ def first_price(states: dict[int, list[State]], pairs: list[tuple[int, int]], se
     price = cheapest_of_all(states, pairs, seed, [])
     assert price is not None
     return price
+
+
+def test_what_all_bands_of_a_solid_may_try_is_bounded() -> None:
+    tries = Tries()
+    counts = [sum(1 for _ in tries.for_band()) for _ in range(10)]
+    assert counts[0] == MAX_TRIED  # one band takes no more than its own
+    assert sum(counts) <= MAX_TRIED_OF_ALL + 10 * FEW_TRIED  # and all together no more than the solid's, but for
+    assert counts[-1] == FEW_TRIED  # a few, without which a band that is clear would not be found

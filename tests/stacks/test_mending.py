@@ -62,6 +62,18 @@ def test_two_sides_of_a_quad_that_an_outline_draws_straight_are_parted(case, bul
     assert np.allclose(areas(work).sum(axis=1), whole)
 
 
+@pytest.mark.parametrize("slope", [0.1, 0.2, 0.4])
+def test_the_tip_of_a_wedge_between_lines_is_as_good_as_its_angle(slope):
+    # Node 1 lies on the line from the tip 0 to 2 on level 1; the wedge's other line goes through 3 and 5.
+    plane, level = ([(0, 0), (1, y), (2, 0), (1, slope), (2.2, slope), (2, 2 * slope)] for y in (-0.3, 0.0))
+    work = work_on([plane, level], [[0, 1, 2, 3], [2, 4, 5, 3]], loop=[0, 1, 2, 4, 5, 3])
+    whole = areas(work).sum(axis=1)
+    assert work.worst([0]).min() <= 1e-9
+    work.mend()
+    assert work.worst(all_alive(work)).min() == pytest.approx(np.sin(np.arctan(slope)))
+    assert np.allclose(areas(work).sum(axis=1), whole)
+
+
 def test_what_is_divided_otherwise_is_one_mesh_with_the_same_lines():
     beside, quads, loop = BESIDE["a free node across"]
     # Nodes of lines come after a free one: their numbers change when that goes.

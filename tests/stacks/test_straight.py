@@ -14,6 +14,7 @@ from cadsweep.pipeline import stacking
 from cadsweep.pipeline.meshing import make_options
 from cadsweep.pipeline.routes import mesh_in_blocks
 from cadsweep.pipeline.run import make_run
+from cadsweep.quality import check
 
 from ..pipeline.pipeline_ranks import distributed, same
 
@@ -101,3 +102,18 @@ def test_slanted_caps_are_no_straight_stack(monkeypatch):
     mesh = cs.sweep_mesh(part, size=1.0)
     assert mesh.quality().valid
     assert made[-1] is None
+
+
+def test_only_faces_between_columns_are_matched(part, monkeypatch):
+    def match(*_):
+        raise AssertionError("all faces were matched")
+
+    monkeypatch.setattr(check, "_general_problems", match)
+    assert cs.sweep_mesh(part, size=2.0).info["quality"].valid
+
+
+@pytest.mark.parametrize("option", [{"strategy": "source"}, {"functional": "F"}, {"residual": False}, {"bias": 2.0}])
+def test_what_columns_have_no_use_for_is_refused(part, option):
+    (name,) = option
+    with pytest.raises(cs.InputError, match=f"^{name} goes with a plain sweep, and this part is a stack of columns"):
+        cs.sweep_mesh(part, size=2.0, **option)

@@ -193,3 +193,17 @@ def test_the_page_of_an_assembly_shows_its_parts_in_their_places_and_apart(tmp_p
     assert "low__high" in text
     assert "rubber" in text
     assert "parts apart" not in write_report(block, tmp_path / "one.html").read_text(encoding="utf-8")
+
+
+def test_the_page_of_columns_draws_them_apart(tmp_path):
+    block = twisted_block(n_layers=3)
+    layer = block.n_hexes // 3
+    info = {"blocks": [layer, 2 * layer], "sweeps": [{"columns": 2}]}
+    mesh = replace(block, info=info, structure=None)
+    page = write_report(mesh, tmp_path / "page.html")
+    text, traces = page.read_text(encoding="utf-8"), traces_of(page)
+    scene = json.loads(re.search(r'id="scene">(.*?)</script>', text, re.DOTALL)[1])
+    names = [traces[i].get("name") for i in scene["views"]["columns apart"]]
+    assert names[:2] == ["column 1", "column 2"]
+    other = replace(mesh, info=info | {"blocks": [layer, layer]})
+    assert "columns apart" not in write_report(other, tmp_path / "x.html").read_text(encoding="utf-8"), "not all of it"

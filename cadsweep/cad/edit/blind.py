@@ -38,7 +38,8 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from .axes import Axis, find_axes, is_hollow
 from .central import SAME, Cutter, plane_tool
-from .circles import Rim, find_rims, inside_of
+from .circles import Rim, find_rims
+from .inside import inside_of
 
 DEPTHS = (0.8, 0.5, 0.3)
 """Depths of the point below the circle, in radii, that are tried: the first that has enough material below."""

@@ -39,8 +39,9 @@ from ..shapes import FACE, shapes_of, subshapes
 from .axial import EVERY
 from .box_layout import Block, Floor, Levels, Site, apart, carried, read_block, with_walls
 from .central import Cutter
-from .circles import IsInside, Rim, inside_of
+from .circles import Rim
 from .cushions import WIDEST, cushion
+from .inside import IsInside, inside_of
 
 LEAST_WIDTH = 1.08
 """Distance of a cushion's side from the axis, in radii of its circle, at least."""

@@ -8,26 +8,19 @@ around its middle without a notch: round-ended slots, pockets with rounded corne
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Protocol
 
 import numpy as np
-from OCP.BRepClass3d import BRepClass3d_SolidClassifier
-from OCP.gp import gp_Pnt
-from OCP.TopAbs import TopAbs_IN
 
 from ...arrays import FloatArray
 from ...brep import Curve, Edge, Face, Solid
-from ..shapes import shapes_of
 from .central import SAME
 
 ROUND = 1e-3
 """Share of its radius by which points of a whole circle, its middle taken from 64 of each arc, may be off it."""
-
-IsInside = Callable[[FloatArray], bool]
-
 
 MOST_EDGES = 12
 """Edges of an outline that is no circle."""
@@ -152,17 +145,6 @@ def _outlines(solid: Solid, flat: float) -> Iterator[Rim]:
             )  # fmt: skip
 
 
-def inside_of(solid: Solid) -> IsInside:
-    """Tell whether a point (3,) lies in the material."""
-    classifier = BRepClass3d_SolidClassifier(shapes_of(solid).shape)
-
-    def is_inside(point: FloatArray) -> bool:
-        classifier.Perform(gp_Pnt(*map(float, point)), SAME * solid.size)
-        return bool(classifier.State() == TopAbs_IN)
-
-    return is_inside
-
-
 def _rims(solid: Solid, flat: float) -> Iterator[Rim]:
     taken: list[FloatArray] = []
     for face in solid.faces:
@@ -194,4 +176,4 @@ def _circle(edges: Sequence[Edge]) -> tuple[FloatArray, float] | None:
     return (center, radius) if off < ROUND * radius else None
 
 
-__all__ = ["Piece", "Rim", "find_outlines", "find_rims", "inside_of"]
+__all__ = ["Piece", "Rim", "find_outlines", "find_rims"]

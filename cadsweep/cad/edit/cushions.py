@@ -40,8 +40,9 @@ from OCP.gp import gp_Pnt
 from ...arrays import FloatArray
 from ...brep import Solid
 from .central import Cutter, plane_tool
-from .circles import IsInside, Rim, find_rims, inside_of
+from .circles import Rim, find_rims
 from .half_way import half_way
+from .inside import IsInside, inside_of
 
 WIDTHS = (1.5, 1.35, 1.2)
 """Distances of the box's sides from the axis, in radii of the circle, that are tried."""

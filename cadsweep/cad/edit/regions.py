@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import cache
 from math import pi
 from typing import Any
 
@@ -26,7 +26,7 @@ import numpy as np
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
-from ...arrays import FloatArray
+from ...arrays import BoolArray, FloatArray
 from ...brep import Edge, Face, Solid
 from ..shapes import shapes_of
 from .axes import is_hollow
@@ -146,33 +146,41 @@ class _Guillotine:
     def planes(self, box: Box, inside: Sequence[Cluster]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""
         found: list[tuple[int, float, int, float]] = []
-        bits = np.array([sum(1 << way for way in f.ways) for f in inside], dtype=np.int64)
-        unlike = np.triu((bits[:, None] & bits) == 0, 1)
+        bits = np.array([_bits(f.ways) for f in inside], dtype=np.int64)
+        unlike = np.triu((bits[:, None] & bits) == 0, 1).astype(np.float64)
         for axis, (low, high) in enumerate(box):
             through = np.array([f.ways != {axis} for f in inside])
-            spans = [(max(low, a), min(high, b)) for a, b in (f.spans[axis] for f in inside)]
-            ends = sorted({low, high, *(end for span in spans for end in span)})
-            places = [(0.5 * (a + b), b - a) for a, b in pairwise(ends) if b - a > self.least]
-            places += [
-                (wall, 0.0)
-                for wall in self.walls[axis]
-                if low + self.least < wall < high - self.least
-                and any(abs(end - wall) < self.tight for span in spans for end in span)
-            ]
-            for place, gap in places:
-                below = np.array([a < place - self.tight for a, _ in spans])
-                above = np.array([b > place + self.tight for _, b in spans])
-                if (below & above & through).any():
-                    continue
-                together = (below[:, None] & below) | (above[:, None] & above)
-                parted = int(np.count_nonzero(unlike & ~together))
-                apart = int(np.count_nonzero(below != above))
-                if parted or apart:
-                    found.append((-parted, -gap, axis, place))
+            starts, stops = np.clip([f.spans[axis] for f in inside], low, high).T
+            ends = np.unique([low, high, *starts, *stops])
+            widths = np.diff(ends)
+            walls = np.array([wall for wall in self.walls[axis] if low + self.least < wall < high - self.least])
+            at_end = (np.abs(walls[:, None] - np.concatenate([starts, stops])) < self.tight).any(axis=1)
+            is_gap = widths > self.least
+            places = np.concatenate([(0.5 * (ends[:-1] + ends[1:]))[is_gap], walls[at_end]])
+            gaps = np.concatenate([widths[is_gap], np.zeros(int(at_end.sum()))])
+            below = starts < places[:, None] - self.tight
+            above = stops > places[:, None] + self.tight
+            # Unlike features on one side, of which those on both sides are counted twice.
+            together = _within(below, unlike) + _within(above, unlike) - _within(below & above, unlike)
+            parted = (unlike.sum() - together).astype(np.int64)
+            is_cut = (parted > 0) | (below != above).any(axis=1)
+            for j in np.flatnonzero(is_cut & ~(below & above & through).any(axis=1)).tolist():
+                found.append((-int(parted[j]), -float(gaps[j]), axis, float(places[j])))
         wide = WIDE * self.least / GAP
         return [
             (axis, place, NARROW * max(0.0, 1.0 + gap / wide)) for _, gap, axis, place in sorted(found)[:MOST_PLANES]
         ]
+
+
+@cache
+def _bits(ways: frozenset[int]) -> int:
+    return sum(1 << way for way in ways)
+
+
+def _within(sides: BoolArray, pairs: FloatArray) -> FloatArray:
+    """How many of the pairs (n, n) lie in each set (m, n)."""
+    chosen = sides.astype(np.float64)
+    return np.asarray(np.einsum("ij,ij->i", chosen @ pairs, chosen))
 
 
 def _is_one_crossing(inside: Sequence[Cluster]) -> bool:

@@ -59,7 +59,7 @@ _AGREE = 1e-6
 """Difference of the two orders' areas, as a share, that ends the halving; the higher order is far better."""
 _MOST_PARTS = 16
 """Pieces of an interval beyond which a surface is not smooth enough for our integrals."""
-_MOST_POINTS = 100_000
+_MOST_POINTS = 500_000
 """Points of the surface for one sum, beyond which panels are not halved again."""
 _PANELS = 4
 """Panels in each direction of a surface without knots, before any is halved."""
@@ -141,7 +141,7 @@ def _compiled_sums(
     loops = np.array([number for number, _, _ in uses])
     stops = [_stops(curve) for curve in curves]
     first_stops, all_stops = np.cumsum([0] + [len(own) for own in stops]), np.concatenate(stops)
-    n_least = _n_panels(surface.geometry)
+    n_least = _panels_across(surface)
 
     def sums(order: int, n_parts: int) -> tuple[FloatArray, int]:
         rule = _rule(order, 1)
@@ -249,7 +249,7 @@ def _edge_samples(surface: FaceSurface, edge: int, forward: bool, rule: _Rule) -
     in_parameters, shift = surface.curves[edge].in_parameters
     assert in_parameters is not None
     stops = _stops(curve)
-    parts = max(1, -(-_n_panels(surface.geometry) // (len(stops) - 1))) * rule.n_parts
+    parts = max(1, -(-_panels_across(surface) // (len(stops) - 1))) * rule.n_parts
     stops = np.interp(np.linspace(0, len(stops) - 1, parts * (len(stops) - 1) + 1), np.arange(len(stops)), stops)
     width = np.diff(stops)
     t = (stops[:-1, None] + width[:, None] * rule.nodes).ravel()
@@ -299,6 +299,14 @@ def _panels(surface: FaceSurface, n_parts: int) -> FloatArray:
         stops = np.unique(np.concatenate([np.linspace(left, right, n + 1), inner if len(inner) < 3 else np.empty(0)]))
     n = len(stops) - 1
     return np.interp(np.linspace(0, n, n * n_parts + 1), np.arange(n + 1), stops)
+
+
+def _panels_across(surface: FaceSurface) -> int:
+    """Panels of an edge at least: as many as the surface has spans beside it."""
+    low, high = surface.box[:, 1]
+    _, knots = knots_of(surface.geometry)
+    n_spans = 1 + int(((knots > low) & (knots < high)).sum())
+    return max(_n_panels(surface.geometry), min(n_spans, _MOST_PANELS))
 
 
 def _n_panels(geometry: Geometry) -> int:

@@ -16,6 +16,7 @@ surfaces of revolution that are none of the five.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import takewhile
 from math import pi
 from typing import Any
 
@@ -82,7 +83,7 @@ def make_canonical(traced: Traced) -> list[str]:
     """Give spline faces that are elementary their surfaces, in a copy; return a note on how many."""
     size = float(np.linalg.norm(np.diff(bounds(traced.shape), axis=0)))
     splines = [face for face in subshapes(traced.shape, FACE) if _is_spline(face)]
-    known = [(face, surface) for face in splines if (surface := _surface(face, size)) is not None]
+    known = list(takewhile(lambda own: own[1] is not None, ((face, _surface(face, size)) for face in splines)))
     # The flat side of a loft is one of a kind with its bent ones: their parameters go together, as they were drawn.
     if not known or len(known) < len(splines):
         return []

@@ -174,10 +174,15 @@ def _mend(traced: Traced, old_faces: Any) -> None:
     Every later cut through such a face would be refused for a fault that was there before. What is said of single
     edges, such as the ranges of their curves, was so in the file, and hinders no cut.
     """
+    new = [face for face in subshapes(traced.shape, FACE) if not old_faces.Contains(face)]
+    doubtful = [face for face in new if not is_valid_apart(face)]
+    # All at once, for what they share is looked at once; who is at fault is asked where one is.
+    if not doubtful or BRepCheck_Analyzer(compound(doubtful)).IsValid():
+        return
     reshape = BRepTools_ReShape()
     found = False
-    for face in subshapes(traced.shape, FACE):
-        if old_faces.Contains(face) or _is_sound(face):
+    for face in doubtful:
+        if _is_sound(face):
             continue
         fix = ShapeFix_Face(face)
         fix.Perform()  # in place, or by another face of the same edges
@@ -191,8 +196,6 @@ def _mend(traced: Traced, old_faces: Any) -> None:
 
 def _is_sound(face: Any) -> bool:
     """Whether OpenCASCADE finds no fault with a face as a whole, such as wires that do not bound it."""
-    if is_valid_apart(face):
-        return True
     checked = BRepCheck_Analyzer(face)
     return checked.IsValid() or all(s == BRepCheck_Status.BRepCheck_NoError for s in checked.Result(face).Status())
 
