@@ -41,7 +41,7 @@ MakePlan = Callable[[Part, list[list[Fill]]], object]
 
 MOST_STATES = 800
 """Complexes that are looked at before the part is given up."""
-MOST_CARRIED, MOST_READ = 400, 2000
+MOST_CARRIED, MOST_READ = 250, 1300
 """Complexes that are looked at once cuts are carried on, and cells that are read for them: each may have ten new."""
 MOST_CELLS = 60
 """Cells of a complex beyond which it is not cut further."""

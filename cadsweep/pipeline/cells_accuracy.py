@@ -24,8 +24,20 @@ from ..intervals import Wishes
 from ..options import SweepOptions
 from ..plan import Plan
 from ..quality.deviation import volume_and_area
+from ..quality.rims import is_rim, off_edge
 from ..sweep import Intervals
-from .accuracy import COARSE, LEAST_GAIN, MARGIN, MOST_HEXES, MOST_LOST, MOST_OFF, MOST_ROUNDS, coarse, missed_tolerance
+from .accuracy import (
+    COARSE,
+    LEAST_GAIN,
+    MARGIN,
+    MOST_HEXES,
+    MOST_LOST,
+    MOST_OFF,
+    MOST_ROUNDS,
+    ROUNDS_IN_VAIN,
+    coarse,
+    missed_tolerance,
+)
 from .cells import mesh_cells
 from .run import Run
 
@@ -113,29 +125,31 @@ def come_nearer(
     n_hexes : callable
         Hexahedra to be expected when quads are so many times finer where they have to be.
     """
-    best, found = first, measured(first)
+    best = last = first
+    found = present = measured(first)
     notes: list[str] = []
+    in_vain = 0
     for _ in range(MOST_ROUNDS):
         if found.shortfall <= 1.0:
             break
-        shorter = finer(best, found, wishes)
+        shorter = finer(last, present, wishes)
         if shorter is None:
             break
-        if options.tolerance is None and n_hexes(best, max(found.needed.values())) > MOST_HEXES:
+        if options.tolerance is None and n_hexes(last, max(present.needed.values())) > MOST_HEXES:
             break
         wishes = shorter
         try:
-            made = make(wishes)
+            last = make(wishes)
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error}")
             break
-        now = measured(made)
-        gain = now.shortfall / found.shortfall
-        if gain >= 1.0:
+        present = measured(last)
+        gain = present.shortfall / found.shortfall
+        if gain < 1.0:
+            best, found = last, present
+        in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
+        if in_vain == ROUNDS_IN_VAIN:
             break
-        best, found = made, now
-        if gain > LEAST_GAIN:
-            break  # what is asked for stands in the way
     return best, [*notes, *_missed(part, found, options)]
 
 
@@ -242,6 +256,18 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
         own = part.solids[cell].faces[face]
         if own.kind != "plane":
             found[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
+    beyond = neighbours_of(part)
+    for cell, solid in enumerate(part.solids):
+        for edge in solid.edges:
+            places = [(cell, face) for face in edge.faces]
+            # What a cut ends at goes on beyond it, and is no rim of the part.
+            if not is_rim(edge) or any(place in beyond for place in places):
+                continue
+            nodes = joined.points[joined.edge_nodes[int(solid.edge_keys[edge.id])]]
+            off = float(off_edge(solid, edge, nodes[:-1], nodes[1:]).max())
+            for place in places:
+                if place in found:
+                    found[place] = max(found[place], off)
     return found
 
 
@@ -269,5 +295,7 @@ def _finer(part: Part, counts: Sequence[Intervals], factors: dict[int, float], a
             key = int(solid.edge_keys[edge.id])
             if key in factors and key not in spoken:
                 count = max(1, int(own.counts[edge.id]))
-                sizes[key] = edge.length / (count + max(LEAST_MORE, ceil(count * (factors[key] - 1.0))))
+                finer = edge.length / (count + max(LEAST_MORE, ceil(count * (factors[key] - 1.0))))
+                # What was asked for before may not have been had: counts are whole, and loops even.
+                sizes[key] = min(finer, sizes.get(key, np.inf), asked.edge_sizes.get(key, np.inf))
     return sizes

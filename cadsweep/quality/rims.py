@@ -47,13 +47,18 @@ def rim_deviations(sweep: Sweep, surfaces: SurfaceMesh, target_points: FloatArra
     found = {}
     for e, segments in segments_by_edge(sweep, surfaces).items():
         edge = solid.edges[e]
-        if edge.kind != "line" and abs(np.sin(edge.dihedral)) > _TANGENT:
-            found[e] = float(_off(solid, edge, points(segments[:, 0]), points(segments[:, 1])).max())
+        if is_rim(edge):
+            found[e] = float(off_edge(solid, edge, points(segments[:, 0]), points(segments[:, 1])).max())
     return found
 
 
-def _off(solid: Solid, edge: Edge, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Distances (m,) of an edge from its segments, from (m, 3) to (m, 3)."""
+def is_rim(edge: Edge) -> bool:
+    """Whether segments may be off an edge at which faces meet at an angle."""
+    return edge.kind != "line" and abs(np.sin(edge.dihedral)) > _TANGENT
+
+
+def off_edge(solid: Solid, edge: Edge, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """Distances (m,) of an edge from its segments, from (m, 3) to (m, 3), as far as its faces part there."""
     middles = 0.5 * (begin + end)
     steps = end - begin
     lengths = np.linalg.norm(steps, axis=1)[:, None]

@@ -20,6 +20,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError, SurfaceMeshError
+from .background import GROWTH
 from .grading import Division, fractions_from, graded_fractions, turned_round
 
 _FINE = 1000
@@ -34,6 +35,12 @@ _FITS = float(np.log(1.5))
 """Logarithm of a length over the wanted one up to which a piece of one segment can hold a ratio."""
 _KEPT = 1.1
 """Factor between what is asked for and what is had from which on it is said."""
+
+
+_STEEP = 2.0
+"""Growth from one segment to the next that is said: whoever asks for a first length seldom means it."""
+_MOST_TRIED = 400
+"""Segments of an edge up to which a number is looked for that grows gently."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -205,8 +212,9 @@ def chains_of(divisions: Mapping[int, Division]) -> list[Chain]:
 
 
 def say_chains(chains: Iterable[Chain], counts: Mapping[int, int]) -> list[str]:
-    """Notes on chains whose counts do not allow what is asked of them."""
+    """Notes on chains whose counts do not allow what is asked of them, and on the one whose segments grow fastest."""
     notes = []
+    steepest, steep = _STEEP, ""
     for chain in chains:
         if any(e not in counts for e, _ in chain.edges):
             continue
@@ -218,7 +226,28 @@ def say_chains(chains: Iterable[Chain], counts: Mapping[int, int]) -> list[str]:
                 f"biases: {chain.label} is in {len(chain.edges)} pieces of {each} segments here, too few in some: the "
                 f"{asked} asked for is off by a factor of {off:.3g}, take a smaller size"
             )
-    return notes
+        n = sum(counts[e] for e, _ in chain.edges)
+        growth = _growth(chain.whole(n)) if chain.share is not None and n > 1 else 1.0
+        if growth > steepest:
+            enough = next((m for m in range(n + 1, _MOST_TRIED) if _grows_gently(chain, m)), None)
+            advice = "take a smaller size" if enough is None else f"{enough} of them (counts) would make that {GROWTH}"
+            steepest = growth
+            steep = f"biases: the {n} segments of {chain.label} grow by {growth:.2g} from one to the next: {advice}"
+    return [*notes, steep] if steep else notes
+
+
+def _grows_gently(chain: Chain, n: int) -> bool:
+    try:
+        return _growth(chain.whole(n)) <= GROWTH
+    except InputError:  # the first is too long for as many
+        return True
+
+
+def _growth(fractions: FloatArray) -> float:
+    """Greatest ratio of segments beside each other."""
+    lengths = np.diff(fractions)
+    ratios = lengths[1:] / lengths[:-1]
+    return float(np.maximum(ratios, 1.0 / ratios).max())
 
 
 def _fitted(wanted: FloatArray, counts: IntArray, lengths: FloatArray, ties: list[_Tie]) -> FloatArray | None:

@@ -26,11 +26,14 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..polygons import signed_area
 from .chart import Chart
+from .embedding import embedded
 from .kites import ROUNDEST, kites
-from .outline import FaceQuads, Outline
+from .lattice import every_cell, quads_of, rectangle
+from .outline import SMOOTH, FaceQuads, Outline
+from .pierced import pierce
 from .relax import corner_sines
 from .ring_lattice import Ring, pierced, with_mirrors
-from .structured import SMOOTH, core_corners, embedded, every_cell, pierce, quads_of, rectangle
+from .round_core import core_corners
 from .symmetric import is_carried
 from .symmetry import Wedge, find_wedges
 

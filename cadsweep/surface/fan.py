@@ -22,8 +22,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from .embedding import embedded
 from .outline import STRAIGHT
-from .structured import embedded
 
 _CORNERS = (3, 5, 6)
 """Corners of faces that are filled so; with four they are a grid."""

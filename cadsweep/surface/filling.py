@@ -5,7 +5,7 @@ Place in the flow: ``quads`` asks for each face of the source cap.
 Method: a table of ways, the cheapest and most regular first. Each gives quads, or none where it does not apply;
 the first that is good enough ends the search, else the best of all is taken. A four-sided face with equal
 opposite counts is filled transfinitely; right corners give a lattice and a smooth outline rings around a core
-(``structured``); along smooth rims a row of quads is laid first; around one hole our own
+(``structured``, ``round_core``); along smooth rims a row of quads is laid first; around one hole our own
 strips and rings are tried (``annulus``); any face is mapped to a plane (``charts``), meshed there by gmsh
 (``gmsh_quads``) with settings from the cheapest on, and brought back. A new way is one function and one row.
 """
@@ -31,7 +31,8 @@ from .gmsh_quads import Setting, mesh_polygon, settings_for
 from .outline import CORNER, STRAIGHT, FaceQuads, Outline
 from .rim import lay_rows
 from .ring_lattice import fill_ring, with_mirrors
-from .structured import find_lattice, find_round_core
+from .round_core import find_round_core
+from .structured import find_lattice
 from .symmetric import fill_symmetric
 from .tips import SHARP, lay_tips
 from .transfinite import GOOD_ENOUGH, fill

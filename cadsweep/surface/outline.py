@@ -27,6 +27,8 @@ CORNER = (np.radians(30), np.radians(150))
 """Interior angles of a corner of a grid: within 60 degrees of the right angle that a grid wants."""
 STRAIGHT = (np.radians(150), np.radians(210))
 """Interior angles inside a side of a grid: within 30 degrees of straight on."""
+SMOOTH = np.pi / 6 + 1e-6
+"""Greatest turn at a vertex of an outline that has no corners: a dodecagon's."""
 _FINER_OUTLINE = 2.0
 """The size over the outline's typical segment beyond which quads grow towards the size inside."""
 _COARSE = 1.5

@@ -25,8 +25,9 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..polygons import signed_area
 from .chart import Chart
-from .outline import FaceQuads, Outline
-from .structured import SMOOTH, embedded, evened, places_around
+from .embedding import embedded, evened
+from .lattice import places_around
+from .outline import SMOOTH, FaceQuads, Outline
 from .symmetric import carried_by_mirrors
 from .symmetry import find_wedges
 

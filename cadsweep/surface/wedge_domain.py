@@ -24,8 +24,8 @@ from ..arrays import FloatArray, IntArray
 from ..polygons import is_inside, signed_area
 from .background import GROWTH
 from .chart import Chart, is_simple
+from .embedding import embedded
 from .kites import ROUNDEST, kites
-from .structured import embedded
 from .symmetry import Wedge
 
 _ON_RAY = 1e-7

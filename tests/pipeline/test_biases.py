@@ -1,5 +1,7 @@
 """Graded edges: the ratio or first length that is asked for stands on the mesh, and what answers the edge follows."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -155,3 +157,14 @@ def test_the_command_line_reads_the_same_table():
     read = Assignment(Grading()).convert
     assert read("edges:|X=5@clamp", None, None) == ("edges:|X", {"towards": "clamp", "ratio": 5.0})
     assert read("rim=first:0.1@0,0,10", None, None) == ("rim", {"towards": (0.0, 0.0, 10.0), "first": 0.1})
+
+
+def test_a_first_length_that_makes_segments_jump_is_said_with_the_count_that_does_not():
+    bar = cq.Workplane().box(20, 6, 6)
+    bias = {"edges:|X": {"towards": "faces:<X", "first": 0.1}}
+    (note,) = (n for n in cs.sweep_mesh(bar, size=3.0, biases=bias).info["notes"] if "one to the next" in n)
+    enough = int(re.search(r"(\d+) of them", note).group(1))
+    # 0.1 (1.3^n - 1) / 0.3 = 20 is had by n = 15.67 segments: fewer would have to grow faster.
+    assert enough == 16
+    fine = cs.sweep_mesh(bar, size=3.0, biases=bias, counts={"edges:|X": enough})
+    assert not any("one to the next" in n for n in fine.info["notes"])
