@@ -64,7 +64,7 @@ def sizes_inside(
     factor = np.sqrt(np.maximum(margin * sags / distance, 1e-12))
     if excess > 1.0:
         factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
-    if excess <= 1.0 and not (sags > distance).any():
+    if not ((factor > _LITTLE) | (sags > distance)).any():
         return None
     if before is not None:
         # No mesher follows a wish for one spot that is many times shorter than its quads are.
