@@ -23,7 +23,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..polygons import signed_area
 from .annulus import THIN, fill_wall, wall_thickness
-from .background import count_interpolated, segment_lengths
+from .background import count_interpolated, typical_length
 from .chart import Chart
 from .disc_lattice import fill_disc
 from .fan import fan_of
@@ -220,7 +220,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
 
 def _too_fine(chart: Chart, setting: Setting) -> bool:
     """Whether a setting makes many times the quads that the outline asks for: most of its segments are very short."""
-    size = setting.size_factor * float(np.median(segment_lengths(chart.boundary)))
+    size = setting.size_factor * typical_length(chart.boundary)
     area = sum(signed_area(loop) for loop in chart.boundary)
     return area > _MOST_FINER * size**2 * count_interpolated(chart.boundary)
 

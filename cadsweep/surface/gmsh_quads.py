@@ -21,7 +21,7 @@ from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from ..polygons import signed_area
-from .background import Background
+from .background import Background, typical_length
 from .crossings import loops_cross
 from .mend import mend_flat_corners
 from .triangles import remove_triangles
@@ -45,8 +45,8 @@ class Setting:
     good_enough : float
         Worst corner sine, relaxed, from which on no later setting is tried.
     size_factor : float
-        Below 1: size of the quads inside, in what is wanted there; without a background, their greatest size in median
-        segments of the boundary.
+        Below 1: size of the quads inside, in what is wanted there; without a background, their greatest size in
+        typical segments of the boundary (:func:`.background.typical_length`).
     """
 
     algorithm: int
@@ -161,8 +161,7 @@ def mesh_polygon(
     if setting.size_factor < 1 and background is not None:
         background = replace(background, sizes=setting.size_factor * background.sizes)
     elif setting.size_factor < 1:
-        steps = np.concatenate([np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) for loop in loops])
-        options["Mesh.MeshSizeMax"] = setting.size_factor * float(np.median(steps)) / scale
+        options["Mesh.MeshSizeMax"] = setting.size_factor * typical_length(loops) / scale
     with gmsh_session("cap", options) as gmsh:
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
         if background is not None:

@@ -1,5 +1,7 @@
 """Quads on the source cap: the boundary stays, quads alone, and relaxing never lowers the worst."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -254,3 +256,15 @@ def test_congruent_faces_are_filled_once_and_alike(monkeypatch):
     for matrix, shift, cap in made[:3]:
         assert np.array_equal(cap.quads, first.quads)
         np.testing.assert_allclose(cap.points[:, :2], first.points[:, :2] @ matrix.T + shift, atol=1e-12)
+
+
+@pytest.mark.cad
+def test_short_segments_in_one_place_do_not_make_finer_settings_fill_the_whole_polygon_with_them():
+    # Most segments, but little of the outline's length, are around a small hole.
+    module = gmsh_quads()
+    angles = -2 * np.pi * np.arange(60) / 60
+    loops = [divided(square(40.0), 10), 1.9 * np.column_stack([np.cos(angles), np.sin(angles)])]
+    for setting in (each for each in module.settings_for(loops) if each.size_factor < 1):
+        _, quads = module.mesh_polygon(loops, setting)
+        _, usual = module.mesh_polygon(loops, replace(setting, size_factor=1.0))
+        assert len(quads) < 2 * len(usual) / setting.size_factor**2
