@@ -59,7 +59,7 @@ BOWL, CORE = 0.8, 0.6
 BOWL_OF_SUNK, UPRIGHT = 1.4, 0.35
 """The bowl's nearest corner, where its circle lies half way up the rounding of a floor: it hangs on it upright, or
 would not clear it; and how far that is from another outline to the corner of the box."""
-CORE_DEPTH, BOWL_DEPTH = 0.25, 0.5
+CORE_DEPTH, BOWL_DEPTH = 0.33, 0.5
 """Depths of the core and of the bowl, in that of the box."""
 SQUARE = 1e-6
 """Cosine of two directions that are square to each other."""
