@@ -10,11 +10,21 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 
+_DENSE = 4
+"""Room between the least and the greatest of some ids, over how many there are, up to which it is marked."""
+
+
 def distinct(ids: IntArray) -> IntArray:
     """The different values of an array of integers, ascending.
 
     ``numpy.unique`` gives the same, from a hash table since version 2.3: of 400,000 node numbers in 25 times as long.
     """
+    if ids.size and ids.dtype.kind == "i":
+        low, high = int(ids.min()), int(ids.max())
+        if high - low < _DENSE * ids.size:  # as numbers of nodes mostly are: marking takes a fraction of sorting
+            there = np.zeros(high - low + 1, dtype=np.bool_)
+            there[ids - low if low else ids] = True
+            return (np.flatnonzero(there) + low).astype(ids.dtype, copy=False)
     ordered = np.sort(ids, axis=None)
     new = np.ones(len(ordered), dtype=np.bool_)
     np.not_equal(ordered[1:], ordered[:-1], out=new[1:])

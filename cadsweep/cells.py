@@ -127,9 +127,9 @@ class BlockStructure:
 
     def layers(self, layers: IntArray) -> IntArray:
         """Nodes (k, n_nodes) of layers of nodes."""
-        nodes = np.empty((len(layers), self.n_nodes), dtype=np.int64)
-        within = np.arange(len(self.inside))
-        nodes[:, self.inside] = self.first_node + (layers[:, None] - 1) * len(within) + within
+        within = np.zeros(self.n_nodes, dtype=np.int64)
+        within[self.inside] = self.first_node + np.arange(len(self.inside))
+        nodes = (layers[:, None] - 1) * len(self.inside) + within
         nodes[:, np.concatenate(self.loops)] = self.rings[layers]
         nodes[layers == 0] = self.bottom
         nodes[layers == self.n_layers] = self.top

@@ -164,9 +164,10 @@ def by_face(mesh: JoinedMesh | CellBlocks) -> list[tuple[Place, IntArray]]:
     width = int(mesh.quad_faces.max(initial=0)) + 1
     keys = mesh.quad_cells * width + mesh.quad_faces
     order = np.argsort(keys, kind="stable")
-    found, starts = np.unique(keys[order], return_index=True)
+    ordered = keys[order]
+    starts = np.flatnonzero(np.diff(ordered, prepend=-1))
     pieces = np.split(mesh.quads[order], starts[1:])
-    return [(divmod(int(key), width), quads) for key, quads in zip(found, pieces, strict=True)]
+    return [(divmod(key, width), quads) for key, quads in zip(ordered[starts].tolist(), pieces, strict=False)]
 
 
 def find_colors(part: Part, names: NamedFaces) -> dict[str, dict[str, str]]:

@@ -189,24 +189,27 @@ def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: Name
 
 def _lost(part: Part, joined: JoinedMesh | CellBlocks) -> dict[int, tuple[float, float]]:
     """By solid of the model: its mesh's volume and area over the CAD's, less one."""
-    beyond = neighbours_of(part)
+    owners = np.array(part.owners, dtype=np.int64)
+    on_cut = np.zeros((len(part.solids), max(len(solid.faces) for solid in part.solids)), dtype=np.bool_)
+    for (cell, face), (other, _) in neighbours_of(part).items():
+        on_cut[cell, face] = owners[other] == owners[cell]
+    meshed = np.zeros_like(on_cut)
+    meshed[joined.quad_cells, joined.quad_faces] = True
+    exposed = meshed & ~on_cut
+    areas = np.zeros(len(part.models))
+    for cell, face in zip(*np.nonzero(exposed), strict=True):
+        areas[owners[cell]] += part.solids[cell].faces[face].area
     found = {}
-    pieces: dict[int, list[FloatArray]] = {}
-    exposed: dict[int, list[FloatArray]] = {}
-    areas: dict[int, float] = {}
-    for (cell, face), quads in by_face(joined):
-        owner = part.owners[cell]
-        corners = joined.points[quads[:, :4]]
-        pieces.setdefault(owner, []).append(corners)
-        other = beyond.get((cell, face))
-        if other is None or part.owners[other[0]] != owner:
-            exposed.setdefault(owner, []).append(corners)
-            areas[owner] = areas.get(owner, 0.0) + part.solids[cell].faces[face].area
-    for owner, own in pieces.items():
-        volume, area = volume_and_area(np.concatenate(own))
-        if len(exposed[owner]) < len(own):  # the rest lies on cuts
-            _, area = volume_and_area(np.concatenate(exposed[owner]))
-        found[owner] = volume / part.models[owner].volume - 1.0, area / areas[owner] - 1.0
+    own = owners[joined.quad_cells]
+    order = np.argsort(own, kind="stable")
+    starts = np.flatnonzero(np.diff(own[order], prepend=-1))
+    for rows in np.split(order, starts[1:]) if len(order) else ():
+        owner, quads = int(own[rows[0]]), joined.quads[rows]
+        volume, area = volume_and_area(joined.points, quads)
+        seen = exposed[joined.quad_cells[rows], joined.quad_faces[rows]]
+        if not seen.all():  # the rest lies on cuts
+            _, area = volume_and_area(joined.points, quads[seen])
+        found[owner] = volume / part.models[owner].volume - 1.0, area / float(areas[owner]) - 1.0
     return found
 
 

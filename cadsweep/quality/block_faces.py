@@ -141,6 +141,8 @@ def _follows_block(hexes, nodes, quads, owned, corners, shared):  # type: ignore
                 inner |= 1 << i
             if owned[high]:
                 inner |= 16 << i
+        if inner == 255:  # as of most: no face of it is anybody else's
+            continue
         for f in range(6):
             shared[h, f] = inner & corners[f] == 0
     return True

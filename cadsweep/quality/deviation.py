@@ -145,7 +145,8 @@ def measure_deviation(
         np.stack([rings[:-1], rings[:-1, after], rings[1:, after], rings[1:]], axis=2).reshape(-1, 4, 3),
         *(() if sweep.closed else (source.points[source.quads][:, ::-1], target_points[source.quads])),
     ]
-    volume, area = volume_and_area(np.concatenate(quads))
+    every = np.concatenate(quads).reshape(-1, 3)
+    volume, area = volume_and_area(every, np.arange(len(every)).reshape(-1, 4))
     rims = rim_deviations(sweep, surfaces, target_points)
     closed_caps = (*sweep.source, *sweep.target) if sweep.closed else ()
     cad_area = sum(face.area for face in solid.faces if face.id not in closed_caps)
@@ -207,6 +208,6 @@ def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
     return distances
 
 
-def volume_and_area(corners: FloatArray) -> tuple[float, float]:
-    """Volume inside outward quads (m, 4, 3), exact for bilinear ones, and their area, by their diagonals."""
-    return surface_kernels.volume_and_area(corners, corners.reshape(-1, 3).mean(axis=0))  # type: ignore[no-any-return]
+def volume_and_area(points: FloatArray, quads: IntArray) -> tuple[float, float]:
+    """Volume inside outward quads (m, 4) of points, exact for bilinear ones, and their area, by their diagonals."""
+    return surface_kernels.volume_and_area(points, quads, points.mean(axis=0))  # type: ignore[no-any-return]

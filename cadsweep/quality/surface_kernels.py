@@ -90,17 +90,17 @@ def count_sheets(quads, n_nodes, mates, sheets):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def volume_and_area(corners, origin):  # type: ignore[no-untyped-def]
-    """Volume inside quads (q, 4, 3), the mean of both ways to cut each in two, which is the bilinear one's; their area.
+def volume_and_area(points, quads, origin):  # type: ignore[no-untyped-def]
+    """Volume inside quads (q, 4) of points and their area, by their diagonals.
 
-    The area by their diagonals.
+    The volume is the mean of both ways to cut each in two, which is the bilinear one's.
     """
     volume, area = 0.0, 0.0
     p = np.empty((4, 3))
-    for q in range(corners.shape[0]):
+    for q in range(quads.shape[0]):
         for i in range(4):
             for x in range(3):
-                p[i, x] = corners[q, i, x] - origin[x]
+                p[i, x] = points[quads[q, i], x] - origin[x]
         six = _triple(p, 0, 1, 2) + _triple(p, 0, 2, 3) + _triple(p, 0, 1, 3) + _triple(p, 1, 2, 3)
         volume += six / 12.0
         u0, u1, u2 = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]

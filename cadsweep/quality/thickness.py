@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..cells import HEX_FACES
+from ..compiled import compiled
 from .conformity import row_keys
 
 _OPPOSITE = ((0, 1), (2, 4), (3, 5))
@@ -39,8 +40,7 @@ def single_share(points: FloatArray, hexes: IntArray, boundaries: Iterable[IntAr
     quads = np.concatenate([np.empty((0, 4), dtype=np.int64), *(np.asarray(q)[:, :4] for q in boundaries)])
     on_boundary = np.zeros(len(points), dtype=bool)
     on_boundary[quads] = True
-    corners = hexes[:, :8]
-    corners = corners[on_boundary[corners].all(axis=1)]
+    corners = hexes[_all_marked(hexes, on_boundary), :8]
     if not len(corners):
         return 0.0
     faces = corners[:, HEX_FACES].reshape(-1, 4)
@@ -51,3 +51,15 @@ def single_share(points: FloatArray, hexes: IntArray, boundaries: Iterable[IntAr
     p = points[quads]
     areas = np.linalg.norm(np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]), axis=1) / 2
     return float(areas[np.isin(keys, np.concatenate(single))].sum() / areas.sum())
+
+
+@compiled(cache=True, nogil=True)
+def _all_marked(hexes, marked):  # type: ignore[no-untyped-def]
+    """Which of the hexahedra have eight marked corners."""
+    found = np.ones(hexes.shape[0], dtype=np.bool_)
+    for h in range(hexes.shape[0]):
+        for i in range(8):
+            if not marked[hexes[h, i]]:
+                found[h] = False
+                break
+    return found

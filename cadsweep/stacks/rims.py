@@ -39,9 +39,11 @@ def segments_of(lines: Iterable[IntArray], sides: IntArray, points: FloatArray) 
 
 def short_sides(quads: IntArray, points: FloatArray, means: FloatArray) -> IntArray:
     """Pairs of nodes (s, 2) at the ends of the sides of quads (q, 4) that are short beside layers of mean heights."""
-    sides = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    lengths = np.linalg.norm(points[sides[:, 1]] - points[sides[:, 0]], axis=1)
-    return np.unique(sides[lengths < _SHORT * float(np.diff(means).mean())], axis=0)
+    corners = points[quads]
+    following = [1, 2, 3, 0]
+    lengths = np.linalg.norm(corners[:, following] - corners, axis=2)
+    q, i = np.nonzero(lengths < _SHORT * float(np.diff(means).mean()))
+    return np.unique(np.sort(np.stack([quads[q, i], quads[q, (i + 1) % 4]], axis=1), axis=1), axis=0)
 
 
 def even_out(  # noqa: PLR0917

@@ -53,16 +53,21 @@ def build_straight(stack: Stack, levels: Levels, mesh: QuadMesh) -> StraightStac
     if skeleton is None:
         return None
     owners = {e: found[2] for e, found in find_walls(stack, levels, skeleton.material).items()}
+    free = np.full(levels.n_layers, -1, dtype=np.int64)
+    place_in = np.empty(len(mesh.points), dtype=np.int64)
     columns, rows, faces = [], [], []
     for c, own in enumerate(skeleton.quads):
-        nodes, local = np.unique(own, return_inverse=True)
+        nodes = skeleton.nodes_of[c]
+        place_in[nodes] = np.arange(len(nodes))
+        local = place_in[own]
         loops, segments = _loops(stack, mesh, c)
         ring = np.concatenate(loops)
         if len(np.unique(ring)) != len(ring) or len(ring) != np.count_nonzero(skeleton.line_of[nodes] >= 0):
             return None  # a rim that touches itself at a point, or a line inside: no rim of one sweep
-        walls = np.stack([owners.get(e, np.full(levels.n_layers, -1)) for e in segments], axis=1)
+        lines, line = np.unique(segments, return_inverse=True)
+        walls = np.stack([owners.get(e, free) for e in lines.tolist()], axis=1)[:, line]
         for a, b in stack.columns[c]:
-            column = skeleton.column(nodes, local.reshape(-1, 4), loops, (a, b))
+            column = skeleton.column(nodes, local, loops, (a, b))
             sides = walls[column.low : column.low + column.n_layers]
             seen = np.flatnonzero(sides >= 0)
             following = np.concatenate(
@@ -95,6 +100,7 @@ class _Skeleton:
         self.line_of = np.full(len(mesh.points), -1, dtype=np.int64)
         self.line_of[self.lines] = np.arange(len(self.lines))
         self.quads = quads_by_cell(stack, mesh)
+        self.nodes_of = [distinct(own) for own in self.quads]
         self.material = find_material(stack, levels)
         self.flat = mesh.points - np.outer(mesh.points @ stack.direction, stack.direction)
         self.heights = np.full((levels.n_layers + 1, len(self.lines)), np.nan)
@@ -106,7 +112,7 @@ class _Skeleton:
     def of(cls, stack: Stack, levels: Levels, mesh: QuadMesh) -> _Skeleton | None:
         """The skeleton of a stack; None where a level has two heights over one node."""
         made = cls(stack, levels, mesh)
-        around = [made.line_of[distinct(own)] for own in made.quads]
+        around = [made.line_of[own] for own in made.nodes_of]
         around = [on[on >= 0] for on in around]
         if not made._find_heights(mesh, around):
             return None
@@ -133,8 +139,10 @@ class _Skeleton:
         number = self.line_of.copy()
         inner = np.unique(sides[number[sides] < 0])
         number[inner] = len(self.lines) + np.arange(len(inner))
-        for quads, caps in zip(self.quads, stack.arrangement.caps, strict=True):
-            on = number[np.intersect1d(inner, quads)]
+        is_inner = np.zeros(len(number), dtype=bool)
+        is_inner[inner] = True
+        for nodes, caps in zip(self.nodes_of, stack.arrangement.caps, strict=True):
+            on = number[nodes[is_inner[nodes]]]
             fixed += [(levels.caps[f], _height(stack, f), on) for f in sorted(caps) if len(on)]
         heights = np.full((levels.n_layers + 1, len(self.lines) + len(inner)), np.nan)
         tolerance = TOLERANCE * solid.size + 2.0 * solid.tolerance

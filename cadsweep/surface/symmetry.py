@@ -82,11 +82,11 @@ def find_wedges(loops: Sequence[FloatArray], *, between: bool = False) -> list[W
         following = found.following
         if (following[image[following]] == image).all() and (between or (image != following).all()):
             good.append(float(angle))
-    wedges = []
+    wedges, mirrors = [], np.array(good)
     for n in range(len(good), 0, -1):
-        beside = [np.mod(start + np.pi / n - np.array(good) + _TURN, np.pi) for start in good]
-        starts = [start for start, others in zip(good, beside, strict=True) if (others < 2.0 * _TURN).any()]
-        wedges += [Wedge(centre=found.centre, start=starts[0], n=n)] if starts else []
+        beside = np.mod((mirrors + np.pi / n)[:, None] - mirrors + _TURN, np.pi)
+        starts = np.flatnonzero((beside < 2.0 * _TURN).any(axis=1))
+        wedges += [Wedge(centre=found.centre, start=good[starts[0]], n=n)] if len(starts) else []
     return wedges
 
 

@@ -10,4 +10,4 @@ result = (
     .cut(cq.Workplane("XZ", origin=(0, 18, 8)).circle(5).extrude(36))
 )  # fmt: skip
 
-show_object(result, name="boss_rounded_over_bore")  # noqa: F821
+show_object(result, name="rounded_boss_over_bore")  # noqa: F821
