@@ -37,6 +37,10 @@ _MOST_MENDED = 400
 """Quads that are looked at, the worst first."""
 _PASSES = 8
 """How often all quads are looked at at most: what was divided otherwise is carried to the levels anew."""
+_PATIENT = 2
+"""Passes after which one that gains nothing is the last: the first ones may fold as much as they mend."""
+_FOLDED = 1e-6
+"""Worst corner below which a quad makes no valid hexahedron."""
 _ROUNDS = 6
 """How often the nodes around a quad look around themselves."""
 _OFFSETS = np.concatenate(
@@ -67,7 +71,7 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
-    best, least = mesh, np.inf
+    best, least = mesh, (np.inf, np.inf)
     for turn in range(_PASSES + 1):
         work = _Quads(
             points=mesh.points,
@@ -80,9 +84,10 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
         )
         # New nodes are carried to the levels otherwise than they were put there: only now it is seen what was gained.
         lacking = work.lacking()
-        if not lacking < least:
+        if lacking < least:
+            best, least = mesh, lacking
+        elif turn > _PATIENT:
             break
-        best, least = mesh, lacking
         if turn == _PASSES or not work.mend():
             break
         mesh = work.mended(mesh)
@@ -139,9 +144,10 @@ class _Quads:
         worst_sines(self.places, self.quads, self.there, ids, out)
         return out
 
-    def lacking(self) -> float:
-        """Squares of what the worst corners of all quads lack, in sum."""
-        return float((np.maximum(_GOOD - self.worst(range(self.n_quads)), 0.0) ** 2).sum())
+    def lacking(self) -> tuple[float, float]:
+        """How many quads are folded, and the squares of what the worst corners of all quads lack, in sum."""
+        worst = self.worst(range(self.n_quads))
+        return float(np.count_nonzero(worst < _FOLDED)), float((np.maximum(_GOOD - worst, 0.0) ** 2).sum())
 
     def mend(self) -> bool:
         """Go through the poor quads, the worst first; whether anything was changed."""
