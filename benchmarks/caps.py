@@ -80,7 +80,8 @@ def in_pieces(n_holes: int, segments: int, n_rows: int, largest: float) -> None:
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
         list(pool.map(mesh_piece, [make_loops(1, segments)] * 4, [setting] * 4, [largest] * 4))
         start = time.perf_counter()
-        found = list(pool.map(mesh_piece, [loops] * n_rows**2, [setting] * n_rows**2, [largest] * n_rows**2))
+        n = n_rows**2
+        found = list(pool.map(mesh_piece, [loops] * n, [setting] * n, [largest] * n))
         waited = time.perf_counter() - start
     n_quads, seconds = sum(n for n, _, _ in found), sum(each for _, _, each in found)
     show(own * n_rows**2, f"{n_rows} x {n_rows} pieces", n_quads, seconds, min(worst for _, worst, _ in found))
@@ -98,10 +99,10 @@ def mesh_whole(part: str, wanted: list[int]) -> None:
         mesh = cs.sweep_mesh(solid, size=size, layers=2)
         seconds, stages = time.process_time() - start, mesh.info["seconds"]
         if n_quads:
-            share = stages["surface"] / sum(stages.values())
+            share, worst = stages["surface"] / sum(stages.values()), mesh.quality().min_scaled_jacobian
             print(
                 f"{part:14s}: {mesh.n_hexes // 2:9,} quads on a cap, {seconds:.1f} s with all checks of "
-                f"{mesh.n_hexes:,} hexahedra, {100 * share:.0f} % of it surfaces, worst {mesh.quality().min_scaled_jacobian:.2f}",
+                f"{mesh.n_hexes:,} hexahedra, {100 * share:.0f} % of it surfaces, worst {worst:.2f}",
                 flush=True,
             )
 

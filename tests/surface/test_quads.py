@@ -207,7 +207,8 @@ def test_many_holes_as_one_curve_give_the_quads_of_a_curve_each(monkeypatch):
     assert quad_areas(np.concatenate([*loops, together[0]]), together[1]) == pytest.approx(
         sum(polygon_area(loop) for loop in loops), rel=1e-12
     )
-    assert together[0].tobytes() == apart[0].tobytes() and together[1].tobytes() == apart[1].tobytes()
+    for one, other in zip(together, apart, strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 @pytest.mark.cad
