@@ -66,13 +66,20 @@ def sizes_inside(
         factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
     if not ((factor > _LITTLE) | (sags > distance)).any():
         return None
+    return sizes_of_quads(deviation.cap_middles, lengths, factor, before)
+
+
+def sizes_of_quads(
+    middles: FloatArray, lengths: FloatArray, factor: FloatArray, before: InsideSizes | None
+) -> InsideSizes:
+    """Wanted lengths at points of caps whose quads, at their middles (m, 3), are to be so many times (m,) shorter."""
+    reach = lengths
     if before is not None:
         # No mesher follows a wish for one spot that is many times shorter than its quads are.
-        shorter = np.clip(before(deviation.cap_middles), lengths / _MOST_FINER, lengths)
+        shorter = np.clip(before(middles), lengths / _MOST_FINER, lengths)
         lengths = np.where(factor > 1.0, shorter, lengths)
     steep = factor > _NEARLY
-    middles, wanted = deviation.cap_middles[steep], (lengths / factor)[steep]
-    reach = deviation.cap_lengths[steep]
+    middles, wanted, reach = middles[steep], (lengths / factor)[steep], reach[steep]
     tree = scipy.spatial.cKDTree(middles)
 
     def sizes(points: FloatArray) -> FloatArray:

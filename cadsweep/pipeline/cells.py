@@ -28,6 +28,7 @@ from ..projection.caps import PlacedCap, place_target
 from ..surface import CellBoundary, Division, Skeleton, divided, graded_together, lay_star, match_quads, turn_grid
 from ..sweep import Intervals, Sweep
 from .biases import say_graded
+from .cap_sizes import InsideSizes, least_of
 from .cell_asks import resolve_asks
 from .corner_cells import fill_corners
 from .dividing import MOST_HALVINGS
@@ -35,9 +36,17 @@ from .run import Run
 
 
 def mesh_cells(  # noqa: PLR0917
-    part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
+    part: Part,
+    plan: Plan,
+    options: SweepOptions,
+    run: Run,
+    wishes: Wishes,
+    model: Part,
+    inside: InsideSizes | None = None,
 ) -> tuple[CellBlocks, list[Intervals], list[str]]:
     """Mesh all cells of a part conformally; `model` is the part before it was cut, as its user knows it.
+
+    `inside`: wanted lengths (m,) at points (m, 3) of caps, besides those that the user asks for.
 
     Returns
     -------
@@ -67,7 +76,7 @@ def mesh_cells(  # noqa: PLR0917
                 part.solids,
                 counts,
                 fractions=fractions,
-                sizes=asks.field,
+                sizes=least_of(asks.field, inside),
                 partners=asks.partners,
                 walls=asks.walls.layers,
             )

@@ -1,4 +1,5 @@
-"""Several cells as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided finer.
+"""Several cells as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided finer,
+and caps inside.
 
 The limits are those of a single sweep (:mod:`.accuracy`): with a tolerance the distance from the CAD faces, without one
 and without a size what a solid may lose of its volume and area. Nodes lie on their faces, so a mesh is off where its
@@ -7,7 +8,7 @@ quads sag: at the middles of their sides and their own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import TypeVar
@@ -38,6 +39,8 @@ from .accuracy import (
     coarse,
     missed_tolerance,
 )
+from .cap_sizes import InsideSizes, least_of
+from .cell_cap_sizes import caps_of, sizes_at_rims, sizes_in_caps
 from .cells import mesh_cells
 from .run import Run
 
@@ -47,6 +50,8 @@ SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
 Meshed = tuple[CellBlocks, list[Intervals], list[str]]
+Asks = tuple[Wishes, InsideSizes | None]
+"""What is asked of edges, and of the inside of caps."""
 Made = TypeVar("Made")
 Asked = TypeVar("Asked")
 
@@ -87,16 +92,28 @@ def accurate_cells(  # noqa: PLR0917
     if options.tolerance is None and options.size is not None:
         return first
 
-    def finer(made: Meshed, found: Found, wishes: Wishes) -> Wishes | None:
-        sizes = _finer(part, made[1], _blamed(part, made[0], found), wishes)
-        return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}) if sizes else None
+    caps = caps_of(part, plan)
 
+    def finer(made: Meshed, found: Found, asked: Asks) -> Asks | None:
+        wishes, before = asked
+        inside = sizes_in_caps(part, plan, made[0], found.needed, found.sags, before)
+        sizes = _finer(part, made[1], _blamed(part, made[0], found, caps), wishes)
+        if inside is not None:
+            kept = {key for demand in wishes.demands for key in demand.keys}
+            own = caps.intersection(found.needed)
+            for key, size in sizes_at_rims(part, made[1], own, inside, kept=kept).items():
+                sizes[key] = min(size, sizes.get(key, np.inf), wishes.edge_sizes.get(key, np.inf))
+        elif not sizes:
+            return None
+        return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}), least_of(before, inside)
+
+    asked: Asks = (wishes, None)
     (blocks, counts, said), notes = come_nearer(
         part,
         first,
-        wishes,
+        asked,
         options,
-        make=lambda wishes: mesh_cells(part, plan, options, run, wishes, model),
+        make=lambda asked: mesh_cells(part, plan, options, run, asked[0], model, asked[1]),
         measured=lambda made: measure(part, made[0], options),
         finer=finer,
         n_hexes=lambda made, factor: made[0].n_hexes * factor,
@@ -234,13 +251,18 @@ def measure(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) 
     )
 
 
-def _blamed(part: Part, joined: CellBlocks, found: Found) -> dict[int, float]:
-    """By how much edges should be finer, by key: those that bend of the faces that are too far off."""
+def _blamed(part: Part, joined: CellBlocks, found: Found, caps: Collection[tuple[int, int]]) -> dict[int, float]:
+    """By how much edges should be finer, by key: those that bend of the faces that are too far off.
+
+    Of the sides of these all, where none bends: a cap's quads inside are wished for by themselves.
+    """
     factors: dict[int, float] = {}
     for (cell, face), needed in found.needed.items():
         solid = part.solids[cell]
         sags = {e: edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}
-        blamed = [e for e, own in sags.items() if own > SHARE * found.sags[cell, face]] or list(sags)
+        blamed = [e for e, own in sags.items() if own > SHARE * found.sags[cell, face]]
+        if not blamed and (cell, face) not in caps:
+            blamed = list(sags)
         for e in blamed:
             key = int(solid.edge_keys[e])
             factors[key] = max(factors.get(key, 1.0), needed)

@@ -135,7 +135,7 @@ def measure_deviation(
             if solid.faces[f].kind == "plane":
                 continue
             mine = np.flatnonzero(owners == f)
-            off = _cap_sags(solid.faces[f].surface, corners[mine])
+            off = quad_sags(solid.faces[f].surface, corners[mine])
             sags[mine] = np.maximum(sags[mine], off)
             curved[mine] = True
             faces[int(f)] = max(faces.get(int(f), 0.0), float(off.max()))
@@ -194,7 +194,7 @@ def _loops(loops: tuple[IntArray, ...]) -> list[IntArray]:
     return list(np.split(np.arange(ends[-1]), ends[:-1]))
 
 
-def _cap_sags(surface: Surface, corners: FloatArray) -> FloatArray:
+def quad_sags(surface: Surface, corners: FloatArray) -> FloatArray:
     """Greatest distance (m,) of quads (m, 4, 3) from their surface."""
     places = [
         (1 - u) * (1 - v) * corners[:, 0]

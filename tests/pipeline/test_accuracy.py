@@ -183,3 +183,18 @@ def test_a_sharp_rim_is_no_farther_off_than_is_said(base):
     assert len(at) >= 16
     assert np.linalg.norm(away, axis=1).max() <= mesh.info["distance"] + 2e-4
     assert base or mesh.info["distance"] <= 0.05  # inside the caps of cells quads are as large as their size
+
+
+def test_a_tolerance_is_kept_inside_the_cap_of_a_cell():
+    """The rim of the crown's cap is all but flat: what sags are the quads inside."""
+    at = np.linspace(-13, 13, 21)
+    rows = [[cq.Vector(x, y, 5 + 2 * np.exp(-((x - 2) ** 2 + y**2) / 9)) for y in at] for x in at]
+    top = cq.Face.makeSplineApprox(rows, tol=1e-3)
+    crown = min(cq.Workplane().circle(10).extrude(12).val().split(top).Solids(), key=lambda solid: solid.Center().z)
+    both = cq.Assembly().add(cq.Workplane().box(30, 30, 4).translate((0, 0, -2)), name="base")
+    mesh = cs.sweep_mesh(both.add(cq.Workplane(crown), name="crown"), tolerance=0.1, size=3.0)
+    assert mesh.info["distance"] <= 0.1
+    quads = mesh.points[np.concatenate(list(mesh.boundaries.values()))]
+    upper = quads[(quads[:, :, 2] > 4.9).all(axis=1)].mean(axis=1)
+    assert len(upper) > 100
+    assert max(cq.Vertex.makeVertex(*place).distance(top) for place in upper) <= 0.1
