@@ -10,7 +10,10 @@ lies on one of the planes, so every piece of it has its corners at its ends. Cyl
 touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
 A bore that ends inside of the other is carried on as a cylinder through the material, and a plane lies in its floor.
 
-Not handled: cylinders that do not go all around, as the ends of slots, and those that only graze each other.
+Slots cross as bores do that are spread out (:mod:`.slots`): planes go along the axes of both ends where the other bore
+goes on beyond these, and beside it where it ends in the flat sides.
+
+Not handled: other cylinders that do not go all around, and those that only graze each other.
 """
 
 from __future__ import annotations
@@ -27,8 +30,9 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
-from .axes import ALIKE, MEET, Axis, find_axes
+from .axes import ALIKE, MEET, Axis
 from .central import Cutter, plane_tool
+from .slots import find_passages
 
 GRAZE = 0.15
 """What two cylinders have in common between their axes, in radii of the smaller one, from which on they cross."""
@@ -49,6 +53,10 @@ PASSES = 0.1
 is left of the curve between them is an edge like any other. The vertex may be wherever the CAD program began."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
+WIDTHS, WIDEST = (0.35, 0.2), 0.7
+"""Distance of a plane from the side of a bore that ends in the flat sides of a slot, in its radius, and at most."""
+BENT = 0.4
+"""Distance of that plane from where a slot's flat sides end, in the radius of its end, up to which both are flat."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
 
@@ -94,6 +102,19 @@ class Crossing:
         return 0.5 * (low + high)
 
 
+    def shared(self, planes: Sequence[tuple[FloatArray, FloatArray]]) -> float | None:
+        """Place of a plane that is there already, where it lies well inside of what the cylinders have in common."""
+        low, high = self.common
+        margin = INSIDE * (high - low)
+        places = [float((at - self.on_axes[0]) @ self.square) for normal, at in planes if _is_one(normal, self.square)]
+        return min((at for at in places if low + margin <= at <= high - margin), key=abs, default=None)
+
+
+def _is_one(normal: FloatArray, other: FloatArray) -> bool:
+    """Whether two planes have one normal."""
+    return abs(float(normal @ other)) > 1.0 - 1e-9
+
+
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
     """List where cylinders meet, once for two lines, the smallest last."""
     found: dict[tuple[int, int], Crossing] = {}
@@ -117,7 +138,7 @@ def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
 
 def at_crossings(solid: Solid) -> list[Cutter]:
     """Planes between the points where axes meet, then planes through every one of them."""
-    axes = find_axes(solid)
+    axes = find_passages(solid)
     points: dict[int, list[float]] = {}
     through: list[Cutter] = []
     crossings = find_crossings(axes)
@@ -128,11 +149,14 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
         ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
-        middle = _middle(solid, axes, crossing, order)
-        tools = [
-            plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, middle, solid.size, floors=floors)
-        ]
+        if a.is_slot or b.is_slot:
+            planes = _along_slots(a, b, crossing) if not any(ends) else None
+            if planes is None:
+                continue
+        else:
+            middle = _middle(solid, axes, crossing, order)
+            planes = _sides(a, b, crossing, middle, solid.size, floors=floors)
+        tools = [plane_tool(solid, normal, place) for normal, place in planes]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
         tools += [tool for one in ends for i in one for tool in _extended(solid, axes[i])]
@@ -156,22 +180,33 @@ def plain_planes(
     Parameters
     ----------
     axes, crossings : sequence
-        Of :func:`find_axes` and :func:`find_crossings`.
+        Of :func:`.slots.find_passages` and :func:`find_crossings`.
     """
     order = _order(axes, crossings)
-    found = []
-    for crossing in crossings:
+    found: dict[Crossing, list[tuple[FloatArray, FloatArray]]] = {}
+    # The ends of slots leave no choice: other crossings take their planes, where they can.
+    for crossing in sorted(crossings, key=lambda one: not any(axes[i].is_slot for i in one.axes)):
         a, b = (axes[i] for i in crossing.axes)
         if is_joint(solid, a, b) or any(_ends(solid, axes, crossing)):
             return None
-        planes = _sides(a, b, crossing, _middle(solid, axes, crossing, order), solid.size, floors=((), ()))
+        known = [plane for planes in found.values() for plane in planes]
+        if a.is_slot or b.is_slot:
+            slotted = _along_slots(a, b, crossing, known)
+            if slotted is None:
+                return None
+            found[crossing] = slotted
+            continue
+        middle = crossing.shared(known)
+        if middle is None:
+            middle = _middle(solid, axes, crossing, order)
+        planes = _sides(a, b, crossing, middle, solid.size, floors=((), ()))
         if OFF * min(a.radius, b.radius) < abs(crossing.gap) < BOTH * max(a.radius, b.radius):
             # With a plane on either axis no piece has more than a quarter of a wall.
             square = crossing.square
             planes = [plane for plane in planes if abs(float(plane[0] @ square)) < 0.5]
             planes += [(square, place) for place in crossing.on_axes]
-        found.append(planes)
-    return found
+        found[crossing] = planes
+    return [found[crossing] for crossing in crossings]
 
 
 def _middle(solid: Solid, axes: Sequence[Axis], crossing: Crossing, order: Sequence[int]) -> float:
@@ -246,6 +281,77 @@ def _sides(
     return [(normal / np.linalg.norm(normal), place) for normal, place in found]
 
 
+def _along_slots(
+    a: Axis, b: Axis, crossing: Crossing, known: Sequence[tuple[FloatArray, FloatArray]] = ()
+) -> list[tuple[FloatArray, FloatArray]] | None:
+    """Normals and places of the planes that part the crossing of a slot with a bore or another slot.
+
+    None where both are spread out across both axes, or where the one ends in what is bent of the other's end.
+    """
+    on_a, on_b = crossing.on_axes
+    square = crossing.square
+    if b.is_slot and any(b.span(square)):
+        a, b, on_a, on_b = b, a, on_b, on_a
+    if any(b.span(square)):
+        return None
+    at = float(on_b @ square)
+    if any(a.span(square)):
+        ends = [float(on_a @ square) + shift for shift in a.span(square)]
+        there = [float(place @ square) for normal, place in known if _is_one(normal, square)]
+        read = [_beside(end, sign, a.radius, at, b.radius, there) for end, sign in zip(ends, (-1.0, 1.0), strict=True)]
+        if any(own is None for own in read):
+            return None
+        levels = [level for own in read if own is not None for level in own]
+        is_between = all(own is not None and own[0] != end for own, end in zip(read, ends, strict=True))
+    else:
+        levels, is_between = [crossing.through(crossing.lines)], False
+        levels = [float(crossing.on_axes[0] @ square) + level for level in levels]
+    found = [(square, on_b + (level - at) * square) for level in levels]
+    if is_between:
+        return found  # what ends in the flat sides alone is swept along itself
+    for axis, own, other in ((a, on_a, b), (b, on_b, a)):
+        found += [(other.direction, own + shift * other.direction) for shift in sorted(set(axis.span(other.direction)))]
+    return found
+
+
+def _beside(
+    end: float, sign: float, radius: float, at: float, other: float, there: Sequence[float]
+) -> list[float] | None:
+    """Places of planes at the end of a slot that goes across a bore, along the slot's long side.
+
+    Parameters
+    ----------
+    end : float
+        Place of the end's axis.
+    sign : float
+        Of the direction from the slot's middle to the end.
+    radius : float
+        Of the end.
+    at, other : float
+        Place of the bore's axis, and its radius.
+    there : sequence of float
+        Planes of other crossings, taken where they fit.
+
+    Returns
+    -------
+    list of float or None
+        One beside the bore, where it ends in what is flat or nearly so; else on the axis of the end, and on the bore's
+        where most of the bore is beyond. None where the bore ends in what is bent, next to the flat sides.
+    """
+    side = at + sign * other
+    beyond = sign * (side - end)
+    least, most = side + sign * WIDTHS[-1] * other, side + sign * min(WIDEST * other, BENT * radius - beyond)
+    near = [level for level in there if min(least, most) <= level <= max(least, most)]
+    if near and sign * (most - least) > 0.0:
+        return [min(near, key=lambda level: abs(level - side))]
+    for width in WIDTHS:
+        if beyond + width * other <= BENT * radius:
+            return [side + sign * width * other]
+    if beyond < INSIDE * other:
+        return None
+    return [end, at] if sign * (at - end) > FAR * other else [end]
+
+
 def is_joint(solid: Solid, a: Axis, b: Axis) -> bool:
     """Whether bars meet in an inner corner: there is material on the inner side of both cylinders."""
     return any(
@@ -280,7 +386,8 @@ def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
     if not axes:
         return []
     radii = np.array([axis.radius for axis in axes])
-    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii
+    spread = np.array([np.linalg.norm(axis.spread) for axis in axes])
+    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii + spread
     middles = np.array([axis.place + 0.5 * (axis.low + axis.high) * axis.direction for axis in axes])
     pairs: list[tuple[int, int]] = []
     for i in range(len(axes) - 1):
@@ -300,15 +407,22 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     t = (along_a - cosine * along_b) / (1.0 - cosine**2)
     s = (cosine * along_a - along_b) / (1.0 - cosine**2)
     on_axes = np.array([a.place + t * a.direction, b.place + s * b.direction])
+    if (a.is_slot or b.is_slot) and abs(cosine) > 1e-6:
+        return None
     square = np.cross(a.direction, b.direction)
     square /= np.linalg.norm(square)
     apart = float((on_axes[1] - on_axes[0]) @ square)
-    low, high = max(-a.radius, apart - b.radius), min(a.radius, apart + b.radius)
+    (below, above), (other_below, other_above) = a.span(square), b.span(square)
+    low = max(below - a.radius, apart + other_below - b.radius)
+    high = min(above + a.radius, apart + other_above + b.radius)
     if high - low < GRAZE * min(a.radius, b.radius):
         return None
     # A blind bore may end in the one it meets, before its axis.
-    reached = a.low - b.radius <= t <= a.high + b.radius and b.low - a.radius <= s <= b.high + a.radius
-    return (on_axes, square, (low, high)) if reached else None
+    for axis, at, other in ((a, t, b), (b, s, a)):
+        first, last = other.span(axis.direction)
+        if not (axis.low - other.radius <= at + last and at + first <= axis.high + other.radius):
+            return None
+    return on_axes, square, (low, high)
 
 
 __all__ = ["Crossing", "at_crossings", "find_crossings", "is_joint", "plain_planes"]
