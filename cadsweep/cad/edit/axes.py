@@ -158,10 +158,11 @@ def _turn(arcs: Sequence[tuple[float, float]]) -> float:
     starts = [(low % (2.0 * pi), high - low) for low, high in arcs]
     begin = starts[0][0]
     whole, reached = 0.0, begin
-    for low, high in sorted((at + turn, at + turn + length) for turn in (-2.0 * pi, 0.0, 2.0 * pi) for at, length in starts):
-        high = min(high, begin + 2.0 * pi)
-        whole += max(0.0, high - max(low, reached))
-        reached = max(reached, high)
+    turns = (-2.0 * pi, 0.0, 2.0 * pi)
+    for low, high in sorted((at + turn, at + turn + length) for turn in turns for at, length in starts):
+        end = min(high, begin + 2.0 * pi)
+        whole += max(0.0, end - max(low, reached))
+        reached = max(reached, end)
     return whole
 
 

@@ -339,7 +339,7 @@ def _around(normals: FloatArray, axis: Axis, low: float, high: float) -> tuple[F
     """The box (3,), (3,) of a piece of a cylinder."""
     ends = np.array([axis.place + t * axis.direction for t in (low, high)]) @ normals.T
     aside = axis.radius * np.sqrt(np.maximum(0.0, 1.0 - (normals @ axis.direction) ** 2))
-    first, last = (np.sort([np.zeros(3), normals @ axis.spread], axis=0))
+    first, last = np.sort([np.zeros(3), normals @ axis.spread], axis=0)
     return ends.min(axis=0) + first - aside, ends.max(axis=0) + last + aside
 
 

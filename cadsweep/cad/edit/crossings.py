@@ -10,8 +10,7 @@ lies on one of the planes, so every piece of it has its corners at its ends. Cyl
 touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
 A bore that ends inside of the other is carried on as a cylinder through the material, and a plane lies in its floor.
 
-Slots cross as bores do that are spread out (:mod:`.slots`): planes go along the axes of both ends where the other bore
-goes on beyond these, and beside it where it ends in the flat sides.
+Slots (:mod:`.slots`) cross as bores do that are spread out (:mod:`.slot_crossings`).
 
 Not handled: other cylinders that do not go all around, and those that only graze each other.
 """
@@ -32,15 +31,11 @@ from ...arrays import FloatArray
 from ...brep import Face, Solid
 from .axes import ALIKE, MEET, Axis
 from .central import Cutter, plane_tool
+from .slot_crossings import FAR, INSIDE, Plane, along_slots, is_one
 from .slots import find_passages
 
 GRAZE = 0.15
 """What two cylinders have in common between their axes, in radii of the smaller one, from which on they cross."""
-INSIDE = 0.25
-"""Share of what two cylinders have in common that lies on either side of a plane through it, at least."""
-FAR = 0.5
-"""Distance of the plane through what two cylinders have in common from the axis of one, in radii of it, from which on a
-plane goes through the axis, too: on one side of both less than a quarter more than half of the wall would be left."""
 OFF = 0.3
 """Distance of two axes, in radii of the smaller bore, from which on there is room between planes on both."""
 BOTH = 0.6
@@ -53,10 +48,6 @@ PASSES = 0.1
 is left of the curve between them is an edge like any other. The vertex may be wherever the CAD program began."""
 APART = 0.05
 """Distance of two points on an axis, in radii of it, from which a plane between them is worth it."""
-WIDTHS, WIDEST = (0.35, 0.2), 0.7
-"""Distance of a plane from the side of a bore that ends in the flat sides of a slot, in its radius, and at most."""
-BENT = 0.4
-"""Distance of that plane from where a slot's flat sides end, in the radius of its end, up to which both are flat."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
 
@@ -101,18 +92,12 @@ class Crossing:
                 return places[line]
         return 0.5 * (low + high)
 
-
-    def shared(self, planes: Sequence[tuple[FloatArray, FloatArray]]) -> float | None:
+    def shared(self, planes: Sequence[Plane]) -> float | None:
         """Place of a plane that is there already, where it lies well inside of what the cylinders have in common."""
         low, high = self.common
         margin = INSIDE * (high - low)
-        places = [float((at - self.on_axes[0]) @ self.square) for normal, at in planes if _is_one(normal, self.square)]
+        places = [float((at - self.on_axes[0]) @ self.square) for normal, at in planes if is_one(normal, self.square)]
         return min((at for at in places if low + margin <= at <= high - margin), key=abs, default=None)
-
-
-def _is_one(normal: FloatArray, other: FloatArray) -> bool:
-    """Whether two planes have one normal."""
-    return abs(float(normal @ other)) > 1.0 - 1e-9
 
 
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
@@ -150,7 +135,7 @@ def at_crossings(solid: Solid) -> list[Cutter]:
         ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
         if a.is_slot or b.is_slot:
-            planes = _along_slots(a, b, crossing) if not any(ends) else None
+            planes = along_slots(a, b, crossing.on_axes, crossing.square, ()) if not any(ends) else None
             if planes is None:
                 continue
         else:
@@ -183,7 +168,7 @@ def plain_planes(
         Of :func:`.slots.find_passages` and :func:`find_crossings`.
     """
     order = _order(axes, crossings)
-    found: dict[Crossing, list[tuple[FloatArray, FloatArray]]] = {}
+    found: dict[Crossing, list[Plane]] = {}
     # The ends of slots leave no choice: other crossings take their planes, where they can.
     for crossing in sorted(crossings, key=lambda one: not any(axes[i].is_slot for i in one.axes)):
         a, b = (axes[i] for i in crossing.axes)
@@ -191,7 +176,7 @@ def plain_planes(
             return None
         known = [plane for planes in found.values() for plane in planes]
         if a.is_slot or b.is_slot:
-            slotted = _along_slots(a, b, crossing, known)
+            slotted = along_slots(a, b, crossing.on_axes, crossing.square, known)
             if slotted is None:
                 return None
             found[crossing] = slotted
@@ -279,77 +264,6 @@ def _sides(
     if abs(a.radius - b.radius) < ALIKE * a.radius and abs(gap) < MEET * size:
         found += [(a.direction + sign * b.direction, on_a) for sign in (-1.0, 1.0)]
     return [(normal / np.linalg.norm(normal), place) for normal, place in found]
-
-
-def _along_slots(
-    a: Axis, b: Axis, crossing: Crossing, known: Sequence[tuple[FloatArray, FloatArray]] = ()
-) -> list[tuple[FloatArray, FloatArray]] | None:
-    """Normals and places of the planes that part the crossing of a slot with a bore or another slot.
-
-    None where both are spread out across both axes, or where the one ends in what is bent of the other's end.
-    """
-    on_a, on_b = crossing.on_axes
-    square = crossing.square
-    if b.is_slot and any(b.span(square)):
-        a, b, on_a, on_b = b, a, on_b, on_a
-    if any(b.span(square)):
-        return None
-    at = float(on_b @ square)
-    if any(a.span(square)):
-        ends = [float(on_a @ square) + shift for shift in a.span(square)]
-        there = [float(place @ square) for normal, place in known if _is_one(normal, square)]
-        read = [_beside(end, sign, a.radius, at, b.radius, there) for end, sign in zip(ends, (-1.0, 1.0), strict=True)]
-        if any(own is None for own in read):
-            return None
-        levels = [level for own in read if own is not None for level in own]
-        is_between = all(own is not None and own[0] != end for own, end in zip(read, ends, strict=True))
-    else:
-        levels, is_between = [crossing.through(crossing.lines)], False
-        levels = [float(crossing.on_axes[0] @ square) + level for level in levels]
-    found = [(square, on_b + (level - at) * square) for level in levels]
-    if is_between:
-        return found  # what ends in the flat sides alone is swept along itself
-    for axis, own, other in ((a, on_a, b), (b, on_b, a)):
-        found += [(other.direction, own + shift * other.direction) for shift in sorted(set(axis.span(other.direction)))]
-    return found
-
-
-def _beside(
-    end: float, sign: float, radius: float, at: float, other: float, there: Sequence[float]
-) -> list[float] | None:
-    """Places of planes at the end of a slot that goes across a bore, along the slot's long side.
-
-    Parameters
-    ----------
-    end : float
-        Place of the end's axis.
-    sign : float
-        Of the direction from the slot's middle to the end.
-    radius : float
-        Of the end.
-    at, other : float
-        Place of the bore's axis, and its radius.
-    there : sequence of float
-        Planes of other crossings, taken where they fit.
-
-    Returns
-    -------
-    list of float or None
-        One beside the bore, where it ends in what is flat or nearly so; else on the axis of the end, and on the bore's
-        where most of the bore is beyond. None where the bore ends in what is bent, next to the flat sides.
-    """
-    side = at + sign * other
-    beyond = sign * (side - end)
-    least, most = side + sign * WIDTHS[-1] * other, side + sign * min(WIDEST * other, BENT * radius - beyond)
-    near = [level for level in there if min(least, most) <= level <= max(least, most)]
-    if near and sign * (most - least) > 0.0:
-        return [min(near, key=lambda level: abs(level - side))]
-    for width in WIDTHS:
-        if beyond + width * other <= BENT * radius:
-            return [side + sign * width * other]
-    if beyond < INSIDE * other:
-        return None
-    return [end, at] if sign * (at - end) > FAR * other else [end]
 
 
 def is_joint(solid: Solid, a: Axis, b: Axis) -> bool:
