@@ -69,3 +69,10 @@ def test_ends_of_a_slot_that_a_bore_parts_are_no_bores():
 def test_a_bore_that_passes_by_a_slot_does_not_cross_it():
     (solid,) = load(slotted(24, 8, 90, bore=3, at=(20, 0))).solids
     assert find_crossings(find_passages(solid)) == []
+
+
+def test_a_keyway_does_not_cross_its_shaft():
+    shaft = cq.Workplane("YZ").circle(10).extrude(50).cut(cq.Workplane(origin=(25, 0, 6)).slot2D(20, 6).extrude(10))
+    (solid,) = load(shaft).solids
+    assert [axis.is_slot for axis in find_passages(solid)] == [False, True]
+    assert find_crossings(find_passages(solid)) == []

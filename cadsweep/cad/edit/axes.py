@@ -45,6 +45,8 @@ class Axis:
     cylinder : gp_Cylinder
     line : int
         The same for all radii about one line.
+    is_bore : bool
+        Whether it is seen from inside: no shaft, and no boss.
     spread : (3,) float64
         From this line to that of the other end of a slot; zero for what is round.
     """
@@ -59,6 +61,7 @@ class Axis:
     faces: frozenset[int]
     cylinder: Any
     line: int
+    is_bore: bool = True
     spread: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @property
@@ -138,6 +141,7 @@ def _read_axes(solid: Solid) -> list[Axis]:
                     faces=frozenset([face.id]),
                     cylinder=cylinder,
                     line=next(lines, len(found)),
+                    is_bore=is_hollow(face, solid.edges[face.edges[0]].midpoint, place, direction),
                 )
             )
     return found

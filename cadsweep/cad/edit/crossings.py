@@ -321,8 +321,8 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     t = (along_a - cosine * along_b) / (1.0 - cosine**2)
     s = (cosine * along_a - along_b) / (1.0 - cosine**2)
     on_axes = np.array([a.place + t * a.direction, b.place + s * b.direction])
-    if (a.is_slot or b.is_slot) and abs(cosine) > 1e-6:
-        return None
+    if (a.is_slot or b.is_slot) and (abs(cosine) > 1e-6 or not (a.is_bore and b.is_bore)):
+        return None  # a keyway is no crossing
     square = np.cross(a.direction, b.direction)
     square /= np.linalg.norm(square)
     apart = float((on_axes[1] - on_axes[0]) @ square)

@@ -19,7 +19,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .axes import ALIKE, WHOLE, Axis, find_axes, is_hollow
+from .axes import ALIKE, WHOLE, Axis, find_axes
 
 _HALF = pi - 1e-3
 """Radians that the faces of an end go around, at least."""
@@ -41,7 +41,7 @@ _passages_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
 
 
 def _read_slots(solid: Solid) -> Iterator[Axis]:
-    halves = [axis for axis in find_axes(solid, least_turn=_HALF) if axis.turn < WHOLE and _is_hollow(solid, axis)]
+    halves = [axis for axis in find_axes(solid, least_turn=_HALF) if axis.turn < WHOLE and axis.is_bore]
     line = 1 + max((axis.line for axis in find_axes(solid, least_turn=0.0)), default=0)
     for a, b in combinations(halves, 2):
         if abs(a.radius - b.radius) > ALIKE * a.radius or abs(a.direction @ b.direction) < 1.0 - 1e-9:
@@ -66,12 +66,6 @@ def _read_slots(solid: Solid) -> Iterator[Axis]:
             spread=spread,
         )
         line += 1
-
-
-def _is_hollow(solid: Solid, axis: Axis) -> bool:
-    """Whether an end is seen from inside."""
-    face = solid.faces[min(axis.faces)]
-    return is_hollow(face, solid.edges[face.edges[0]].midpoint, axis.place, axis.direction)
 
 
 def _face_each_other(solid: Solid, a: Axis, b: Axis, way: FloatArray) -> bool:
