@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 import re
 from pathlib import Path
 
@@ -77,6 +78,24 @@ def test_periodic_faces_are_coupled_face_by_face(openfoam, tmp_path, angle):
         lines[first], lines[first + 1] = lines[first + 1], lines[first]
         (folder / name).write_text("\n".join(lines))
     assert "Error in coupled point location" in openfoam.run(case, "checkMesh")
+
+
+@pytest.mark.parametrize(("tip", "degrees"), [(False, 25), (True, 12)], ids=["wedge", "tip"])
+def test_layers_at_sharp_corners_are_not_skew(openfoam, tmp_path, tip, degrees):
+    """Segments beside the corner are short enough for the faces that the cells on both sides of it share."""
+    import cadquery as cq
+
+    import cadsweep
+
+    from ..pipeline.test_walls import around_a_blade, walled
+
+    high = 30 * math.tan(math.radians(degrees))
+    work = walled(cq.Workplane().polyline([(0, 0), (30, 0), (30, high)]).close().extrude(6))
+    name, work = ("blade", around_a_blade(degrees)) if tip else ("wall", work)
+    mesh = cadsweep.sweep_mesh(work, size=2, wall_layers={name: cadsweep.WallLayers(first=0.05, growth=1.2, n=8)})
+    case = openfoam.make_case(tmp_path / "case")
+    mesh.write(case / "constant" / "polyMesh")
+    assert "Mesh OK." in openfoam.run(case, "checkMesh")
 
 
 def test_zones_of_an_assembly(openfoam, tmp_path):
