@@ -7,7 +7,7 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_ring, find_crossing, find_touching, load  # noqa: E402
-from cadsweep.pipeline import candidates  # noqa: E402
+from cadsweep.pipeline import candidates, routes  # noqa: E402
 
 pytestmark = pytest.mark.cad
 
@@ -77,6 +77,15 @@ def test_faces_that_touch_are_named_with_the_place():
     assert place == pytest.approx([0, 0, 5], abs=0.01)  # along tangent faces, to the root of what they touch to
     said = str(candidates.touching_of(solid, cs.NotSweepableError("no sweep")))
     assert all(solid.faces[f].label() in said for f in (first, second))
+
+
+def test_no_cuts_are_looked_for_where_faces_touch(monkeypatch):
+    def search(*_args):
+        pytest.fail("a search for cuts that cannot find any")
+
+    monkeypatch.setattr(routes, "_mesh_cells", search)
+    with pytest.raises(cs.CadError, match="touch at"):
+        cs.sweep_mesh(bored_twice(wall=0.0))
 
 
 @pytest.mark.parametrize("wall", [0.1, -1.0])

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_CheckerSI
@@ -82,23 +81,14 @@ def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
     for one, other in combinations(range(len(vertices)), 2):
         if not near[one, other] or vertices[one] & vertices[other]:
             continue
-        place = _touching_place(holder.faces[one], holder.faces[other], reach)
-        if place is not None:
-            return one, other, place
+        try:
+            between = BRepExtrema_DistShapeShape(holder.faces[one], holder.faces[other])
+        except StdFail_NotDone:  # two tori, say, whose distance OpenCASCADE cannot find: not known to touch
+            continue
+        if between.IsDone() and between.NbSolution() and between.Value() < reach:
+            place = between.PointOnShape1(1)
+            return one, other, np.array([place.X(), place.Y(), place.Z()])
     return None
-
-
-def _touching_place(one: Any, other: Any, reach: float) -> FloatArray | None:
-    """A place (3,) where two faces are nearer than `reach`; None where there is none, or OpenCASCADE cannot tell."""
-    try:
-        between = BRepExtrema_DistShapeShape(one, other)
-    except StdFail_NotDone:
-        # It finds no nearest points of some edges of a torus and a plane, and says so by what it throws.
-        return None
-    if not between.IsDone() or not between.NbSolution() or between.Value() >= reach:
-        return None
-    place = between.PointOnShape1(1)
-    return np.array([place.X(), place.Y(), place.Z()])
 
 
 def _find_pinched(solid: Solid) -> tuple[int, int, FloatArray] | None:
