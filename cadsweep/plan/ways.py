@@ -118,7 +118,7 @@ def corners_of(solid: Solid, face: Face) -> list[int] | None:
     if len(face.loops) != 1:
         return None
     loop = face.loops[0]
-    outline = [(solid.first_vertex(directed), angle) for directed, angle in zip(loop.directed, loop.angles, strict=True)]
+    outline = [(solid.first_vertex(edge), angle) for edge, angle in zip(loop.directed, loop.angles, strict=True)]
     corners = {v for v, angle in outline if angle < CORNER}
     if len(corners) == 3:
         corners |= _half_way(solid)

@@ -6,8 +6,8 @@ Method: the axis is the one that most round faces are about. What is neither abo
 by its vertices, in features.
 
 A rounding between a shoulder and a cylinder is parted from the body as a ring, by the plane and the cylinder through
-the middle of its arc, so that all other cells have sharp edges. The arc is divided half way, which makes a fourth corner
-(:mod:`.fillets`): grids on all sides agree with any neighbour::
+the middle of its arc, so that all other cells have sharp edges. The arc is divided half way, which makes a fourth
+corner (:mod:`.fillets`): grids on all sides agree with any neighbour::
 
         ____________
        /:|          |        the ring; its plane goes on through all of the body, as those of shoulders do
