@@ -75,7 +75,7 @@ def _even_lattice(nodes: FloatArray, places: IntArray) -> tuple[FloatArray, Floa
     columns = np.column_stack([np.ones(len(places)), places])
     found = np.linalg.lstsq(columns, nodes, rcond=None)[0]
     step = float(np.linalg.norm(found[1:], axis=1).min())
-    if np.abs(columns @ found - nodes).max() > _EVEN * step or np.linalg.matrix_rank(found[1:]) < 2:  # noqa: PLR2004
+    if np.abs(columns @ found - nodes).max() > _EVEN * step or np.linalg.matrix_rank(found[1:]) < 2:
         return None
     return found[0], np.linalg.inv(found[1:])
 
