@@ -95,6 +95,14 @@ def test_faces_that_keep_apart_or_cross_do_not_touch(wall):
     assert candidates.touching_of(solid, cs.NotSweepableError("no sweep")) is None
 
 
+def test_faces_whose_nearest_points_opencascade_does_not_find_are_passed_over():
+    """Of the rounding and the keyway's floor it throws."""
+    sleeve = cq.Workplane().circle(14).extrude(40).circle(7).cutThruAll()
+    sleeve = sleeve.faces("<Z").edges(cq.selectors.RadiusNthSelector(-1)).fillet(2)
+    keyway = cq.Workplane(cq.Plane((12, 0, 20), (0, 0, 1), (1, 0, 0))).slot2D(36, 2).extrude(9)
+    assert find_touching(load(sleeve.cut(keyway)).solids[0]) is None
+
+
 def test_bores_that_meet_in_a_point_are_told_by_their_faces():
     block = cq.Workplane().box(20, 20, 10, centered=(True, True, False))
     bores = [cq.Workplane("XY", (x, 0, z)).circle(3).extrude(5) for x, z in ((-3, 5), (3, 0))]
