@@ -36,9 +36,7 @@ _SPARE = 400
 _MOST_MENDED = 400
 """Quads that are looked at, the worst first."""
 _PASSES = 8
-"""How often all quads are looked at at most: what was divided otherwise is carried to the levels anew."""
-_PATIENT = 2
-"""Passes after which one that gains nothing is the last: the first ones may fold as much as they mend."""
+"""How often all quads are looked at at most."""
 _FOLDED = 1e-6
 """Worst corner below which a quad makes no valid hexahedron."""
 _ROUNDS = 6
@@ -71,27 +69,20 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
-    best, least = mesh, (np.inf, np.inf)
-    for turn in range(_PASSES + 1):
-        work = _Quads(
-            points=mesh.points,
-            quads=mesh.quads,
-            cells=mesh.faces,
-            places=find_places(stack, levels, mesh) @ across(stack.direction).T,
-            there=find_presence(stack, levels, mesh),
-            lines=mesh.edge_nodes.values(),
-            frame=across(stack.direction),
-        )
-        # New nodes are carried to the levels otherwise than they were put there: only now it is seen what was gained.
-        lacking = work.lacking()
-        if lacking < least:
-            best, least = mesh, lacking
-        elif turn > _PATIENT:
+    work = _Quads(
+        points=mesh.points,
+        quads=mesh.quads,
+        cells=mesh.faces,
+        places=find_places(stack, levels, mesh) @ across(stack.direction).T,
+        there=find_presence(stack, levels, mesh),
+        lines=mesh.edge_nodes.values(),
+        frame=across(stack.direction),
+    )
+    before = work.lacking()
+    for _ in range(_PASSES):
+        if not work.mend():
             break
-        if turn == _PASSES or not work.mend():
-            break
-        mesh = work.mended(mesh)
-    return best
+    return work.mended(mesh) if work.lacking() < before else mesh
 
 
 class _Quads:
@@ -146,12 +137,15 @@ class _Quads:
 
     def lacking(self) -> tuple[float, float]:
         """How many quads are folded, and the squares of what the worst corners of all quads lack, in sum."""
-        worst = self.worst(range(self.n_quads))
+        worst = self.worst(np.flatnonzero(self.alive).tolist())
         return float(np.count_nonzero(worst < _FOLDED)), float((np.maximum(_GOOD - worst, 0.0) ** 2).sum())
 
     def mend(self) -> bool:
         """Go through the poor quads, the worst first; whether anything was changed."""
-        values = self.worst(range(self.n_quads))
+        self.changed = False
+        ids = np.flatnonzero(self.alive)
+        values = np.full(len(self.alive), np.inf)
+        values[ids] = self.worst(ids.tolist())
         queue = np.flatnonzero(values < _GOOD)
         queue = queue[np.argsort(values[queue], kind="stable")][:_MOST_MENDED]
         for q in queue.tolist():
@@ -171,6 +165,7 @@ class _Quads:
             faces=self.around.cells[self.alive],
             loops=tuple(number[loop] for loop in mesh.loops),
             edge_nodes={e: number[nodes] for e, nodes in mesh.edge_nodes.items()},
+            places=self.places[:, used] @ self.frame,
         )
 
     def _relax(self, quads: Sequence[int]) -> float:
