@@ -4,9 +4,10 @@ Place in the flow: after the arrangement has been meshed, before it is judged. A
 outlines were laid together, a corner of 130 degrees there may be none at all on the level where one of them is
 real, and a quad that has it is flat.
 
-Method: around every poor quad the inner nodes look for places where the worst corner, over all levels with material,
-is best; where that does not help, what is around it is divided otherwise (:mod:`.rewrites`), in the way that helps
-most, so that a flat corner gets edges of its own. Nodes on lines stay, and so do edges that lie on them.
+Method: around every poor quad the inner nodes look for places where the worst corners, over all levels with material,
+lack least of what is good; where that does not help, what is around it is divided otherwise (:mod:`.rewrites`), in the
+way that helps most, so that a flat corner gets edges of its own. Nodes on lines stay, and so do edges that lie on them.
+The places on all levels are kept with the mesh: carried there anew, nodes would be elsewhere than they were judged.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ from .rewrites import Around, Rewrite, rewrites
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
-_LEAST_GAIN = 0.02
-"""Gain of the worst corner's sine for which nodes are moved."""
+_LEAST_MOVED = 0.001
+"""Squares of what the corners' sines lack, in sum, for which nodes are moved: one that no move opens is not all."""
 _LEAST_DIVIDED = 0.005
-"""Squares of what the corners' sines lack, in sum, for which quads are divided otherwise."""
+"""The same for which quads are divided otherwise."""
 _SPARE = 400
 """Quads and nodes that may come to those of the plane."""
 _MOST_MENDED = 400
@@ -39,6 +40,8 @@ _PASSES = 8
 """How often all quads are looked at at most."""
 _FOLDED = 1e-6
 """Worst corner below which a quad makes no valid hexahedron."""
+_SAME = 1e-9
+"""Difference of corner sines up to which they are the same."""
 _ROUNDS = 6
 """How often the nodes around a quad look around themselves."""
 _OFFSETS = np.concatenate(
@@ -182,8 +185,8 @@ class _Quads:
         """Move a node to the best of the places around it, where that gains enough."""
         ids = np.array(sorted(self.around.at[node]))
         move = np.empty(2)
-        gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, move)
-        if not gain > 0.25 * _LEAST_GAIN:
+        gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, _GOOD, move)
+        if not gain > _LEAST_MOVED:
             return False
         self.places[:, node] += move
         self.points[node] += move @ self.frame
@@ -219,7 +222,7 @@ class _Quads:
         self._lay(removed, old)
         self.n_nodes, self.n_quads = self.n_nodes - n_new, self.n_quads - max(len(own) - len(removed), 0)
         self.changed, self.places[:, free], self.points[free] = changed, places, points
-        if after.min() < before.min():
+        if after.min() < before.min() - _SAME:
             return 0.0
         return float((np.maximum(_GOOD - before, 0.0) ** 2).sum() - (np.maximum(_GOOD - after, 0.0) ** 2).sum())
 

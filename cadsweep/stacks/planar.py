@@ -78,7 +78,7 @@ class Judged:
 
     @property
     def rank(self) -> tuple[int, float]:
-        """What to compare meshes of one plane by, the least first: cells with folded quads, then what all cells lack."""
+        """Cells with folded quads, then what all cells lack: of two meshes of one plane the less is the better."""
         return self.n_folded, self.lacking
 
 
@@ -104,7 +104,12 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
         for near in (_near(mesh, sines < wanted[mesh.faces]), _near(mesh, sines <= 0.0))
     )
     return Judged(
-        poor=poor, around=around, folded=folded, worst=float(sines.min()), n_folded=int(np.count_nonzero(worst <= 0.0)), lacks=np.maximum(wanted - worst, 0.0)
+        poor=poor,
+        around=around,
+        folded=folded,
+        worst=float(sines.min()),
+        n_folded=int(np.count_nonzero(worst <= 0.0)),
+        lacks=np.maximum(wanted - worst, 0.0),
     )
 
 
