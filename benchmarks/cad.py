@@ -42,7 +42,7 @@ REFUSAL = ["crossed:240", "slanted:250", "undercut:100", "drilled:75"]
 SMALL = {
     **{"gear": "gear:6", "herringbone": "herringbone:6", "spring": "spring:1", "embossed": "embossed:4"},
     **{"plate": "plate:4", "crossed": "crossed:4", "rack": "rack:3", "pits": "pits:4"},
-    **{"slanted": "pits:4", "undercut": "pits:4", "drilled": "pits:4"},
+    **{"slanted": "pits:4", "undercut": "pits:4", "drilled": "pits:4", "scattered": "plate:4"},
 }
 """Of every family the part that is meshed before the clock runs; for what is refused one that is not looked at long."""
 LONG = 10.0

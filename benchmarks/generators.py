@@ -70,6 +70,18 @@ def plate(n_holes: int) -> cq.Workplane:
     return cq.Workplane().placeSketch(sketch).extrude(2)
 
 
+def scattered(n_holes: int, *, off: float = 1.2) -> cq.Workplane:
+    """A plate with n holes that lie off a square pattern, each by up to so much both ways."""
+    side = math.ceil(math.sqrt(n_holes))
+    random = np.random.default_rng(n_holes)
+    places = [
+        (6 * (k % side) - 3 * side + 3 + float(x), 6 * (k // side) - 3 * side + 3 + float(y))
+        for k, (x, y) in enumerate(random.uniform(-off, off, (n_holes, 2)))
+    ]
+    sketch = cq.Sketch().rect(6 * side, 6 * side).push(places).circle(1.5, mode="s")
+    return cq.Workplane().placeSketch(sketch).extrude(2)
+
+
 def pits(n_pits: int) -> cq.Workplane:
     """A plate with a square pattern of n blind holes: no sweep of one solid, but columns of material."""
     side = math.ceil(math.sqrt(n_pits))
@@ -214,6 +226,7 @@ FAMILIES = {
     "spring": spring,
     "embossed": embossed,
     "plate": plate,
+    "scattered": scattered,
     "pits": pits,
     "crossed": crossed,
     "slanted": slanted,

@@ -7,6 +7,7 @@ Writes the cases to FOLDER (or a temporary one), prints a row of the table each,
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 import tempfile
@@ -37,7 +38,22 @@ def ducts() -> dict[str, tuple[cq.Workplane, str]]:
         "loft": (cq.Workplane().rect(60, 40).workplane(offset=120).circle(20).loft(), "not |Z"),
         "taper": (cq.Workplane().rect(60, 40).workplane(offset=120).rect(30, 24).loft(), "not |Z"),
         "angle": (angle.extrude(60), "#Z"),
+        "wedge of 30 degrees": (_wedge(30), "#Z"),
+        "wedge of 12 degrees": (_wedge(12), "#Z"),
+        "around a rhomb, tips of 30 degrees": (_around_rhomb(30), "#Z and (not |X) and (not |Y)"),
+        "around a rhomb, tips of 12 degrees": (_around_rhomb(12), "#Z and (not |X) and (not |Y)"),
     }
+
+
+def _wedge(degrees: float) -> cq.Workplane:
+    end = (60 * math.cos(math.radians(degrees)), 60 * math.sin(math.radians(degrees)))
+    return cq.Workplane().polyline([(0, 0), (60, 0), end]).close().extrude(30)
+
+
+def _around_rhomb(degrees: float) -> cq.Workplane:
+    high = 20 * math.tan(math.radians(degrees / 2))
+    rhomb = cq.Workplane().polyline([(-20, 0), (0, -high), (20, 0), (0, high)]).close().extrude(20)
+    return cq.Workplane().rect(120, 80).extrude(20).cut(rhomb)
 
 
 def verdict(mesh: cs.HexMesh, case: Path) -> dict[str, str]:
@@ -72,7 +88,7 @@ def main(folder: Path) -> None:
     for name, (work, selector) in ducts().items():
         work.faces(selector).tag("wall")
         mesh = cs.sweep_mesh(work, size=5, wall_layers={"wall": LAYERS})
-        said = verdict(mesh, folder / name)
+        said = verdict(mesh, folder / re.sub(r"\W+", "_", name))
         quality = mesh.info["quality"]
         print(
             f"| {name} | {mesh.n_hexes} | {quality.min_scaled_jacobian:.2f} | {said['verdict']} | "

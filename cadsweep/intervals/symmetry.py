@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from math import lcm, pi
 from typing import TypeAlias
@@ -106,6 +107,17 @@ class Symmetry:
 
         None where no number does. `met`: mirrors meet the circles about them in nodes, not between two.
         """
+        key = (frozenset(map(id, motions)), met)
+        if key not in self._known_multiples:
+            self._known_multiples[key] = self._find_multiples(motions, met=met)
+        return self._known_multiples[key]
+
+    @cached_property
+    def _known_multiples(self) -> dict[tuple[frozenset[int], bool], dict[int, int] | None]:
+        """By the motions, which are this symmetry's own: counts are assigned several times."""
+        return {}
+
+    def _find_multiples(self, motions: Sequence[Motion], *, met: bool) -> dict[int, int] | None:
         first, n = len(self.edges), len(self.circles)
         found = [2] * n
         for motion in motions:

@@ -17,6 +17,7 @@ from .cell_periodic import find_cell_matches, partners_of
 from .cell_walls import CellWalls, plan_cell_walls
 from .local_sizes import Field, size_field
 from .size_divisions import divide_by_sizes
+from .wall_corners import finer_in_cells
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +78,10 @@ def resolve_asks(  # noqa: PLR0917
     if clash:
         edges = [e for solid in part.solids for e in solid.edges if int(solid.edge_keys[e.id]) == clash[0]]
         raise InputError(f"{edges[0].label()}: a bias, and wall layers that end there, cannot both be")
+    if walls.layers and not partners:
+        kept = {*walls.ends, *biases, *(key for demand in wishes.demands for key in demand.keys)}
+        sizes, finer = finer_in_cells(part, plan, walls.layers, cell_sizes(cells, wishes), divisions, kept)
+        wishes, divisions = replace(wishes, most_sizes={**wishes.most_sizes, **sizes}), divisions | finer
     if walls.ends:
         divisions |= walls.divisions(part)
         wishes = replace(wishes, least_counts=walls.least_counts(part, max(cell_sizes(cells, wishes))))

@@ -88,7 +88,7 @@ def accurate_cells(  # noqa: PLR0917
         return first
 
     def finer(made: Meshed, found: Found, wishes: Wishes) -> Wishes | None:
-        sizes = _finer(part, made[1], _blamed(part, made[0], found), wishes)
+        sizes = finer_sizes(part, made[1], _blamed(part, made[0], found), wishes)
         return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}) if sizes else None
 
     (blocks, counts, said), notes = come_nearer(
@@ -289,7 +289,7 @@ def edge_sag(part: Part, joined: JoinedMesh | CellBlocks, cell: int, edge: int) 
     return float(np.max(solid.edges[edge].curve.distance((nodes[1:] + nodes[:-1]) / 2)))
 
 
-def _finer(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:
+def finer_sizes(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:
     """Sizes of edges, by key, that make them as much finer; not of those whose count the user gave."""
     spoken = {key for demand in asked.demands for key in demand.keys}
     sizes: dict[int, float] = {}

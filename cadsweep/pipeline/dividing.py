@@ -19,6 +19,7 @@ from .biases import say_graded, splits_of
 from .hints import Hints
 from .periodic import cap_motion, side_motions, tied_counts
 from .run import Run
+from .wall_corners import finer_at_corners
 from .walls import WallPlan, plan_walls
 
 MOST_HALVINGS = 3
@@ -57,7 +58,8 @@ def mesh_boundary(
     """
     walls = WallPlan()
     if options.wall_layers:
-        walls = plan_walls(part, sweep, options, _count(part, sweep, options, run, hints, streamed=streamed))
+        rough = _count(part, sweep, options, run, hints, streamed=streamed)
+        walls = plan_walls(part, sweep, options, rough)
         clash = sorted(walls.ends.keys() & hints.divisions.keys())
         if clash:
             raise InputError(
@@ -65,6 +67,11 @@ def mesh_boundary(
             )
         spoken = {e for edges in hints.counts for e in edges}
         hints = replace(hints, counts=hints.counts | {es: n for es, n in walls.counts.items() if spoken.isdisjoint(es)})
+        if not hints.matches:  # what answers another face is divided as that is
+            known = {e.id: e.length / max(1, int(rough.counts[e.id])) for e in sweep.solid.edges}
+            kept = spoken.union(walls.ends, hints.divisions if options.biases else ())
+            sizes, divisions = finer_at_corners(sweep, walls.edges, known, hints.divisions, kept=kept)
+            hints = replace(hints, sizes=hints.sizes | sizes, divisions=hints.divisions | divisions)
     if hints.matches:
         rough = _count(part, sweep, options, run, hints, streamed=streamed)
         hints = replace(hints, counts=hints.counts | tied_counts(sweep, hints.matches, rough, hints.counts))

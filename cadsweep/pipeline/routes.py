@@ -34,7 +34,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good, touching_of
+from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
 from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
@@ -109,6 +109,8 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     for way in (_mesh_swept, _mesh_columns, *([_mesh_cells] if options.decompose else [])):
         if best is not None and way is _mesh_columns:
             continue  # columns along a poor sweep are as poor
+        if best is None and way is _mesh_cells:
+            _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             mesh = way(part, options, run, refused, share)
         except CadSweepError as error:
@@ -127,10 +129,24 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
-    touching = touching_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
-    if touching is not None and not isinstance(refused, InputError):
-        raise touching
+    if not options.decompose:
+        _refuse_touching(part, refused)
     raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
+
+
+def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
+    """Raise what no way can mend: that faces of the solid touch, where that is looked for.
+
+    Raises
+    ------
+    CadError
+        The two faces and the place.
+    """
+    if refused is None or isinstance(refused, InputError) or len(part.solids[0].faces) > _MOST_LOOKED_AT:
+        return
+    touching = touching_of(part.solids[0], refused)
+    if touching is not None:
+        raise touching
 
 
 def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepError:
@@ -152,15 +168,18 @@ def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepEr
 
 
 def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
-    """The refusal, with the small features that might be left out; or that the model runs into itself."""
+    """The refusal, with where a face has no corner and small features to leave out; or that the model is at fault."""
     crossed = crossing_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
     if crossed is not None:
         return crossed
-    small = cad.small_features(part)
-    if not small:
+    small, pointed = cad.small_features(part), pointed_of(part.solids[0])
+    if not small and not pointed:
         return refused
     found = NotSweepableError(
-        f"{refused}; or {small}", reasons=refused.reasons, faces=refused.faces, advice=refused.advice
+        f"{f'{pointed}; ' if pointed else ''}{refused}{f'; or {small}' if small else ''}",
+        reasons=refused.reasons,
+        faces=refused.faces,
+        advice=refused.advice,
     )
     found.solids, found.left, found.columns = refused.solids, refused.left, refused.columns
     return found

@@ -21,6 +21,7 @@ from ..stacks import Sheets
 from ..surface import Division, Walls
 from ..sweep import Intervals
 from .stack_hints import StackHints
+from .wall_corners import finer_at_corners
 from .walls import LEAST_SLANT, MOST_OF_EDGE, WallPlan, count_between, end_rows, heights_of, layered
 
 
@@ -71,6 +72,14 @@ class StackWalls:
             return None
         above = {side.face for side in stack.plan.linking_sides if {e for e, _ in side.bottom} & self.plan.edges.keys()}
         return Walls(layers=self.plan.edges, faces=frozenset(above))
+
+
+def finer_stack(stack: Stack, walls: StackWalls, hints: StackHints, counts: Intervals, *, biased: bool) -> StackHints:
+    """The hints with walls divided finer where they meet at sharp corners, on the plane."""
+    kept = {e for own in hints.counts for e in own}.union(walls.plan.ends, hints.divisions if biased else ())
+    known = {e.id: e.length / max(1, int(counts.counts[e.id])) for e in stack.plan.solid.edges}
+    sizes, divisions = finer_at_corners(stack.plan, walls.plan.edges, known, hints.divisions, kept=kept)
+    return replace(hints, most_sizes=hints.most_sizes | sizes, divisions=hints.divisions | divisions)
 
 
 def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions, counts: Intervals) -> StackWalls:

@@ -39,7 +39,7 @@ from .stack_narrow import narrow_hints
 from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
-from .stack_walls import StackWalls, plan_stack_walls
+from .stack_walls import StackWalls, finer_stack, plan_stack_walls
 from .straight_stacks import blocks_of
 
 log = logging.getLogger(__name__)
@@ -237,6 +237,8 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     hints = by_place(part, stack, sheets, options, hints, counts.size)
     walls = plan_stack_walls(part, stack, sheets, options, counts)
     hints = walls.added_to(hints)
+    if walls.plan.edges and not matches:
+        hints = finer_stack(stack, walls, hints, counts, biased=bool(options.biases))
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.

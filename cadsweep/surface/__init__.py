@@ -41,6 +41,7 @@ from .stars import lay_star, patches_of
 from .sweep_grid import build_grid
 from .target import divide_target_edges
 from .thickness import thin_share
+from .wall_columns import column_length
 from .walls import Walls
 
 __all__ = [
@@ -55,6 +56,7 @@ __all__ = [
     "Skeleton",
     "Walls",
     "chains_of",
+    "column_length",
     "divided",
     "fractions_from",
     "graded_fractions",

@@ -18,12 +18,8 @@ _AROUND = 2.5
 """Way along the outline, in distances, from which on a node belongs to another part of it."""
 _CORNER = np.radians(25)
 """Turn of the outline from which on a node is a corner."""
-_LONGEST_OUT, _LONGEST_IN = 3.0, 15.0
-"""Length of a column over the height of its layers, at most: at a sharp re-entrant corner, around which a longer one
-makes flat quads; and in a sharp convex one (8 degrees), where heights ask for it."""
-_STRETCHED = 4.7
-"""Length at a re-entrant corner (25 degrees) up to which a column is stretched to its heights when rows are put there:
-beyond quads would fold."""
+_LONGEST = 15.0
+"""Length of a column at a corner over the height of its layers, at most (8 degrees between the walls)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,6 +56,11 @@ class Columns:
     first: FloatArray
     growth: FloatArray
     room: FloatArray
+
+
+def column_length(half: float) -> float:
+    """Length of a column for a height of one where two walls have it between them, with half their angle to each."""
+    return min(1.0 / max(float(np.sin(half)), 1e-300), _LONGEST)
 
 
 def make_columns(loops: Sequence[FloatArray], walls: Sequence[Wall], n: int) -> Columns | None:
@@ -109,11 +110,9 @@ def _columns_of(loop: FloatArray, wall: Wall, n: int) -> Columns | None:
         if len(sides) == 2:
             one, other = normal[i - 1], normal[i]
             sine[c] = np.sqrt(max(0.0, 0.5 + 0.5 * float(one @ other)))
-            inward = bool(cross(tangent[i - 1], tangent[i]) > 0)
-            longest = _LONGEST_IN if inward else _LONGEST_OUT
-            if inward or sine[c] * _STRETCHED < 1.0:
-                reach[c] = min(1.0, longest * sine[c])
-            lean[c] = (one + other) / max(1.0 + float(one @ other), 2.0 / longest**2)
+            length = column_length(float(np.arcsin(sine[c])))
+            reach[c] = min(1.0, length * sine[c])
+            lean[c] = (one + other) / max(1.0 + float(one @ other), 2.0 / length**2)
             continue
         # The wall ends here: its rows end at the nodes of the edge that goes on.
         ways = (i + np.arange(1, n + 1)) % m if is_wall[i - 1] else (i - np.arange(1, n + 1)) % m
@@ -195,9 +194,11 @@ def _room_beside(loops: Sequence[FloatArray], share: FloatArray, base: IntArray,
     """The same from the balls that touch the outline where a column begins, and reach another part of it."""
     boundary = np.concatenate(loops)
     owner = np.repeat(np.arange(len(loops)), [len(loop) for loop in loops])
-    run = np.concatenate([np.cumsum(norm(np.roll(loop, -1, axis=0) - loop)) for loop in loops])
-    around = np.array([run[owner == j].max() for j in range(len(loops))])
+    steps = [norm(np.roll(loop, -1, axis=0) - loop) for loop in loops]
+    run = np.concatenate([np.cumsum(own) - own for own in steps])
+    around = np.array([own.sum() for own in steps])
     room = np.full(len(base), np.inf)
+    inward = np.concatenate([_inward_of(loop) for loop in loops])
     sides = _sides_of(loops)
     for c, i in enumerate(base.tolist()):
         step = boundary - boundary[i]
@@ -206,10 +207,21 @@ def _room_beside(loops: Sequence[FloatArray], share: FloatArray, base: IntArray,
         way = np.where(owner == owner[i], np.minimum(way, around[owner] - way), np.inf)
         # Near a corner the other wall is near, too, and the columns lean away from it.
         other = (ahead > 1e-9 * distance) & (way > _AROUND * distance)
+        other &= (
+            step @ inward[i] > 0.0
+        )  # a column that leans out over a tip does not come nearer to the tip's other side
         other &= np.isfinite(share) & ~_share_corner(sides, i)
         radius = distance[other] ** 2 / (2.0 * ahead[other])
         room[c] = np.min(2.0 * share[other] * radius, initial=np.inf)
     return room
+
+
+def _inward_of(loop: FloatArray) -> FloatArray:
+    """Vectors (m, 2) to the left of a loop at its nodes, halfway between those of both segments."""
+    along = np.roll(loop, -1, axis=0) - loop
+    along = along / norm(along)[:, None]
+    along = along + np.roll(along, 1, axis=0)
+    return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
 def _sides_of(loops: Sequence[FloatArray]) -> tuple[IntArray, IntArray]:

@@ -7,7 +7,7 @@ cq = pytest.importorskip("cadquery")
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_ring, find_crossing, find_touching, load  # noqa: E402
-from cadsweep.pipeline import candidates  # noqa: E402
+from cadsweep.pipeline import candidates, routes  # noqa: E402
 
 pytestmark = pytest.mark.cad
 
@@ -79,11 +79,28 @@ def test_faces_that_touch_are_named_with_the_place():
     assert all(solid.faces[f].label() in said for f in (first, second))
 
 
+def test_no_cuts_are_looked_for_where_faces_touch(monkeypatch):
+    def search(*_args):
+        pytest.fail("a search for cuts that cannot find any")
+
+    monkeypatch.setattr(routes, "_mesh_cells", search)
+    with pytest.raises(cs.CadError, match="touch at"):
+        cs.sweep_mesh(bored_twice(wall=0.0))
+
+
 @pytest.mark.parametrize("wall", [0.1, -1.0])
 def test_faces_that_keep_apart_or_cross_do_not_touch(wall):
     (solid,) = load(bored_twice(wall=wall)).solids
     assert find_touching(solid) is None
     assert candidates.touching_of(solid, cs.NotSweepableError("no sweep")) is None
+
+
+def test_faces_whose_nearest_points_opencascade_does_not_find_are_passed_over():
+    """Of the rounding and the keyway's floor it throws."""
+    sleeve = cq.Workplane().circle(14).extrude(40).circle(7).cutThruAll()
+    sleeve = sleeve.faces("<Z").edges(cq.selectors.RadiusNthSelector(-1)).fillet(2)
+    keyway = cq.Workplane(cq.Plane((12, 0, 20), (0, 0, 1), (1, 0, 0))).slot2D(36, 2).extrude(9)
+    assert find_touching(load(sleeve.cut(keyway)).solids[0]) is None
 
 
 def test_bores_that_meet_in_a_point_are_told_by_their_faces():
@@ -101,3 +118,15 @@ def test_bores_that_meet_in_a_point_are_told_by_their_faces():
 
 def corners(solid, face):
     return {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
+
+
+@pytest.mark.parametrize(("above", "is_pointed"), [(0.0, True), (0.5, False)])
+def test_a_face_that_runs_out_to_a_point_is_told_with_the_place(above, is_pointed):
+    """The wall of a blind hole, where the round end of a slot goes out of it along its floor."""
+    slot = cq.Workplane("YZ", (-20, 0, 0)).center(4, above + 6).slot2D(12, 4, 90).extrude(40)
+    block = cq.Workplane().box(40, 40, 30).cut(cq.Workplane().circle(6).extrude(15)).cut(slot)
+    said = str(routes._proposing(load(block), cs.NotSweepableError("no sweep")))
+    assert "no sweep" in said
+    assert ("runs out to a point at" in said) == is_pointed
+    # On the floor, and on the hole's wall above the slot's middle line.
+    assert (f"{20**0.5:.4g}, 4, 0" in said.replace("-", "")) == is_pointed

@@ -11,6 +11,7 @@ pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
 import cadsweep as cs
+from cadsweep.cad import find_touching
 
 pytestmark = pytest.mark.cad
 
@@ -41,3 +42,15 @@ def test_a_random_machined_part_is_meshed_with_all_of_its_faces(seed, size):
     diagonals = mesh.points[quads[:, 2:]] - mesh.points[quads[:, :2]]
     area = np.linalg.norm(np.cross(*diagonals.swapaxes(0, 1)), axis=1).sum() / 2
     assert area == pytest.approx(part.val().Area(), rel=0.05)
+
+
+def test_faces_whose_distance_cannot_be_found_are_not_said_to_touch():
+    """OpenCASCADE gives up on a torus and the flat beside it here; the others are still looked at."""
+    assert find_touching(cs.load(machined.machined(27)).solids[0]) is None
+
+
+def test_an_edge_that_healing_left_out_does_not_stop_what_follows():
+    """Three bores that cross leave an edge of no length, and pieces of one cylinder that have to be told apart."""
+    drawn = machined.machined(66)
+    part = cs.load(drawn)
+    assert part.solids[0].volume * part.scale**3 == pytest.approx(drawn.val().Volume())

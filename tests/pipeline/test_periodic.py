@@ -158,6 +158,26 @@ def test_files_say_which_faces_are_periodic(tmp_path):
     assert [(b - 1, a - 1) for a, b in pairs] == [tuple(pair) for pair in mesh.periodic["left__right"].tolist()]
 
 
+def test_gmsh_knows_the_pairs_and_the_turn_between_them(tmp_path):
+    import gmsh
+
+    mesh = cs.sweep_mesh(sector(np.pi / 5), size=2.5, periodic={"a": "b"})
+    mesh.write(tmp_path / "part.msh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(tmp_path / "part.msh"))
+        found = [gmsh.model.mesh.getPeriodicNodes(2, tag) for _, tag in gmsh.model.getEntities(2)]
+        (link,) = [each for each in found if len(each[1])]
+        images, nodes = (np.array([gmsh.model.mesh.getNode(tag)[0] for tag in tags]) for tags in link[1:3])
+    finally:
+        gmsh.finalize()
+    turn = np.reshape(link[3], (4, 4))[:3, :3]
+    assert len(nodes) == len(mesh.periodic["a__b"])
+    assert np.allclose(turn, rotation(np.pi / 5), atol=1e-12)
+    assert np.abs(nodes @ turn.T - images).max() < 1e-12
+
+
 def test_the_node_sets_of_exodus_list_pairs_in_one_order(tmp_path):
     from scipy.io import netcdf_file
 

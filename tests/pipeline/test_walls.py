@@ -156,16 +156,29 @@ def test_a_corner_of_six_degrees_has_thinner_layers_or_else_is_the_reason_given(
         cs.sweep_mesh(walled(wedge), size=4, layers=2, wall_layers=walls)
 
 
-def test_a_sharp_tip_in_the_flow_lowers_the_layers_at_the_tip_alone_and_says_so():
-    outline = [(-9, 0), (0, -9 * np.tan(np.radians(6))), (9, 0), (0, 9 * np.tan(np.radians(6)))]
-    duct = cq.Workplane().rect(36, 24).extrude(4).cut(cq.Workplane().polyline(outline).close().extrude(4))
+def around_a_blade(degrees):
+    """A duct with a rhomb in the flow, whose faces are `blade`."""
+    high = 9 * np.tan(np.radians(degrees / 2))
+    duct = cq.Workplane().rect(36, 24).extrude(4)
+    duct = duct.cut(cq.Workplane().polyline([(-9, 0), (0, -high), (9, 0), (0, high)]).close().extrude(4))
     blade = [face for face in duct.faces("#Z").vals() if abs(face.Center().y) < 5 and abs(face.Center().x) < 10]
     duct.newObject(blade).tag("blade")
-    mesh = cs.sweep_mesh(duct, size=2, wall_layers={"blade": WALL})
+    return duct
+
+
+@pytest.mark.parametrize("degrees", [30, 12])
+def test_a_sharp_tip_in_the_flow_keeps_the_heights_with_short_segments_beside_it(degrees):
+    mesh = cs.sweep_mesh(around_a_blade(degrees), size=2, wall_layers={"blade": WALL})
+    assert heights(mesh, "blade") == pytest.approx(0.05, rel=0.01)
+    assert mesh.info["quality"].min_scaled_jacobian == pytest.approx(np.sin(np.radians(degrees / 2)), rel=0.05)
+
+
+def test_a_tip_of_five_degrees_lowers_the_layers_at_the_tip_alone_and_says_so():
+    mesh = cs.sweep_mesh(around_a_blade(5), size=2, wall_layers={"blade": WALL})
     found = heights(mesh, "blade")
-    away = np.abs(mesh.points[mesh.boundaries["blade"]][..., 0]).max(axis=1) < 9 - 1e-6
-    assert found[away] == pytest.approx(0.05, rel=0.01)
-    assert found[~away].min() > 0.2 * 0.05
+    tip = np.abs(mesh.points[mesh.boundaries["blade"]][..., 0]).max(axis=1) > 9 - 1e-6
+    assert found[~tip] == pytest.approx(0.05, rel=0.01)
+    assert found[tip].min() > 0.5 * 0.05
     assert any("thinner, at the sharp corner at" in note for note in mesh.info["notes"])
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import math
+import re
 from pathlib import Path
 
 import pytest
@@ -46,6 +48,54 @@ def test_checkmesh_is_not_content_with_everything(openfoam, tmp_path):
     mesh = box()
     mesh.points[mesh.hexes[7, 6]] += [0.0, 0.0, -2.0]
     assert openfoam.check(mesh, tmp_path) != []
+
+
+@pytest.mark.parametrize("angle", [None, 0.6], ids=["translation", "rotation"])
+def test_periodic_faces_are_coupled_face_by_face(openfoam, tmp_path, angle):
+    """Both patches list answering faces from answering nodes on: checkMesh sees that, and where two changed places.
+
+    Across a translation it does not: it takes every face's own distance from its partner for what is between them.
+    """
+    import cadsweep
+
+    from ..pipeline.test_periodic import box as plain_box
+    from ..pipeline.test_periodic import sector
+
+    work, (one, other) = (plain_box(), ("left", "right")) if angle is None else (sector(angle), ("a", "b"))
+    mesh = cadsweep.sweep_mesh(work, size=2.5, periodic={one: other})
+    case = openfoam.make_case(tmp_path / "case")
+    folder = case / "constant" / "polyMesh"
+    mesh.write(folder)
+    said = openfoam.run(case, "checkMesh", "-allTopology")
+    assert "Mesh OK." in said
+    assert "Coupled point location match" in said
+    if angle is None:
+        return
+    start = int(re.search(rf" {other}\s*{{[^}}]*startFace\s+(\d+)", (folder / "boundary").read_text())[1])
+    for name in ("faces", "owner"):
+        lines = (folder / name).read_text().split("\n")
+        first = lines.index("(") + 1 + start
+        lines[first], lines[first + 1] = lines[first + 1], lines[first]
+        (folder / name).write_text("\n".join(lines))
+    assert "Error in coupled point location" in openfoam.run(case, "checkMesh")
+
+
+@pytest.mark.parametrize(("tip", "degrees"), [(False, 25), (True, 12)], ids=["wedge", "tip"])
+def test_layers_at_sharp_corners_are_not_skew(openfoam, tmp_path, tip, degrees):
+    """Segments beside the corner are short enough for the faces that the cells on both sides of it share."""
+    import cadquery as cq
+
+    import cadsweep
+
+    from ..pipeline.test_walls import around_a_blade, walled
+
+    high = 30 * math.tan(math.radians(degrees))
+    work = walled(cq.Workplane().polyline([(0, 0), (30, 0), (30, high)]).close().extrude(6))
+    name, work = ("blade", around_a_blade(degrees)) if tip else ("wall", work)
+    mesh = cadsweep.sweep_mesh(work, size=2, wall_layers={name: cadsweep.WallLayers(first=0.05, growth=1.2, n=8)})
+    case = openfoam.make_case(tmp_path / "case")
+    mesh.write(case / "constant" / "polyMesh")
+    assert "Mesh OK." in openfoam.run(case, "checkMesh")
 
 
 def test_zones_of_an_assembly(openfoam, tmp_path):

@@ -193,6 +193,25 @@ def test_no_boundary_node_is_left_with_one_flat_corner(turn):
 
 
 @pytest.mark.cad
+def test_many_holes_as_one_curve_give_the_quads_of_a_curve_each(monkeypatch):
+    module = gmsh_quads()
+    angles = -2 * np.pi * np.arange(16) / 16
+    hole = 0.25 * np.column_stack([np.cos(angles), np.sin(angles)])
+    middles = np.stack(np.divmod(np.arange(25), 5), axis=1) - 2.0
+    loops = [divided(square(5.0), 40), *(hole + middle for middle in middles)]
+    loops[0] -= (loops[0].min(axis=0) + loops[0].max(axis=0)) / 2
+    setting = next(s for s in module.settings_for(loops) if s.recombination == 3)
+    together = module.mesh_polygon(loops, setting)
+    monkeypatch.setattr(module, "_MANY_LOOPS", len(loops) + 1)
+    apart = module.mesh_polygon(loops, setting)
+    assert quad_areas(np.concatenate([*loops, together[0]]), together[1]) == pytest.approx(
+        sum(polygon_area(loop) for loop in loops), rel=1e-12
+    )
+    for one, other in zip(together, apart, strict=True):
+        assert one.tobytes() == other.tobytes()
+
+
+@pytest.mark.cad
 def test_the_same_polygon_gives_the_same_bytes():
     module = gmsh_quads()
     loops = [divided(l_shape(), 8)]

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_CheckerSI
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+from OCP.StdFail import StdFail_NotDone
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
@@ -80,7 +81,10 @@ def find_touching(solid: Solid) -> tuple[int, int, FloatArray] | None:
     for one, other in combinations(range(len(vertices)), 2):
         if not near[one, other] or vertices[one] & vertices[other]:
             continue
-        between = BRepExtrema_DistShapeShape(holder.faces[one], holder.faces[other])
+        try:
+            between = BRepExtrema_DistShapeShape(holder.faces[one], holder.faces[other])
+        except StdFail_NotDone:  # two tori, say, whose distance OpenCASCADE cannot find: not known to touch
+            continue
         if between.IsDone() and between.NbSolution() and between.Value() < reach:
             place = between.PointOnShape1(1)
             return one, other, np.array([place.X(), place.Y(), place.Z()])

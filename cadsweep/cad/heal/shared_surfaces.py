@@ -20,7 +20,7 @@ from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
 from ..shapes import EDGE, FACE, explore, subshapes, surface_range, typed
-from .tracing import Traced
+from .tracing import Traced, present
 
 
 def part_surfaces(traced: Traced) -> None:
@@ -40,7 +40,13 @@ def part_surfaces(traced: Traced) -> None:
     tool = BRepBuilderAPI_Copy(traced.shape)
     for face in chosen:
         _own_surface(typed(tool.ModifiedShape(face), FACE))
-    traced.replace(tool.Shape(), tool.ModifiedShape)
+    known = [present(traced, kind) for kind in (FACE, EDGE)]
+
+    def copy_of(old: Any) -> Any:
+        """The copy of a face or edge; healing may have left one out of the shape, which has none."""
+        return tool.ModifiedShape(old) if any(shapes.Contains(old) for shapes in known) else None
+
+    traced.replace(tool.Shape(), copy_of)
 
 
 def _uses_seam(face: Any) -> bool:
