@@ -96,6 +96,7 @@ def _read_axes(solid: Solid) -> list[Axis]:
     holder = shapes_of(solid)
     found: list[Axis] = []
     arcs: list[list[tuple[float, float]]] = []
+    places, directions = np.empty((len(solid.faces), 3)), np.empty((len(solid.faces), 3))
     at = np.linspace(0.0, 1.0, 5)
     for face in solid.faces:
         adaptor = BRepAdaptor_Surface(holder.faces[face.id])
@@ -108,42 +109,42 @@ def _read_axes(solid: Solid) -> list[Axis]:
         along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in face.edges]) - place
         low, high = float((along @ direction).min()), float((along @ direction).max())
         first, last = adaptor.FirstUParameter(), adaptor.LastUParameter()
-        for j, own in enumerate(found):
-            is_same = abs(own.radius - cylinder.Radius()) < ALIKE * own.radius
-            if is_same and abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size:
-                shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
-                low, high = sorted((shift + sign * low, shift + sign * high))
-                arcs[j].append(_arc(own.cylinder, cylinder, first, last))
-                found[j] = replace(
-                    own,
-                    low=min(own.low, low),
-                    high=max(own.high, high),
-                    turn=_turn(arcs[j]),
-                    faces=own.faces | {face.id},
-                )
-                break
-        else:
-            arcs.append([(first, last)])
-            lines = (
-                own.line
-                for own in found
-                if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size
+        # A plate has hundreds of bores: all lines are asked at once.
+        lines = directions[: len(found)]
+        off = np.linalg.norm(np.cross(place - places[: len(found)], lines), axis=1)
+        beside = np.flatnonzero((np.abs(lines @ direction) > 1.0 - 1e-9) & (off < MEET * solid.size)).tolist()
+        alike = [j for j in beside if abs(found[j].radius - cylinder.Radius()) < ALIKE * found[j].radius]
+        if alike:
+            j = alike[0]
+            own = found[j]
+            shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
+            low, high = sorted((shift + sign * low, shift + sign * high))
+            arcs[j].append(_arc(own.cylinder, cylinder, first, last))
+            found[j] = replace(
+                own,
+                low=min(own.low, low),
+                high=max(own.high, high),
+                turn=_turn(arcs[j]),
+                faces=own.faces | {face.id},
             )
-            found.append(
-                Axis(
-                    place=place,
-                    direction=direction,
-                    radius=cylinder.Radius(),
-                    label=face.label(),
-                    low=low,
-                    high=high,
-                    turn=last - first,
-                    faces=frozenset([face.id]),
-                    cylinder=cylinder,
-                    line=next(lines, len(found)),
-                    is_bore=is_hollow(face, solid.edges[face.edges[0]].midpoint, place, direction),
-                )
+            continue
+        arcs.append([(first, last)])
+        places[len(found)], directions[len(found)] = place, direction
+        found.append(
+            Axis(
+                place=place,
+                direction=direction,
+                radius=cylinder.Radius(),
+                label=face.label(),
+                low=low,
+                high=high,
+                turn=last - first,
+                faces=frozenset([face.id]),
+                cylinder=cylinder,
+                line=found[beside[0]].line if beside else len(found),
+                is_bore=is_hollow(face, solid.edges[face.edges[0]].midpoint, place, direction),
             )
+        )
     return found
 
 
@@ -175,11 +176,6 @@ def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: Float
     arm = point - place
     arm -= (arm @ direction) * direction
     return bool(face.surface.normals(face.surface.project(point[None]))[0] @ arm < 0.0)
-
-
-def _off(axis: Axis, place: FloatArray) -> float:
-    """Distance of a point from an axis."""
-    return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
 
 
 __all__ = ["ALIKE", "MEET", "WHOLE", "Axis", "find_axes", "is_hollow"]
