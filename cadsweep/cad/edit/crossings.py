@@ -169,8 +169,7 @@ def plain_planes(
     """
     order = _order(axes, crossings)
     found: dict[Crossing, list[Plane]] = {}
-    # The ends of slots leave no choice: other crossings take their planes, where they can.
-    for crossing in sorted(crossings, key=lambda one: not any(axes[i].is_slot for i in one.axes)):
+    for crossing in sorted(crossings, key=lambda one: _freedom(axes, one)):
         a, b = (axes[i] for i in crossing.axes)
         if is_joint(solid, a, b) or any(_ends(solid, axes, crossing)):
             return None
@@ -192,6 +191,14 @@ def plain_planes(
             planes += [(square, place) for place in crossing.on_axes]
         found[crossing] = planes
     return [found[crossing] for crossing in crossings]
+
+
+def _freedom(axes: Sequence[Axis], crossing: Crossing) -> int:
+    """Which crossings have to take planes of others, where they can: the ends of slots leave no choice, sides most."""
+    slots = [axes[i] for i in crossing.axes if axes[i].is_slot]
+    if not slots:
+        return 1
+    return 0 if any(any(slot.span(crossing.square)) for slot in slots) else 2
 
 
 def _middle(solid: Solid, axes: Sequence[Axis], crossing: Crossing, order: Sequence[int]) -> float:

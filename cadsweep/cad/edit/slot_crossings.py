@@ -34,6 +34,8 @@ WIDTHS = (0.35, 0.2)
 """Distance of a plane from the side of a bore that ends in the flat sides of a slot, in its radius."""
 BENT = 0.4
 """Distance of that plane from where a slot's flat sides end, in the radius of its end, up to which both are flat."""
+TIGHT = 1e-6
+"""Share of a length up to which a place lies on its end."""
 AT_TIP = 0.25
 """Distance of a plane from the tip of a slot, in the radius of its end, below which it is as good as tangent there."""
 
@@ -79,7 +81,7 @@ def along_slots(
         for end, sign, own in zip(ends, (-1.0, 1.0), read, strict=True):
             levels += [] if own else _beside(sign * end, a.radius, b.radius, (at, sign), (levels, there))
     else:
-        levels = [_in_common(float(on_a @ square), a.radius, at, b.radius)]
+        levels = [_in_common(float(on_a @ square), a.radius, at, b.radius, there)]
     found = [(square, on_b + (level - at) * square) for level in levels]
     if is_between:
         return found  # what ends in the flat sides alone is swept along itself
@@ -88,11 +90,11 @@ def along_slots(
     return found
 
 
-def _in_common(at: float, radius: float, other: float, width: float) -> float:
-    """A place well inside of what two cylinders have in common, on one of the axes where that may be."""
+def _in_common(at: float, radius: float, other: float, width: float, there: Sequence[float]) -> float:
+    """A place well inside of what two cylinders have in common: of a plane that is there, else on one of the axes."""
     low, high = max(at - radius, other - width), min(at + radius, other + width)
-    margin = INSIDE * (high - low)
-    return next((place for place in (at, other) if low + margin <= place <= high - margin), 0.5 * (low + high))
+    margin = (INSIDE - TIGHT) * (high - low)
+    return next((place for place in (*there, at, other) if low + margin <= place <= high - margin), 0.5 * (low + high))
 
 
 def _at_end(end: float, radius: float, at: float, width: float) -> list[float] | None:
