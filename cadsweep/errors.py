@@ -215,6 +215,8 @@ class InvertedHexError(CadSweepError):
         Ids of the worst hexahedra, worst first.
     min_scaled_jacobian : float
         The least scaled Jacobian of the mesh.
+    crossing : tuple of (float, float, float)
+        Corners of boundary quads that cross others where no hexahedron is inverted, model units.
 
     Examples
     --------
@@ -228,6 +230,7 @@ class InvertedHexError(CadSweepError):
         super().__init__(message)
         self.hexes = tuple(int(h) for h in hexes)
         self.min_scaled_jacobian = float(min_scaled_jacobian)
+        self.crossing: tuple[tuple[float, float, float], ...] = ()
 
 
 class WorkerError(CadSweepError):

@@ -92,6 +92,8 @@ class QuadMesh:
         ids from the edge's start to its end.
     walls : tuple of WallRows
         Rows of nodes whose distance from a wall was asked for.
+    places : (n_levels, n, 3) float64, optional
+        Of the arrangement of a stack: where its nodes are on every level, where that was looked for level by level.
     """
 
     points: FloatArray
@@ -100,6 +102,7 @@ class QuadMesh:
     loops: tuple[IntArray, ...]
     edge_nodes: dict[int, IntArray]
     walls: tuple[WallRows, ...] = ()
+    places: FloatArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

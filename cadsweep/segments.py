@@ -18,8 +18,13 @@ def segments_by_edge(sweep: Sweep, surfaces: SurfaceMesh) -> dict[int, IntArray]
     """Segments (s, 2) on each CAD edge of a sweep's boundary; nodes are numbered layer by layer, as on the source."""
     found: dict[int, list[IntArray]] = {}
     for segments, edges in ring_segments(sweep, surfaces):
-        for edge in np.unique(edges[edges >= 0]).tolist():
-            found.setdefault(edge, []).append(segments[edges == edge])
+        # Sorted once, in their order on each edge: a plate with a thousand holes has thousands of edges.
+        order = np.argsort(edges, axis=None, kind="stable")
+        ids, sizes = np.unique(edges, return_counts=True)
+        groups = np.split(segments.reshape(-1, 2)[order], np.cumsum(sizes)[:-1])
+        for edge, own in zip(ids.tolist(), groups, strict=True):
+            if edge >= 0:
+                found.setdefault(edge, []).append(own)
     last = (len(surfaces.rings) - 1) * len(surfaces.source.points)
     for edge, nodes in surfaces.source.edge_nodes.items():
         pairs = np.column_stack([nodes[:-1], nodes[1:]])

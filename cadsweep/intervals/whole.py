@@ -13,7 +13,7 @@ Not handled: levels of stacked sides that two rails of one cell cross at differe
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import lcm
+from math import lcm, pi, radians
 
 import numpy as np
 
@@ -42,6 +42,9 @@ from .sizes import (
 
 LEAST_SHARE = 0.02
 """Share of the hexes that the smallest cell may have for its features, however small its volume is."""
+TANGENT = radians(1.0)
+"""Angle of two sides below which they part tangent: at such a tip a cell has no thickness, whatever its size, and the
+shorter the segments are there the flatter the first quad is."""
 _PASSES = 3
 """Times that a pattern may go on from a cell to its neighbours."""
 
@@ -104,7 +107,10 @@ def cell_sizes(cells: Sequence[CellSweep], wishes: Wishes) -> list[float]:
             sweep = cell.fill
             area = sum(cell.solid.faces[f].area for f in sweep.source)
             perimeters = [sum(cell.solid.edges[e].length for e, _ in loop) for loop in sweep.source_loops]
-            feature = min(2.0 * area / sum(perimeters) / SEGMENTS_ACROSS, *(p / SEGMENTS_AROUND for p in perimeters))
+            feature = min(p / SEGMENTS_AROUND for p in perimeters)
+            angles = [cell.solid.edges[e].dihedral for e in sweep.rails]
+            if min((min(angle, 2.0 * pi - angle) for angle in angles), default=pi) > TANGENT:  # 0 may be read as 2 pi
+                feature = min(feature, 2.0 * area / sum(perimeters) / SEGMENTS_ACROSS)
             size = min(common, max(feature, size_for(area, path_length(sweep), MOST_HEXES * share)))
         sizes.append(float(size))
     return sizes

@@ -31,6 +31,9 @@ log = logging.getLogger(__name__)
 GOOD_ENOUGH = 0.1
 """Worst scaled Jacobian at which no other candidate sweep is tried."""
 
+POINTED = 0.01
+"""Radians between two edges of a face below which they are tangent: a quad there has no area."""
+
 SMOOTH_BELOW = 0.3
 """Worst scaled Jacobian below which smoothing is tried."""
 
@@ -108,6 +111,20 @@ def touching_of(solid: Solid, failure: CadSweepError) -> CadError | None:
     )
     error.__cause__ = failure
     return error
+
+
+def pointed_of(solid: Solid) -> str:
+    """Say which face of a solid runs out to a point that no hexahedron fits into; empty where none does."""
+    for face in solid.faces:
+        for loop in face.loops:
+            for (e, forward), angle in zip(loop.directed, loop.angles, strict=True):
+                if angle < POINTED:
+                    place = solid.vertices[solid.edges[e].start if forward else solid.edges[e].end]
+                    return (
+                        f"{face.label()} runs out to a point at ({solid.units.place(place)}), where two of its edges "
+                        "are tangent to each other: no hexahedra fit into it, so move one of the features there"
+                    )
+    return ""
 
 
 def first_good(

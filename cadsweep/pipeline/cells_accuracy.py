@@ -97,7 +97,7 @@ def accurate_cells(  # noqa: PLR0917
     def finer(made: Meshed, found: Found, asked: Asks) -> Asks | None:
         wishes, before = asked
         inside = sizes_in_caps(part, plan, made[0], found.needed, found.sags, before)
-        sizes = _finer(part, made[1], _blamed(part, made[0], found, caps), wishes)
+        sizes = finer_sizes(part, made[1], _blamed(part, made[0], found, caps), wishes)
         if inside is not None:
             kept = {key for demand in wishes.demands for key in demand.keys}
             own = caps.intersection(found.needed)
@@ -311,7 +311,7 @@ def edge_sag(part: Part, joined: JoinedMesh | CellBlocks, cell: int, edge: int) 
     return float(np.max(solid.edges[edge].curve.distance((nodes[1:] + nodes[:-1]) / 2)))
 
 
-def _finer(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:
+def finer_sizes(part: Part, counts: Sequence[Intervals], factors: dict[int, float], asked: Wishes) -> dict[int, float]:
     """Sizes of edges, by key, that make them as much finer; not of those whose count the user gave."""
     spoken = {key for demand in asked.demands for key in demand.keys}
     sizes: dict[int, float] = {}

@@ -61,11 +61,15 @@ def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None
     """Say what is wrong with a mesh that is not handed over."""
     if report.crossings and not report.n_inverted and part is not None and sweep is not None:
         return explain_crossings(part, sweep, report.crossings, report.min_scaled_jacobian)
-    return InvertedHexError(
+    error = InvertedHexError(
         f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
+    if report.crossings and not report.n_inverted:
+        corners = np.concatenate([crossing.corners.reshape(-1, 3) for crossing in report.crossings])
+        error.crossing = tuple((x, y, z) for x, y, z in corners.tolist())
+    return error
 
 
 def poor_carried(points: FloatArray, hexes: IntArray) -> float:

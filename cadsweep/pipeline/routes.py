@@ -34,7 +34,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from .assemblies import mesh_assembly
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good, touching_of
+from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
 from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
 from .groups import as_blocks
 from .local_sizes import with_largest_size
@@ -168,15 +168,18 @@ def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepEr
 
 
 def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
-    """The refusal, with the small features that might be left out; or that the model runs into itself."""
+    """The refusal, with where a face has no corner and small features to leave out; or that the model is at fault."""
     crossed = crossing_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
     if crossed is not None:
         return crossed
-    small = cad.small_features(part)
-    if not small:
+    small, pointed = cad.small_features(part), pointed_of(part.solids[0])
+    if not small and not pointed:
         return refused
     found = NotSweepableError(
-        f"{refused}; or {small}", reasons=refused.reasons, faces=refused.faces, advice=refused.advice
+        f"{f'{pointed}; ' if pointed else ''}{refused}{f'; or {small}' if small else ''}",
+        reasons=refused.reasons,
+        faces=refused.faces,
+        advice=refused.advice,
     )
     found.solids, found.left, found.columns = refused.solids, refused.left, refused.columns
     return found

@@ -28,6 +28,7 @@ from ..blocks.interface_slides import find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
+from ..errors import InvertedHexError
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -43,6 +44,7 @@ from .candidates import SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
 from .cells_accuracy import accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
+from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
 from .origin import CellsOrigin, made_of
 from .refusing import refusal
 from .run import Run, measured
@@ -64,9 +66,27 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
     SurfaceMeshError, ProjectionError
         A face or a layer cannot be meshed.
     """
+    finer: list[str] = []
+    rounds = 0 if options.size is not None and options.tolerance is None else MOST_ROUNDS  # a size that is named stays
+    for tried in range(1 + rounds):
+        cells, counts, notes = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
+        try:
+            mesh = _finished(found, cells, counts, options, run, [*finer, *notes])
+            break
+        except InvertedHexError as error:
+            divided = finer_where_crossing(found.part, cells, counts, error, wishes) if tried < rounds else None
+            if divided is None:
+                raise
+            wishes, finer = divided, [FINER]
+    return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
+
+
+def _finished(  # noqa: PLR0917
+    found: Complex, cells: CellBlocks, counts: Sequence[Intervals], options: SweepOptions, run: Run, notes: list[str]
+) -> HexMesh | BlockMesh:
+    """The mesh of a planned part's cells, checked."""
     part, plan = found.part, found.plan
-    cells, counts, notes = accurate_cells(part, plan, options, run, wishes, found.model)
-    mesh = finish(
+    return finish(
         part,
         cells,
         options,
@@ -79,7 +99,6 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
             )
         ],
     )
-    return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
 
 
 def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:

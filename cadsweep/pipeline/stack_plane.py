@@ -90,7 +90,7 @@ def mesh_plane(
             mended = stacks.mend_quads(stack, levels, surfaces.source)
             found = stacks.judge_plane(stack, levels, mended)
         # A cell that no division mends must not keep the others from what they gain.
-        if found.lacking >= judged.lacking:
+        if found.rank >= judged.rank:
             finer = {e: size for e, size in finer.items() if e not in shorter}
             gained = _gained(stack, judged, found, shorter)
             if gained:
@@ -151,7 +151,7 @@ def _first_mesh(  # noqa: PLR0917
     except SurfaceMeshError as error:
         log.info("segments as short as cells are narrow: %s", error)
         return plain or made(hints, _until_meshed(stack, hints, {}, attempt, run))
-    if plain is not None and plain.judged.lacking <= fit.judged.lacking:
+    if plain is not None and plain.judged.rank <= fit.judged.rank:
         return plain
     return fit._replace(notes=["segments are shorter where outlines come near each other", *fit.notes])
 

@@ -296,7 +296,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     if abs(off) > COARSE:
         notes.append(f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size")
     if report.min_scaled_jacobian < SMOOTH_BELOW:
-        notes += _limits(stack)
+        notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})
 
 
@@ -315,13 +315,16 @@ def _not_for_columns(name: str, instead: str) -> InputError:
     return InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: {instead}")
 
 
-def _limits(stack: Stack) -> list[str]:
-    """What a poor mesh of a stack is told of its part."""
+def _limits(stack: Stack, reached: float) -> list[str]:
+    """What a poor mesh of a stack is told of its part.
+
+    Upright columns are no bound: smoothing draws them aside. Where it went beyond theirs, they explain nothing.
+    """
     said = "no hexahedron there has a scaled Jacobian above"
     if stack.limit.value < SMOOTH_BELOW:
         return [f"the part limits its columns: {stack.limit.reason}, so {said} {stack.limit.value:.2g}"]
     upright = stack.upright_limit
-    if upright.value < SMOOTH_BELOW:
+    if upright.value < SMOOTH_BELOW and reached <= upright.value:
         return [
             f"the part limits its columns: {upright.reason}, so {said} {upright.value:.2g} while columns are upright"
         ]

@@ -34,6 +34,8 @@ CORNER = 5.0 * pi / 6.0
 """Interior angle of a face below which a vertex of its outline is a corner: half way to straight from 120 degrees."""
 REENTRANT = 7.0 * pi / 6.0
 """Angle from which on an outline turns back: such a face is no logical rectangle."""
+TANGENT = 1e-3
+"""Radians from pi up to which the halves of a rounding run tangent into each other."""
 BOXED = 1e-3
 """What a way whose caps are grids is preferred by: a structured cap is what a person would draw."""
 
@@ -109,25 +111,38 @@ def box_caps(sweep: Sweep) -> tuple[LinkingSide, LinkingSide] | None:
 
 
 def corners_of(solid: Solid, face: Face) -> list[int] | None:
-    """The four corner vertices of a face of one loop that turns nowhere else; None where it is no such rectangle."""
+    """The four corner vertices of a face of one loop that turns nowhere else; None where it is no such rectangle.
+
+    Where it turns at three, the place where a rounding is divided half way is the fourth.
+    """
     if len(face.loops) != 1:
         return None
     loop = face.loops[0]
-    corners = [
-        solid.first_vertex(directed)
-        for directed, angle in zip(loop.directed, loop.angles, strict=True)
-        if angle < CORNER
-    ]
-    return corners if len(corners) == 4 and max(loop.angles) < REENTRANT else None
+    outline = [(solid.first_vertex(edge), angle) for edge, angle in zip(loop.directed, loop.angles, strict=True)]
+    corners = {v for v, angle in outline if angle < CORNER}
+    if len(corners) == 3:
+        corners |= _half_way(solid)
+    found = [v for v, _ in outline if v in corners]
+    return found if len(found) == 4 and max(loop.angles) < REENTRANT else None
+
+
+def _half_way(solid: Solid) -> set[int]:
+    """The ends of edges at which the halves of a rounding about an axis run tangent into each other."""
+    return {
+        v
+        for edge in solid.edges
+        if abs(edge.dihedral - pi) < TANGENT and all(solid.faces[f].kind == "torus" for f in edge.faces)
+        for v in (edge.start, edge.end)
+    }
 
 
 def over(sweep: Sweep, vertex: int) -> int:
     """The vertex that the rails lead to from a vertex of the source; -1 where none leaves it."""
+    rails = (rail for side in sweep.linking_sides for rail in (side.left, side.right))
+    ahead = {sweep.solid.first_vertex(rail[0]): sweep.solid.last_vertex(rail[-1]) for rail in rails}
     found = vertex
-    for side in sweep.linking_sides:
-        for rail in (side.left, side.right):
-            if sweep.solid.first_vertex(rail[0]) == vertex:
-                found = sweep.solid.last_vertex(rail[-1])
+    while found in ahead:  # sides may follow each other along the sweep
+        found = ahead[found]
     return -1 if found == vertex else found
 
 

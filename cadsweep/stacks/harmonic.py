@@ -10,9 +10,16 @@ import scipy
 
 from ..arrays import BoolArray, FloatArray, IntArray
 
+_LEAST = 1e-6
+"""Length, in sizes of the mesh, below which neighbours count as if they were so far away."""
 
-def carried(values: FloatArray, fixed: BoolArray, quads: IntArray) -> FloatArray:
-    """Values (n, k) of all nodes of quads (q, 4): those that are `fixed` (n,) keep theirs."""
+
+def carried(values: FloatArray, fixed: BoolArray, quads: IntArray, points: FloatArray | None = None) -> FloatArray:
+    """Values (n, k) of all nodes of quads (q, 4): those that are `fixed` (n,) keep theirs.
+
+    Where `points` (n, 3) are given, neighbours count by one over the square of their distance, as in a harmonic
+    function of the plane: the two sides of a narrow cell go together, whatever is beyond.
+    """
     inner, outer = np.flatnonzero(~fixed), np.flatnonzero(fixed)
     if not len(inner):
         return values
@@ -21,6 +28,11 @@ def carried(values: FloatArray, fixed: BoolArray, quads: IntArray) -> FloatArray
     pairs = np.concatenate([ends, ends[::-1]], axis=1)
     weights = scipy.sparse.coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(n, n)).tocsr()
     weights.data[:] = 1.0  # an edge of two quads is one neighbour
+    if points is not None:
+        rows = np.repeat(np.arange(n), np.diff(weights.indptr))
+        lengths = np.linalg.norm(points[rows] - points[weights.indices], axis=1)
+        typical = float(np.median(lengths))
+        weights.data[:] = (typical / np.maximum(lengths, _LEAST * typical)) ** 2
     degree = np.asarray(weights.sum(axis=1)).ravel()
     rows = weights[inner]
     matrix = scipy.sparse.csc_array(scipy.sparse.diags_array(degree[inner]) - rows[:, inner])

@@ -4,9 +4,10 @@ Place in the flow: after the arrangement has been meshed, before it is judged. A
 outlines were laid together, a corner of 130 degrees there may be none at all on the level where one of them is
 real, and a quad that has it is flat.
 
-Method: around every poor quad the inner nodes look for places where the worst corner, over all levels with material,
-is best; where that does not help, what is around it is divided otherwise (:mod:`.rewrites`), in the way that helps
-most, so that a flat corner gets edges of its own. Nodes on lines stay, and so do edges that lie on them.
+Method: around every poor quad the inner nodes look for places where the worst corners, over all levels with material,
+lack least of what is good; where that does not help, what is around it is divided otherwise (:mod:`.rewrites`), in the
+way that helps most, so that a flat corner gets edges of its own. Nodes on lines stay, and so do edges that lie on them.
+The places on all levels are kept with the mesh: carried there anew, nodes would be elsewhere than they were judged.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from .rewrites import Around, Rewrite, rewrites
 
 _GOOD = 0.35
 """Worst corner sine from which on a quad is left alone: somewhat more than is promised of hexahedra."""
-_LEAST_GAIN = 0.02
-"""Gain of the worst corner's sine for which nodes are moved."""
+_LEAST_MOVED = 0.001
+"""Squares of what the corners' sines lack, in sum, for which nodes are moved: one that no move opens is not all."""
 _LEAST_DIVIDED = 0.005
-"""Squares of what the corners' sines lack, in sum, for which quads are divided otherwise."""
+"""The same for which quads are divided otherwise."""
 _SPARE = 400
 """Quads and nodes that may come to those of the plane."""
 _MOST_MENDED = 400
 """Quads that are looked at, the worst first."""
 _PASSES = 8
-"""How often all quads are looked at at most: what was divided otherwise is carried to the levels anew."""
-_PATIENT = 2
-"""Passes after which one that gains nothing is the last: the first ones may fold as much as they mend."""
+"""How often all quads are looked at at most."""
 _FOLDED = 1e-6
 """Worst corner below which a quad makes no valid hexahedron."""
+_SAME = 1e-9
+"""Difference of corner sines up to which they are the same."""
 _ROUNDS = 6
 """How often the nodes around a quad look around themselves."""
 _OFFSETS = np.concatenate(
@@ -71,27 +72,20 @@ def mend_quads(stack: Stack, levels: Levels, mesh: QuadMesh) -> QuadMesh:
     """
     if mesh.walls or not stack.arrangement.claims:
         return mesh
-    best, least = mesh, (np.inf, np.inf)
-    for turn in range(_PASSES + 1):
-        work = _Quads(
-            points=mesh.points,
-            quads=mesh.quads,
-            cells=mesh.faces,
-            places=find_places(stack, levels, mesh) @ across(stack.direction).T,
-            there=find_presence(stack, levels, mesh),
-            lines=mesh.edge_nodes.values(),
-            frame=across(stack.direction),
-        )
-        # New nodes are carried to the levels otherwise than they were put there: only now it is seen what was gained.
-        lacking = work.lacking()
-        if lacking < least:
-            best, least = mesh, lacking
-        elif turn > _PATIENT:
+    work = _Quads(
+        points=mesh.points,
+        quads=mesh.quads,
+        cells=mesh.faces,
+        places=find_places(stack, levels, mesh) @ across(stack.direction).T,
+        there=find_presence(stack, levels, mesh),
+        lines=mesh.edge_nodes.values(),
+        frame=across(stack.direction),
+    )
+    before = work.lacking()
+    for _ in range(_PASSES):
+        if not work.mend():
             break
-        if turn == _PASSES or not work.mend():
-            break
-        mesh = work.mended(mesh)
-    return best
+    return work.mended(mesh) if work.lacking() < before else mesh
 
 
 class _Quads:
@@ -146,12 +140,15 @@ class _Quads:
 
     def lacking(self) -> tuple[float, float]:
         """How many quads are folded, and the squares of what the worst corners of all quads lack, in sum."""
-        worst = self.worst(range(self.n_quads))
+        worst = self.worst(np.flatnonzero(self.alive).tolist())
         return float(np.count_nonzero(worst < _FOLDED)), float((np.maximum(_GOOD - worst, 0.0) ** 2).sum())
 
     def mend(self) -> bool:
         """Go through the poor quads, the worst first; whether anything was changed."""
-        values = self.worst(range(self.n_quads))
+        self.changed = False
+        ids = np.flatnonzero(self.alive)
+        values = np.full(len(self.alive), np.inf)
+        values[ids] = self.worst(ids.tolist())
         queue = np.flatnonzero(values < _GOOD)
         queue = queue[np.argsort(values[queue], kind="stable")][:_MOST_MENDED]
         for q in queue.tolist():
@@ -171,6 +168,7 @@ class _Quads:
             faces=self.around.cells[self.alive],
             loops=tuple(number[loop] for loop in mesh.loops),
             edge_nodes={e: number[nodes] for e, nodes in mesh.edge_nodes.items()},
+            places=self.places[:, used] @ self.frame,
         )
 
     def _relax(self, quads: Sequence[int]) -> float:
@@ -187,8 +185,8 @@ class _Quads:
         """Move a node to the best of the places around it, where that gains enough."""
         ids = np.array(sorted(self.around.at[node]))
         move = np.empty(2)
-        gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, move)
-        if not gain > 0.25 * _LEAST_GAIN:
+        gain = look_around(self.places, self.quads, self.there, ids, node, _OFFSETS, _GOOD, move)
+        if not gain > _LEAST_MOVED:
             return False
         self.places[:, node] += move
         self.points[node] += move @ self.frame
@@ -224,7 +222,7 @@ class _Quads:
         self._lay(removed, old)
         self.n_nodes, self.n_quads = self.n_nodes - n_new, self.n_quads - max(len(own) - len(removed), 0)
         self.changed, self.places[:, free], self.points[free] = changed, places, points
-        if after.min() < before.min():
+        if after.min() < before.min() - _SAME:
             return 0.0
         return float((np.maximum(_GOOD - before, 0.0) ** 2).sum() - (np.maximum(_GOOD - after, 0.0) ** 2).sum())
 

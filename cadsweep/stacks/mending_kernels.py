@@ -14,8 +14,8 @@ kernel = compiled(cache=True, nogil=True, error_model="numpy")
 
 
 @kernel
-def _worst_sine(places, quads, there, q, floor):  # type: ignore[no-untyped-def]  # pragma: no cover
-    """Least corner sine of a quad on the levels where it is; what is not above `floor` need not be exact."""
+def _worst_sine(places, quads, there, q):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Least corner sine of a quad on the levels where it is; infinite where on none."""
     least = np.inf
     for k in range(places.shape[0]):
         if not there[k, q]:
@@ -29,8 +29,6 @@ def _worst_sine(places, quads, there, q, floor):  # type: ignore[no-untyped-def]
             step = step_x * step_x + step_y * step_y
             least = min(least, (back_x * step_y - back_y * step_x) / max(np.sqrt(back * step), 1e-300))
             back_x, back_y, back = step_x, step_y, step
-        if not least > floor:
-            break
     return least
 
 
@@ -41,12 +39,25 @@ def worst_sines(places, quads, there, ids, out):  # type: ignore[no-untyped-def]
     `places` (n_levels, n, 2) are those of the nodes, `there` (n_levels, q) tells which quad is on which level.
     """
     for j in range(len(ids)):
-        out[j] = _worst_sine(places, quads, there, ids[j], -np.inf)
+        out[j] = _worst_sine(places, quads, there, ids[j])
 
 
 @kernel
-def look_around(places, quads, there, ids, node, offsets, move):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
-    """The ``move`` (2,) of a node after which the worst corner of its quads `ids` is best; returns what that gains.
+def _lacks(places, quads, there, ids, wanted, most):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Squares of what the worst corners of quads `ids` lack of what is wanted, in sum; given up above `most`."""
+    found = 0.0
+    for q in ids:
+        lack = wanted - _worst_sine(places, quads, there, q)
+        if lack > 0.0:
+            found += lack * lack
+        if not found < most:
+            break
+    return found
+
+
+@kernel
+def look_around(places, quads, there, ids, node, offsets, wanted, move):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """The ``move`` (2,) of a node after which its quads `ids` lack least of what is wanted; returns what that gains.
 
     `offsets` (k, 2) count in lengths of the shortest edge at the node on any level. All places are left as they are.
     """
@@ -63,23 +74,17 @@ def look_around(places, quads, there, ids, node, offsets, move):  # type: ignore
     own = np.empty((n_levels, 2))
     for k in range(n_levels):
         own[k, 0], own[k, 1] = places[k, node, 0], places[k, node, 1]
-    before = np.inf
-    for q in ids:
-        before = min(before, _worst_sine(places, quads, there, q, -np.inf))
+    before = _lacks(places, quads, there, ids, wanted, np.inf)
     best = before
     move[0], move[1] = 0.0, 0.0
     for j in range(len(offsets)):
         x, y = reach * offsets[j, 0], reach * offsets[j, 1]
         for k in range(n_levels):
             places[k, node, 0], places[k, node, 1] = own[k, 0] + x, own[k, 1] + y
-        worst = np.inf
-        for q in ids:
-            worst = min(worst, _worst_sine(places, quads, there, q, best))
-            if not worst > best:
-                break
-        if worst > best:
-            best = worst
+        lacks = _lacks(places, quads, there, ids, wanted, best)
+        if lacks < best:
+            best = lacks
             move[0], move[1] = x, y
     for k in range(n_levels):
         places[k, node, 0], places[k, node, 1] = own[k, 0], own[k, 1]
-    return best - before
+    return before - best

@@ -23,8 +23,11 @@ def find_places(stack: Stack, levels: Levels, mesh: QuadMesh) -> FloatArray:
     Returns
     -------
     (n_layers + 1, n_nodes, 3) float64
-        Without their heights; one plane, seen from every level, where no outline was moved.
+        Without their heights; one plane, seen from every level, where no outline was moved. Those that the mesh has
+        already, where it was mended.
     """
+    if mesh.places is not None:
+        return mesh.places
     flat = mesh.points - np.outer(mesh.points @ stack.direction, stack.direction)
     shape = (levels.n_layers + 1, len(flat))
     if not stack.arrangement.claims:
@@ -53,7 +56,7 @@ def find_places(stack: Stack, levels: Levels, mesh: QuadMesh) -> FloatArray:
     off = points - flat
     for k in range(shape[0]):
         if fixed[k].any() and np.abs(off[k]).max() > 0.0:
-            points[k] = flat + carried(off[k], fixed[k], mesh.quads)
+            points[k] = flat + carried(off[k], fixed[k], mesh.quads, flat)
     return points
 
 

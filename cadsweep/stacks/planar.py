@@ -58,6 +58,8 @@ class Judged:
         Those of `poor` by quads that are folded.
     worst : float
         Worst corner sine of all quads.
+    n_folded : int
+        Cells with folded quads.
     lacks : (n_faces,) float64
         What the worst quad over each face of the prism lacks of what its cell allows.
     """
@@ -66,12 +68,18 @@ class Judged:
     around: set[int]
     folded: set[int]
     worst: float
+    n_folded: int
     lacks: FloatArray
 
     @property
     def lacking(self) -> float:
         """What all cells lack, in sum."""
         return float(self.lacks.sum())
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Cells with folded quads, then what all cells lack: of two meshes of one plane the less is the better."""
+        return self.n_folded, self.lacking
 
 
 def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
@@ -80,6 +88,7 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
     frame = across(stack.direction)
     sines = corner_sines((mesh.points @ frame.T)[mesh.quads])
     if arrangement.claims:
+        sines[:] = 1.0  # outlines that were laid together need not be there on any level
         for places, there in zip(find_places(stack, levels, mesh), find_presence(stack, levels, mesh), strict=True):
             sines[there] = np.minimum(sines[there], corner_sines((places @ frame.T)[mesh.quads[there]]))
     worst = np.ones(len(arrangement.prism.faces))
@@ -95,7 +104,12 @@ def judge_plane(stack: Stack, levels: Levels, mesh: QuadMesh) -> Judged:
         for near in (_near(mesh, sines < wanted[mesh.faces]), _near(mesh, sines <= 0.0))
     )
     return Judged(
-        poor=poor, around=around, folded=folded, worst=float(sines.min()), lacks=np.maximum(wanted - worst, 0.0)
+        poor=poor,
+        around=around,
+        folded=folded,
+        worst=float(sines.min()),
+        n_folded=int(np.count_nonzero(worst <= 0.0)),
+        lacks=np.maximum(wanted - worst, 0.0),
     )
 
 

@@ -7,7 +7,7 @@ levels of its own place alone, it jumps there, however near the two are: a quad 
 the plane is then narrow and steep, all but flat. A wall is a strip, along by lengths and upwards by the mean heights
 of the levels; by how much a level is off its mean height solves Laplace's equation there, the known levels given. Short
 sides of quads from line to line are strips, too: lines that come near each other are as one. Where that would bring two
-levels near each other, the place goes only part of the way.
+levels near each other, the layer between them keeps part of its height, and the others of its place give way.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def even_out(  # noqa: PLR0917
     wanted = heights.copy()
     wanted.ravel()[inner] = _solved(rows[:, inner], degree, rows[:, outer] @ off.ravel()[outer])
     wanted[free] += np.broadcast_to(means[:, None], heights.shape)[free]
-    return _in_order(heights, below[1:] - above[:-1], wanted, known)
+    return _in_order(heights, below, above, wanted, known)
 
 
 def _solved(beside: scipy.sparse.csr_array, degree: FloatArray, given: FloatArray) -> FloatArray:
@@ -109,20 +109,30 @@ def _solved(beside: scipy.sparse.csr_array, degree: FloatArray, given: FloatArra
     return np.asarray(scale @ found)
 
 
-def _in_order(heights: FloatArray, layers: FloatArray, wanted: FloatArray, known: BoolArray) -> FloatArray:
-    """From heights as far to the wanted ones as every layer between two known levels keeps its part of its height."""
-    change = np.diff(wanted - heights, axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = np.where(change < 0.0, (1.0 - _LEAST) * layers / -change, 1.0)
-    part = np.fmin(part, 1.0)
+def _in_order(
+    heights: FloatArray, below: FloatArray, above: FloatArray, wanted: FloatArray, known: BoolArray
+) -> FloatArray:
+    """The wanted heights, where every layer between two known levels keeps its part of its own height.
+
+    Layers that would be lower get that part, and the others between the same known levels give what it takes.
+    """
     found = heights.copy()
     patterns, which = np.unique(known, axis=1, return_inverse=True)
     for j, rows in enumerate(patterns.T):
         nodes = np.flatnonzero(which.ravel() == j)
         for low, high in pairwise(np.flatnonzero(rows)):
-            if high - low > 1:
-                own = np.ix_(np.arange(low + 1, high), nodes)
-                found[own] += part[low:high, nodes].min(axis=0) * (wanted[own] - heights[own])
+            if high - low == 1:
+                continue
+            between = slice(low + 1, high)
+            first, last = above[low, nodes], below[high, nodes]
+            least = _LEAST * np.diff(np.vstack([first, heights[between, nodes], last]), axis=0)
+            spare = np.maximum(np.diff(np.vstack([first, wanted[between, nodes], last]), axis=0) - least, 0.0)
+            room, asked = (last - first) - least.sum(axis=0), spare.sum(axis=0)
+            with np.errstate(invalid="ignore"):
+                layers = least + spare * np.where(asked > room, room / asked, 1.0)
+            found[between, nodes] = np.where(
+                asked > room * (1.0 + _ACCURACY), first + np.cumsum(layers, axis=0)[:-1], wanted[between, nodes]
+            )
     return found
 
 

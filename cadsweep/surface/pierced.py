@@ -22,6 +22,10 @@ _MOST = 2000
 """Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
 _CELLS_AT = 4
 """Nodes of the lattice next to a point whose cells are looked at for it."""
+_AT_ONCE = 100_000
+"""Nodes that are held against others at once."""
+_EVEN = 1e-9
+"""Steps of a lattice by which its nodes may be off equal ones: no triangles are needed to look for holes there."""
 _TIE = 1e-6
 """Cells of the lattice by which a place is nearer than another only by rounding."""
 
@@ -37,13 +41,15 @@ def pierce(
     n_outer = len(outline.nodes[0])
     places = np.argwhere(number >= 0)
     order = number[places[:, 0], places[:, 1]]
-    lattice = scipy.spatial.cKDTree(whole[order])
+    even = _even_lattice(whole[order], places)
+    lattice = scipy.spatial.cKDTree(whole[order]) if even is None else None
     is_cell = np.zeros(number.shape, dtype=np.bool_)
     is_cell[cells[:, 0], cells[:, 1]] = True
     taken = np.where((number >= 0) & (number < n_outer), number, -1)
     first = n_outer
     for j in range(1, len(outline.loops)):
-        own = _places_in_lattice(chart.boundary[j], lattice, places)
+        hole = chart.boundary[j]
+        own = (hole - even[0]) @ even[1] if even is not None else _places_in_lattice(hole, lattice, places)
         corners = _hole_corners(outline, j, own)
         if not np.isfinite(own).all() or corners is None:
             return None
@@ -62,6 +68,16 @@ def pierce(
         first += len(own)
     cells = np.argwhere(is_cell)
     return numbered(taken, cells, first), cells
+
+
+def _even_lattice(nodes: FloatArray, places: IntArray) -> tuple[FloatArray, FloatArray] | None:
+    """Origin (2,) and inverse of the steps (2, 2) of a lattice whose nodes (n, 2) are all equally apart; else None."""
+    columns = np.column_stack([np.ones(len(places)), places])
+    found = np.linalg.lstsq(columns, nodes, rcond=None)[0]
+    step = float(np.linalg.norm(found[1:], axis=1).min())
+    if np.abs(columns @ found - nodes).max() > _EVEN * step or np.linalg.matrix_rank(found[1:]) < 2:
+        return None
+    return found[0], np.linalg.inv(found[1:])
 
 
 def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places: IntArray) -> FloatArray:
@@ -150,13 +166,25 @@ def _placed(
             np.round(shift),
         )
         aside = float(np.count_nonzero((np.abs(middle - size / 2.0) < _TIE) & (np.abs(low - shift) > _TIE)))
-        for k in range(n) if may_differ else (begin,):
-            apart = float(((np.roll(seen, -k, axis=0) - square) ** 2).sum(axis=1).mean())
-            found = (round(apart + aside, 6), round(abs(up - wanted), 6), up, k, low.astype(np.int64))
+        starts = np.arange(n) if may_differ else np.array([begin])
+        apart = _apart(seen, square, starts)
+        for k, far in zip(starts.tolist(), apart.tolist(), strict=True):
+            found = (round(far + aside, 6), round(abs(up - wanted), 6), up, k, low.astype(np.int64))
             if best is None or found[:4] < best[:4]:
                 best = found
     assert best is not None
     return best[3], best[2], n // 2 - best[2], best[4]
+
+
+def _apart(ring: FloatArray, other: FloatArray, starts: IntArray) -> FloatArray:
+    """Mean squared distances of the nodes (n, 2) of two rings, for each node of the first that the second begins at."""
+    n = len(ring)
+    found = np.empty(len(starts))
+    step = max(1, _AT_ONCE // n)
+    for low in range(0, len(starts), step):
+        rolled = ring[(starts[low : low + step, None] + np.arange(n)) % n]
+        found[low : low + step] = ((rolled - other) ** 2).sum(axis=2).mean(axis=1)
+    return found
 
 
 def _is_round(outline: Outline, loop: int) -> bool:

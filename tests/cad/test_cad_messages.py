@@ -35,3 +35,11 @@ def test_a_size_that_is_too_large_is_compared_in_the_users_units():
     part = cs.load(cq.Workplane().box(4e-3, 3e-3, 2e-3))
     with pytest.raises(cs.InputError, match=r"size 0\.5 is larger than the whole part, whose diagonal is 0\.005385"):
         cs.sweep_mesh(part, size=0.5)
+
+
+def test_a_bore_that_another_touches_from_inside_is_named_with_the_place():
+    """Bores of radii 6 and 4 whose axes are 2 apart: both end at z = 6, where their curve crosses itself."""
+    block = cq.Workplane().box(60, 60, 40).cut(cq.Workplane("YZ").center(-6, 0).circle(6).extrude(30, both=True))
+    block = block.cut(cq.Workplane("XZ").center(10, 2).circle(4).extrude(30, both=True))
+    with pytest.raises(cs.CadError, match=r"face \d+ touches itself at \(10, -6, 6\)"):
+        cs.load(block)

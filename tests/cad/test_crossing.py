@@ -95,6 +95,14 @@ def test_faces_that_keep_apart_or_cross_do_not_touch(wall):
     assert candidates.touching_of(solid, cs.NotSweepableError("no sweep")) is None
 
 
+def test_faces_whose_nearest_points_opencascade_does_not_find_are_passed_over():
+    """Of the rounding and the keyway's floor it throws."""
+    sleeve = cq.Workplane().circle(14).extrude(40).circle(7).cutThruAll()
+    sleeve = sleeve.faces("<Z").edges(cq.selectors.RadiusNthSelector(-1)).fillet(2)
+    keyway = cq.Workplane(cq.Plane((12, 0, 20), (0, 0, 1), (1, 0, 0))).slot2D(36, 2).extrude(9)
+    assert find_touching(load(sleeve.cut(keyway)).solids[0]) is None
+
+
 def test_bores_that_meet_in_a_point_are_told_by_their_faces():
     block = cq.Workplane().box(20, 20, 10, centered=(True, True, False))
     bores = [cq.Workplane("XY", (x, 0, z)).circle(3).extrude(5) for x, z in ((-3, 5), (3, 0))]
@@ -110,3 +118,15 @@ def test_bores_that_meet_in_a_point_are_told_by_their_faces():
 
 def corners(solid, face):
     return {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
+
+
+@pytest.mark.parametrize(("above", "is_pointed"), [(0.0, True), (0.5, False)])
+def test_a_face_that_runs_out_to_a_point_is_told_with_the_place(above, is_pointed):
+    """The wall of a blind hole, where the round end of a slot goes out of it along its floor."""
+    slot = cq.Workplane("YZ", (-20, 0, 0)).center(4, above + 6).slot2D(12, 4, 90).extrude(40)
+    block = cq.Workplane().box(40, 40, 30).cut(cq.Workplane().circle(6).extrude(15)).cut(slot)
+    said = str(routes._proposing(load(block), cs.NotSweepableError("no sweep")))
+    assert "no sweep" in said
+    assert ("runs out to a point at" in said) == is_pointed
+    # On the floor, and on the hole's wall above the slot's middle line.
+    assert (f"{20**0.5:.4g}, 4, 0" in said.replace("-", "")) == is_pointed

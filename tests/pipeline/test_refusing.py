@@ -55,3 +55,12 @@ def test_facets_that_cross_where_the_model_does_not_ask_for_a_smaller_size():
     with pytest.raises(cs.InvertedHexError, match=r"runs into itself.*keep apart there.*smaller size"):
         cs.sweep_mesh(scroll(0.01), size=1.0)
     assert cs.sweep_mesh(scroll(0.01), size=0.25, layers=1).quality().valid
+
+
+def test_cells_divide_the_chords_that_cross_but_not_below_a_size_that_is_named_alone():
+    with pytest.raises(cs.InvertedHexError, match="runs into itself") as refused:
+        cs.sweep_mesh(scroll(0.03), cuts=["plane z=0.5"], size=1.0)
+    assert refused.value.crossing
+    mesh = cs.sweep_mesh(scroll(0.03), cuts=["plane z=0.5"], size=1.0, tolerance=0.2)
+    assert mesh.quality().valid
+    assert any("divided finer where quads of the boundary crossed" in note for note in mesh.info["notes"])

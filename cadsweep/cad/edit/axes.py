@@ -5,7 +5,8 @@ Place in the flow: what the makers of cutters (:mod:`.crossings`, :mod:`.ports`,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from math import pi
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -44,6 +45,10 @@ class Axis:
     cylinder : gp_Cylinder
     line : int
         The same for all radii about one line.
+    is_bore : bool
+        Whether it is seen from inside: no shaft, and no boss.
+    spread : (3,) float64
+        From this line to that of the other end of a slot; zero for what is round.
     """
 
     place: FloatArray
@@ -56,6 +61,20 @@ class Axis:
     faces: frozenset[int]
     cylinder: Any
     line: int
+    is_bore: bool = True
+    spread: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def is_slot(self) -> bool:
+        """Whether it is spread out between two lines."""
+        return bool(self.spread.any())
+
+    def span(self, direction: FloatArray) -> tuple[float, float]:
+        """How far its lines reach along a direction square to it, from `place`."""
+        along = float(self.spread @ direction)
+        if abs(along) < MEET * float(np.linalg.norm(self.spread)):
+            return 0.0, 0.0
+        return min(along, 0.0), max(along, 0.0)
 
 
 def find_axes(solid: Solid, *, least_turn: float = WHOLE) -> list[Axis]:
@@ -76,6 +95,8 @@ _axes_of: WeakKeyDictionary[Solid, tuple[Axis, ...]] = WeakKeyDictionary()
 def _read_axes(solid: Solid) -> list[Axis]:
     holder = shapes_of(solid)
     found: list[Axis] = []
+    arcs: list[list[tuple[float, float]]] = []
+    places, directions = np.empty((len(solid.faces), 3)), np.empty((len(solid.faces), 3))
     at = np.linspace(0.0, 1.0, 5)
     for face in solid.faces:
         adaptor = BRepAdaptor_Surface(holder.faces[face.id])
@@ -87,41 +108,67 @@ def _read_axes(solid: Solid) -> list[Axis]:
         place = np.array([location.X(), location.Y(), location.Z()])
         along = np.concatenate([solid.edges[e].curve.evaluate(at) for e in face.edges]) - place
         low, high = float((along @ direction).min()), float((along @ direction).max())
-        turn = adaptor.LastUParameter() - adaptor.FirstUParameter()
-        for j, own in enumerate(found):
-            is_same = abs(own.radius - cylinder.Radius()) < ALIKE * own.radius
-            if is_same and abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size:
-                shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
-                low, high = sorted((shift + sign * low, shift + sign * high))
-                found[j] = replace(
-                    own,
-                    low=min(own.low, low),
-                    high=max(own.high, high),
-                    turn=own.turn + turn,
-                    faces=own.faces | {face.id},
-                )
-                break
-        else:
-            lines = (
-                own.line
-                for own in found
-                if abs(own.direction @ direction) > 1.0 - 1e-9 and _off(own, place) < MEET * solid.size
+        first, last = adaptor.FirstUParameter(), adaptor.LastUParameter()
+        # A plate has hundreds of bores: all lines are asked at once.
+        lines = directions[: len(found)]
+        off = np.linalg.norm(np.cross(place - places[: len(found)], lines), axis=1)
+        beside = np.flatnonzero((np.abs(lines @ direction) > 1.0 - 1e-9) & (off < MEET * solid.size)).tolist()
+        alike = [j for j in beside if abs(found[j].radius - cylinder.Radius()) < ALIKE * found[j].radius]
+        if alike:
+            j = alike[0]
+            own = found[j]
+            shift, sign = float((place - own.place) @ own.direction), float(np.sign(own.direction @ direction))
+            low, high = sorted((shift + sign * low, shift + sign * high))
+            arcs[j].append(_arc(own.cylinder, cylinder, first, last))
+            found[j] = replace(
+                own,
+                low=min(own.low, low),
+                high=max(own.high, high),
+                turn=_turn(arcs[j]),
+                faces=own.faces | {face.id},
             )
-            found.append(
-                Axis(
-                    place=place,
-                    direction=direction,
-                    radius=cylinder.Radius(),
-                    label=face.label(),
-                    low=low,
-                    high=high,
-                    turn=turn,
-                    faces=frozenset([face.id]),
-                    cylinder=cylinder,
-                    line=next(lines, len(found)),
-                )
+            continue
+        arcs.append([(first, last)])
+        places[len(found)], directions[len(found)] = place, direction
+        found.append(
+            Axis(
+                place=place,
+                direction=direction,
+                radius=cylinder.Radius(),
+                label=face.label(),
+                low=low,
+                high=high,
+                turn=last - first,
+                faces=frozenset([face.id]),
+                cylinder=cylinder,
+                line=found[beside[0]].line if beside else len(found),
+                is_bore=is_hollow(face, solid.edges[face.edges[0]].midpoint, place, direction),
             )
+        )
     return found
+
+
+def _arc(about: Any, cylinder: Any, first: float, last: float) -> tuple[float, float]:
+    """Angles of a face of a cylinder about those of another one of its axis."""
+    x, y = (np.array([d.X(), d.Y(), d.Z()]) for d in (about.XAxis().Direction(), about.YAxis().Direction()))
+    u, v = (np.array([d.X(), d.Y(), d.Z()]) for d in (cylinder.XAxis().Direction(), cylinder.YAxis().Direction()))
+    middle = 0.5 * (first + last)
+    way = np.cos(middle) * u + np.sin(middle) * v
+    at, half = float(np.arctan2(way @ y, way @ x)), 0.5 * (last - first)
+    return at - half, at + half
+
+
+def _turn(arcs: Sequence[tuple[float, float]]) -> float:
+    """Radians that arcs go around together: two ends of a slot one behind the other are no whole bore."""
+    starts = [(low % (2.0 * pi), high - low) for low, high in arcs]
+    begin = starts[0][0]
+    whole, reached = 0.0, begin
+    turns = (-2.0 * pi, 0.0, 2.0 * pi)
+    for low, high in sorted((at + turn, at + turn + length) for turn in turns for at, length in starts):
+        end = min(high, begin + 2.0 * pi)
+        whole += max(0.0, end - max(low, reached))
+        reached = max(reached, end)
+    return whole
 
 
 def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: FloatArray) -> bool:
@@ -129,11 +176,6 @@ def is_hollow(face: Face, point: FloatArray, place: FloatArray, direction: Float
     arm = point - place
     arm -= (arm @ direction) * direction
     return bool(face.surface.normals(face.surface.project(point[None]))[0] @ arm < 0.0)
-
-
-def _off(axis: Axis, place: FloatArray) -> float:
-    """Distance of a point from an axis."""
-    return float(np.linalg.norm(np.cross(place - axis.place, axis.direction)))
 
 
 __all__ = ["ALIKE", "MEET", "WHOLE", "Axis", "find_axes", "is_hollow"]

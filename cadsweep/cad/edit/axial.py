@@ -22,8 +22,9 @@ from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Torus
 from ...arrays import FloatArray
 from ...brep import Face, Solid
 from ..shapes import shapes_of
-from .axes import Axis, find_axes, is_hollow
+from .axes import Axis, is_hollow
 from .crossings import Crossing, find_crossings
+from .slots import find_passages
 
 ALONG, SQUARE = 1e-9, 1e-5
 """One less the cosine of two directions that are one, and the cosine of two that are square to each other."""
@@ -164,7 +165,7 @@ def find_clusters(
         if face.id not in picky and len(ends) > 1:
             join(set(), set(), ends)
     found: list[Cluster] = []
-    bores = find_axes(solid)
+    bores = find_passages(solid)
     crossings = find_crossings(bores)
     for crossing in crossings:
         for i in crossing.axes:
@@ -299,8 +300,10 @@ def _crossed(
         for i, other, place in zip(crossing.axes, reversed(crossing.axes), crossing.on_axes, strict=True):
             axis, reach = axes[i], axes[other].radius
             at = float((place - axis.place) @ axis.direction)
-            boxes.append(_around(normals, axis, at - reach, at + reach))
-            taken.setdefault(axis.line, []).append((axis, at - reach, at + reach))
+            first, last = axes[other].span(axis.direction)
+            begin, end = at + first - reach, at + last + reach
+            boxes.append(_around(normals, axis, begin, end))
+            taken.setdefault(axis.line, []).append((axis, begin, end))
         (low, high), (other_low, other_high) = boxes
         spans = make_box(np.minimum(low, other_low), np.maximum(high, other_high))
         yield Cluster(spans=spans, ways=frozenset(), edges=frozenset(), axes=frozenset(crossing.lines))
@@ -310,7 +313,8 @@ def _crossed(
             continue
         way = np.flatnonzero(np.abs(normals @ axis.direction) > 1.0 - ALONG)
         start = axis.low
-        for begin, end in (*sorted(places), (axis.high, axis.high)):
+        for place, end in (*sorted(places), (axis.high, axis.high)):
+            begin = min(place, axis.high)
             if begin > start + SQUARE * solid.size:
                 own = (e for e in edges if axis.faces.intersection(solid.edges[e].faces))
                 inside = frozenset(
@@ -335,7 +339,8 @@ def _around(normals: FloatArray, axis: Axis, low: float, high: float) -> tuple[F
     """The box (3,), (3,) of a piece of a cylinder."""
     ends = np.array([axis.place + t * axis.direction for t in (low, high)]) @ normals.T
     aside = axis.radius * np.sqrt(np.maximum(0.0, 1.0 - (normals @ axis.direction) ** 2))
-    return ends.min(axis=0) - aside, ends.max(axis=0) + aside
+    first, last = np.sort([np.zeros(3), normals @ axis.spread], axis=0)
+    return ends.min(axis=0) + first - aside, ends.max(axis=0) + last + aside
 
 
 def _connected(solid: Solid, edges: Iterable[int]) -> list[set[int]]:

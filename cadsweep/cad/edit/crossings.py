@@ -10,7 +10,9 @@ lies on one of the planes, so every piece of it has its corners at its ends. Cyl
 touch at two points, where two curves cross; two planes between the axes, in which these lie, part the cells there.
 A bore that ends inside of the other is carried on as a cylinder through the material, and a plane lies in its floor.
 
-Not handled: cylinders that do not go all around, as the ends of slots, and those that only graze each other.
+Slots (:mod:`.slots`) cross as bores do that are spread out (:mod:`.slot_crossings`).
+
+Not handled: other cylinders that do not go all around, and those that only graze each other.
 """
 
 from __future__ import annotations
@@ -27,16 +29,13 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
-from .axes import ALIKE, MEET, Axis, find_axes
+from .axes import ALIKE, MEET, Axis
 from .central import Cutter, plane_tool
+from .slot_crossings import FAR, INSIDE, Plane, along_slots, is_one
+from .slots import find_passages
 
 GRAZE = 0.15
 """What two cylinders have in common between their axes, in radii of the smaller one, from which on they cross."""
-INSIDE = 0.25
-"""Share of what two cylinders have in common that lies on either side of a plane through it, at least."""
-FAR = 0.5
-"""Distance of the plane through what two cylinders have in common from the axis of one, in radii of it, from which on a
-plane goes through the axis, too: on one side of both less than a quarter more than half of the wall would be left."""
 OFF = 0.3
 """Distance of two axes, in radii of the smaller bore, from which on there is room between planes on both."""
 BOTH = 0.6
@@ -93,6 +92,13 @@ class Crossing:
                 return places[line]
         return 0.5 * (low + high)
 
+    def shared(self, planes: Sequence[Plane]) -> float | None:
+        """Place of a plane that is there already, where it lies well inside of what the cylinders have in common."""
+        low, high = self.common
+        margin = INSIDE * (high - low)
+        places = [float((at - self.on_axes[0]) @ self.square) for normal, at in planes if is_one(normal, self.square)]
+        return min((at for at in places if low + margin <= at <= high - margin), key=abs, default=None)
+
 
 def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
     """List where cylinders meet, once for two lines, the smallest last."""
@@ -117,7 +123,7 @@ def find_crossings(axes: Sequence[Axis]) -> list[Crossing]:
 
 def at_crossings(solid: Solid) -> list[Cutter]:
     """Planes between the points where axes meet, then planes through every one of them."""
-    axes = find_axes(solid)
+    axes = find_passages(solid)
     points: dict[int, list[float]] = {}
     through: list[Cutter] = []
     crossings = find_crossings(axes)
@@ -128,11 +134,14 @@ def at_crossings(solid: Solid) -> list[Cutter]:
             points.setdefault(i, []).append(float((place - axes[i].place) @ axes[i].direction))
         ends = _ends(solid, axes, crossing)
         floors = [[at for own in one.values() for at in own] for one in ends]
-        middle = _middle(solid, axes, crossing, order)
-        tools = [
-            plane_tool(solid, normal, place)
-            for normal, place in _sides(a, b, crossing, middle, solid.size, floors=floors)
-        ]
+        if a.is_slot or b.is_slot:
+            planes = along_slots(a, b, crossing.on_axes, crossing.square, ()) if not any(ends) else None
+            if planes is None:
+                continue
+        else:
+            middle = _middle(solid, axes, crossing, order)
+            planes = _sides(a, b, crossing, middle, solid.size, floors=floors)
+        tools = [plane_tool(solid, normal, place) for normal, place in planes]
         if is_joint(solid, a, b):
             tools += _extended(solid, min(a, b, key=lambda axis: axis.radius))
         tools += [tool for one in ends for i in one for tool in _extended(solid, axes[i])]
@@ -156,22 +165,40 @@ def plain_planes(
     Parameters
     ----------
     axes, crossings : sequence
-        Of :func:`find_axes` and :func:`find_crossings`.
+        Of :func:`.slots.find_passages` and :func:`find_crossings`.
     """
     order = _order(axes, crossings)
-    found = []
-    for crossing in crossings:
+    found: dict[Crossing, list[Plane]] = {}
+    for crossing in sorted(crossings, key=lambda one: _freedom(axes, one)):
         a, b = (axes[i] for i in crossing.axes)
         if is_joint(solid, a, b) or any(_ends(solid, axes, crossing)):
             return None
-        planes = _sides(a, b, crossing, _middle(solid, axes, crossing, order), solid.size, floors=((), ()))
+        known = [plane for planes in found.values() for plane in planes]
+        if a.is_slot or b.is_slot:
+            slotted = along_slots(a, b, crossing.on_axes, crossing.square, known)
+            if slotted is None:
+                return None
+            found[crossing] = slotted
+            continue
+        middle = crossing.shared(known)
+        if middle is None:
+            middle = _middle(solid, axes, crossing, order)
+        planes = _sides(a, b, crossing, middle, solid.size, floors=((), ()))
         if OFF * min(a.radius, b.radius) < abs(crossing.gap) < BOTH * max(a.radius, b.radius):
             # With a plane on either axis no piece has more than a quarter of a wall.
             square = crossing.square
             planes = [plane for plane in planes if abs(float(plane[0] @ square)) < 0.5]
             planes += [(square, place) for place in crossing.on_axes]
-        found.append(planes)
-    return found
+        found[crossing] = planes
+    return [found[crossing] for crossing in crossings]
+
+
+def _freedom(axes: Sequence[Axis], crossing: Crossing) -> int:
+    """Which crossings have to take planes of others, where they can: the ends of slots leave no choice, sides most."""
+    slots = [axes[i] for i in crossing.axes if axes[i].is_slot]
+    if not slots:
+        return 1
+    return 0 if any(any(slot.span(crossing.square)) for slot in slots) else 2
 
 
 def _middle(solid: Solid, axes: Sequence[Axis], crossing: Crossing, order: Sequence[int]) -> float:
@@ -280,7 +307,8 @@ def _near(axes: Sequence[Axis]) -> list[tuple[int, int]]:
     if not axes:
         return []
     radii = np.array([axis.radius for axis in axes])
-    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii
+    spread = np.array([np.linalg.norm(axis.spread) for axis in axes])
+    reach = np.array([0.5 * (axis.high - axis.low) for axis in axes]) + 2.0 * radii + spread
     middles = np.array([axis.place + 0.5 * (axis.low + axis.high) * axis.direction for axis in axes])
     pairs: list[tuple[int, int]] = []
     for i in range(len(axes) - 1):
@@ -300,15 +328,22 @@ def _meeting(a: Axis, b: Axis) -> tuple[FloatArray, FloatArray, tuple[float, flo
     t = (along_a - cosine * along_b) / (1.0 - cosine**2)
     s = (cosine * along_a - along_b) / (1.0 - cosine**2)
     on_axes = np.array([a.place + t * a.direction, b.place + s * b.direction])
+    if (a.is_slot or b.is_slot) and (abs(cosine) > 1e-6 or not (a.is_bore and b.is_bore)):
+        return None  # a keyway is no crossing
     square = np.cross(a.direction, b.direction)
     square /= np.linalg.norm(square)
     apart = float((on_axes[1] - on_axes[0]) @ square)
-    low, high = max(-a.radius, apart - b.radius), min(a.radius, apart + b.radius)
+    (below, above), (other_below, other_above) = a.span(square), b.span(square)
+    low = max(below - a.radius, apart + other_below - b.radius)
+    high = min(above + a.radius, apart + other_above + b.radius)
     if high - low < GRAZE * min(a.radius, b.radius):
         return None
     # A blind bore may end in the one it meets, before its axis.
-    reached = a.low - b.radius <= t <= a.high + b.radius and b.low - a.radius <= s <= b.high + a.radius
-    return (on_axes, square, (low, high)) if reached else None
+    for axis, at, other in ((a, t, b), (b, s, a)):
+        first, last = other.span(axis.direction)
+        if not (axis.low - other.radius <= at + last and at + first <= axis.high + other.radius):
+            return None
+    return on_axes, square, (low, high)
 
 
 __all__ = ["Crossing", "at_crossings", "find_crossings", "is_joint", "plain_planes"]

@@ -211,6 +211,8 @@ def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | No
         for piece in pieces
     ]
     joined = [without_seams(piece, label) for piece, label in zip(pieces, own, strict=True)]
+    if _has_short_edge(solid, holder, [piece for piece, _ in joined]):
+        return None
     return _Pieces(shapes=[piece for piece, _ in joined], labels=[label for _, label in joined], splitter=splitter)
 
 
@@ -272,7 +274,6 @@ def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:
         change = abs(sum(map(fine_volume, pieces)) / fine_volume(holder.shape) - 1.0)
     if change > (INTEGRATED if curved else KEPT) or min(volumes) < THINNEST * whole:
         return False
-    old = index_map(holder.shape, EDGE)
     for piece in pieces:
         # What dangles in a piece came of a tool that does not end on the solid's faces.
         if any(face.Orientation() == TopAbs_Orientation.TopAbs_INTERNAL for face in explore(piece, FACE)):
@@ -283,10 +284,14 @@ def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:
             return False
         if faults(piece):
             return False
-        for edge in subshapes(piece, EDGE):
-            if not old.Contains(edge) and _length(edge) < SHORTEST * solid.size:
-                return False
     return True
+
+
+def _has_short_edge(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:
+    """Whether a cut left an edge too short to be meshed; asked when seams that it passed by are gone."""
+    old = index_map(holder.shape, EDGE)
+    new = (edge for piece in pieces for edge in subshapes(piece, EDGE) if not old.Contains(edge))
+    return any(_length(edge) < SHORTEST * solid.size for edge in new)
 
 
 def _length(edge: Any) -> float:

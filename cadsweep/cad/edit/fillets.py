@@ -35,6 +35,7 @@ from ..geometry.composite import join_faces
 from ..shapes import EDGE, SolidShape, subshapes
 from .axial import direction_of, find_clusters, main_normals
 from .splitting import divided_part
+from .turned import TurnedBody
 
 _HALF_WAY = cos(pi / 4)
 """Cosine between a rounding and its cap where the rounding is divided: as steep for the cap as for the side."""
@@ -87,7 +88,8 @@ def divide_roundings(part: Part, caps: Sequence[tuple[int, Sequence[int]]]) -> P
 
 
 def divide_corners(part: Part) -> Part | None:
-    """Divide the roundings all around a block that is to be cut: those that no cell can have but as the edge of a cap.
+    """Divide roundings of a part that is to be cut: those all around a block, which no cell can have but as the edge of
+    a cap, and those about the axis of a turned body, which are parted from it as rings.
 
     Parameters
     ----------
@@ -104,18 +106,34 @@ def divide_corners(part: Part) -> Part | None:
     if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return None
     solid, holder = part.solids[0], part.solids[0].kernel
-    axes = [direction_of(solid, face) for face in solid.faces]
-    normals = main_normals(solid, axes)
-    if len(normals) < 3:
-        return None
-    lines: list[Any] = []
-    for cluster in find_clusters(solid, axes, normals, _TANGENT):
-        for way in cluster.ways if cluster.rounded else ():
-            for direction in (normals[way], -normals[way]):
-                lines += [e for f in cluster.rounded for e in _dividing_edges(solid, holder, solid.faces[f], direction)]
+    lines = [
+        edge
+        for f, directions in (*_around_block(solid), *_around_body(solid))
+        for direction in directions
+        for edge in _dividing_edges(solid, holder, solid.faces[f], direction)
+    ]
     divided = divided_part(part, lines)
     note = "faces that round a block divided half way between its sides"
     return None if divided is None else replace(divided, notes=(*part.notes, note))
+
+
+def _around_block(solid: Solid) -> Iterator[tuple[int, tuple[FloatArray, FloatArray]]]:
+    """The roundings all around a block, each with the directions of the sides that it may part."""
+    axes = [direction_of(solid, face) for face in solid.faces]
+    normals = main_normals(solid, axes)
+    if len(normals) < 3:
+        return
+    for cluster in find_clusters(solid, axes, normals, _TANGENT):
+        for way in cluster.ways if cluster.rounded else ():
+            yield from ((f, (normals[way], -normals[way])) for f in cluster.rounded)
+
+
+def _around_body(solid: Solid) -> Iterator[tuple[int, tuple[FloatArray, FloatArray]]]:
+    """The roundings of a turned body that strips or spokes part, each with both directions of the axis."""
+    body = TurnedBody.read(solid, _TANGENT)
+    for face in solid.faces if body is not None else ():
+        if body is not None and face.kind == "torus" and body.is_turned(face) and body.is_rounding(face):
+            yield face.id, (body.line.direction, -body.line.direction)
 
 
 def join_halves(part: Part, caps: Sequence[Sequence[int]]) -> Part | None:
@@ -137,9 +155,9 @@ def _with_halves(solid: Solid, caps: Sequence[int]) -> Solid:
     """A cell with its caps joined to the halves beside them."""
     planes = [solid.faces[f] for f in caps if solid.faces[f].kind == "plane"]
     for plane in planes:
-        # Ids change when faces are joined, surfaces do not.
-        now = next(face for face in solid.faces if face.surface is plane.surface)
-        solid = _grown(solid, now.id) if _has_half_beside(solid, now) else solid
+        # Ids change when faces are joined, surfaces do not; what was joined to another plane has no face of its own.
+        now = next((face for face in solid.faces if face.surface is plane.surface), None)
+        solid = _grown(solid, now.id) if now is not None and _has_half_beside(solid, now) else solid
     return solid
 
 

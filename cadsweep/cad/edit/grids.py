@@ -40,6 +40,7 @@ from .crossings import find_crossings, plain_planes
 from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core
 from .half_way import half_way
+from .slots import find_passages
 
 SLOPE, STEEP = 1.0, 0.87
 """Depth of a cone to a bore, in the width of the ring between bore and circle, as it is wanted, and from which on what
@@ -93,8 +94,9 @@ class _Grid:
 
     def read(self) -> bool:
         """Read all features; False where one is of no kind that this knows."""
-        crossings = find_crossings(self.bores)
-        planes = plain_planes(self.block.solid, self.bores, crossings)
+        passages = find_passages(self.block.solid)
+        crossings = find_crossings(passages)
+        planes = plain_planes(self.block.solid, passages, crossings)
         if planes is None:
             return False
         crossed = frozenset(line for crossing in crossings for line in crossing.lines)
@@ -105,6 +107,9 @@ class _Grid:
                 zone = self.crossing(low, high, cluster.axes, through[cluster.axes])
                 if zone is None:
                     return False
+                for slot in (axis for axis in passages if axis.is_slot and axis.line in cluster.axes):
+                    zone, rest = self.clipped(zone, slot, passages)
+                    self.columns += [_Column(zone=own, number=len(self.clusters) + slot.line) for own in rest]
                 self.columns.append(_Column(zone=zone, number=number))
             elif cluster.ways == EVERY:
                 self.fixed.append(Zone(low=low, high=high, way=-1))
@@ -112,6 +117,12 @@ class _Grid:
             elif len(cluster.ways) == 1:
                 (way,) = cluster.ways
                 whole = Zone(low=low, high=high, way=way)
+                slots = [axis.line for axis in passages if axis.is_slot and axis.line in cluster.axes]
+                if slots:
+                    lines = crossed.intersection(slots)
+                    column = _Column(zone=replace(whole, lines=lines), number=len(self.clusters) + slots[0])
+                    self.columns.append(column)
+                    continue
                 self.columns += self.stretches(whole, number, crossed)
             else:
                 return False
@@ -142,6 +153,31 @@ class _Grid:
             self.steps.append((axis, level))
         one, two, three = map(tuple, free)
         return Zone(low=low, high=high, way=-1, lines=lines, free=(one, two, three), is_round=True, is_tight=True)
+
+    def clipped(self, zone: Zone, slot: Axis, passages: Sequence[Axis]) -> tuple[Zone, list[Zone]]:
+        """A crossing as far as the planes beside the bore, where that ends in a slot's sides, and the slot beyond."""
+        normals, tight = self.block.normals, self.block.tight
+        way = int(np.abs(normals @ slot.direction).argmax())
+        long = int(np.abs(normals @ slot.spread).argmax())
+        other = next(axis for axis in passages if axis.line in zone.lines - {slot.line})
+        if abs(float(normals[long] @ other.direction)) > 0.5:
+            return zone, []
+        at = float(normals[long] @ other.place)
+        rest = []
+        for level, _ in zone.free[long]:
+            if abs(level - at) < other.radius + tight:
+                continue
+            low, high = zone.low.copy(), zone.high.copy()
+            places = normals @ slot.place
+            beyond = np.array([places - slot.radius, places + slot.radius])
+            beyond[0, way], beyond[1, way] = zone.low[way], zone.high[way]
+            if level > at:
+                beyond[:, long], high[long] = (level, zone.high[long]), level
+            else:
+                beyond[:, long], low[long] = (zone.low[long], level), level
+            zone = replace(zone, low=low, high=high)
+            rest.append(Zone(low=beyond[0], high=beyond[1], way=way, lines=frozenset([slot.line])))
+        return zone, rest
 
     def stretches(self, whole: Zone, number: int, crossed: frozenset[int]) -> Iterator[_Column]:
         """A feature in pieces of one width each, where it is of whole cylinders about one line: all of one number."""

@@ -4,6 +4,15 @@ Place in the flow: read by :mod:`.strips` and :mod:`.spokes`, which part such a 
 
 Method: the axis is the one that most round faces are about. What is neither about it nor square to it hangs together,
 by its vertices, in features.
+
+A rounding between a shoulder and a cylinder is parted from the body as a ring, by the plane and the cylinder through
+the middle of its arc, so that all other cells have sharp edges. The arc is divided half way, which makes a fourth
+corner (:mod:`.fillets`): grids on all sides agree with any neighbour::
+
+        ____________
+       /:|          |        the ring; its plane goes on through all of the body, as those of shoulders do
+      |..|..........|..
+      |  |          |
 """
 
 from __future__ import annotations
@@ -17,7 +26,7 @@ from typing import Any, Self
 import numpy as np
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pln, gp_Pnt
 
 from ...arrays import FloatArray
 from ...brep import Face, Solid
@@ -29,6 +38,8 @@ ALONG = 1e-6
 """Sine of the angle of two directions up to which they are one, or square to each other."""
 MEET = 1e-4
 """Distance of two axes, as a share of the cell's size, up to which they are one: what CAD programs round to."""
+TANGENT = 1e-3
+"""Radians from pi up to which a rounding runs tangent into its neighbour."""
 MOSTLY = 0.5
 """Share of the cell's area that is about one axis, or square to it, at least."""
 
@@ -179,7 +190,7 @@ class TurnedBody:
             for face in self.solid.faces
             if face.kind == "plane" and self.line.is_along(face.normal) and self.is_hollow(face)
         ]
-        return unlike(found, self.near)
+        return unlike([*found, *(level for level, _ in self.roundings())], self.near)
 
     def is_hollow(self, face: Face) -> bool:
         """Whether a turned face meets another, or a boss, in an inner corner."""
@@ -197,7 +208,8 @@ class TurnedBody:
                 BRepAdaptor_Surface(holder.faces[face.id]).Cylinder().Radius()
                 for face in self.solid.faces
                 if face.kind == "cylinder" and self.is_turned(face)
-            ],
+            ]
+            + [cylinder.Radius() for _, cylinder in self.roundings()],
             self.near,
         )
 
@@ -209,7 +221,7 @@ class TurnedBody:
         return float(np.linalg.norm(np.cross(points, self.line.direction), axis=1).max())
 
     def rings(self) -> list[tuple[float, Any]]:
-        """Radii and surfaces of the cylinders that end in an inner corner."""
+        """Radii and surfaces of the cylinders that end in an inner corner, or part a rounding."""
         holder = shapes_of(self.solid)
         found: list[tuple[float, Any]] = []
         for face in self.solid.faces:
@@ -217,7 +229,38 @@ class TurnedBody:
                 cylinder = BRepAdaptor_Surface(holder.faces[face.id]).Cylinder()
                 if all(abs(cylinder.Radius() - radius) > self.near for radius, _ in found):
                     found.append((cylinder.Radius(), cylinder))
+        for _, cylinder in self.roundings():
+            if all(abs(cylinder.Radius() - radius) > self.near for radius, _ in found):
+                found.append((cylinder.Radius(), cylinder))
         return found
+
+    def roundings(self) -> list[tuple[float, Any]]:
+        """Where the arcs of roundings have their middles: how far along the axis, and the cylinder about it."""
+        holder, axis = shapes_of(self.solid), self.line.direction
+        found: list[tuple[float, Any]] = []
+        for face in self.solid.faces:
+            if face.kind != "torus" or not self.is_turned(face) or not self.is_rounding(face):
+                continue
+            torus = BRepAdaptor_Surface(holder.faces[face.id]).Torus()
+            place = _array(torus.Location())
+            frame = gp_Ax3(torus.Location(), gp_Dir(*map(float, axis)))
+            found.append((float((place - self.line.place) @ axis), gp_Cylinder(frame, torus.MajorRadius())))
+        return found
+
+    def is_rounding(self, face: Face) -> bool:
+        """Whether a torus rounds an outer corner of a plane square to the axis and a cylinder about it, and no more."""
+        for edge in (self.solid.edges[e] for e in face.edges):
+            other = self.solid.faces[edge.faces[edge.faces[0] == face.id]]
+            is_known = other.kind in ("plane", "cylinder", "torus") and self.is_turned(other)
+            if abs(edge.dihedral - pi) > TANGENT or not is_known:
+                return False
+        torus = BRepAdaptor_Surface(shapes_of(self.solid).faces[face.id]).Torus()
+        uv = face.surface.edge_uv(face.edges[0], np.array([0.5]))
+        out = face.surface.evaluate(uv)[0] - _array(torus.Location())
+        along = (out @ self.line.direction) * self.line.direction
+        aside = out - along
+        arm = aside * (1.0 - torus.MajorRadius() / float(np.linalg.norm(aside))) + along
+        return float(face.surface.normals(uv)[0] @ arm) > 0.0
 
     def parting_lines(self) -> list[FloatArray]:
         """Unit vectors from the axis to the lines along it at which its round faces are parted."""

@@ -35,11 +35,24 @@ from OCP.TColStd import TColStd_Array1OfReal
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
+from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape, TopTools_IndexedMapOfShape
 
 from ...errors import CadError
 from ..geometry.measure import measure_closed_area
-from ..shapes import EDGE, FACE, bounds, compound, explore, index_map, listed, mapped, space_range, subshapes, typed
+from ..shapes import (
+    EDGE,
+    FACE,
+    VERTEX,
+    bounds,
+    compound,
+    explore,
+    index_map,
+    listed,
+    mapped,
+    space_range,
+    subshapes,
+    typed,
+)
 from .crowded import is_valid_apart
 from .touched_seams import turn_split_rims
 from .tracing import Traced
@@ -223,10 +236,31 @@ def _check_divided(shape: Any, old_faces: Any) -> None:
         # OpenCASCADE's areas of a flat ellipse's or spline's side differ from its halves' by per cents.
         before, after = (_curved_area(faces, precise=True) for faces in (gone, come))
     if abs(after - before) > 1e-3 * before:
+        for number, face in enumerate(mapped(old_faces, FACE)):
+            vertex = None if new_faces.Contains(face) else _touched_by_itself(face)
+            if vertex is not None:
+                p = BRep_Tool.Pnt_s(typed(vertex, VERTEX))
+                raise CadError(
+                    f"face {number} touches itself at ({p.X():.4g}, {p.Y():.4g}, {p.Z():.4g}), as that of a bore does "
+                    "which another one only touches from inside, and cannot be divided there. Move one of the features "
+                    "that meet there."
+                )
         raise CadError(
             "dividing the closed faces changed the surface, so OpenCASCADE failed at it. "
             "Split closed faces in the CAD program."
         )
+
+
+def _touched_by_itself(face: Any) -> Any:
+    """A vertex that the outlines of a face run through more than once; None where there is none."""
+    ends = TopTools_IndexedMapOfShape()
+    counts: Counter[int] = Counter()
+    for edge, n_uses in _uses(face):
+        if n_uses == 1 and not BRep_Tool.Degenerated_s(edge):
+            for vertex in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge)):
+                counts[ends.Add(vertex)] += 1
+    crowded = [number for number, n in sorted(counts.items()) if n > 2]
+    return ends.FindKey(crowded[0]) if crowded else None
 
 
 def _curved_area(faces: Sequence[Any], *, precise: bool = False) -> float:
