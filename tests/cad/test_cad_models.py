@@ -190,6 +190,14 @@ def test_slivers_are_merged_and_said_so(name):
     assert any("slivers merged" in note for note in part.notes)
 
 
+def test_a_slit_is_not_closed():
+    """Its floor and its ends are narrow, but without them its sides would lie on each other."""
+    block = cq.Workplane().box(20, 20, 20).faces(">Z").workplane().rect(1e-3, 8).cutBlind(-5)
+    part = load(block)
+    assert len(part.solids[0].faces) == 11
+    assert not any("slivers" in note for note in part.notes)
+
+
 def test_a_step_between_two_floors_is_no_sliver():
     # The corner of one boss stands on the other, 0.01 above it: without that edge both tops would share a vertex.
     plate = cq.Workplane().box(60, 60, 10)

@@ -10,6 +10,8 @@ it is one valid, closed solid of the same volume; else the shape stays as it is.
 A short edge without a narrow face beside it stays where all faces run along or across one direction: there it is the
 height of a step, or where two outlines pass each other closely, and without it faces at different heights would share
 a corner. Such parts are meshed as columns, whose outlines are laid together in the mesh alone.
+
+A narrow slit stays, too: without its floor and ends its sides would lie on each other, and the solid would be torn.
 """
 
 from __future__ import annotations
@@ -17,17 +19,18 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepGProp import BRepGProp
 from OCP.GeomAbs import GeomAbs_SurfaceType
-from OCP.gp import gp_Dir
+from OCP.gp import gp_Dir, gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.ShapeBuild import ShapeBuild_ReShape
 from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
 
 from ...errors import CadError
-from ..shapes import EDGE, FACE, SOLID, subshapes
+from ..shapes import EDGE, FACE, SOLID, VERTEX, index_map, subshapes
 from .tracing import Traced
 from .validate import check_closed, faults
 
@@ -56,7 +59,7 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     try:
         # What fails has changed tolerances in place by then: it is tried on a copy.
         trial, _ = _merged(BRepBuilderAPI_Copy(traced.shape).Shape(), tolerance)
-        if not _is_as_good(trial, volume):
+        if not _is_as_good(trial, volume, tolerance):
             logger.info("slivers below %.3g could not be merged and stay", tolerance)
             return []
         shape, context = _merged(traced.shape, tolerance)
@@ -128,7 +131,7 @@ def _is_upright(shape: Any) -> bool:
     )
 
 
-def _is_as_good(shape: Any, volume: float) -> bool:
+def _is_as_good(shape: Any, volume: float, tolerance: float) -> bool:
     solids = subshapes(shape, SOLID)
     if len(solids) != 1 or faults(solids[0]):
         return False
@@ -136,7 +139,24 @@ def _is_as_good(shape: Any, volume: float) -> bool:
         check_closed(solids[0])
     except CadError:
         return False
-    return abs(_volume(solids[0]) - volume) < 1e-3 * volume
+    return abs(_volume(solids[0]) - volume) < 1e-3 * volume and not _is_torn(solids[0], tolerance)
+
+
+def _is_torn(solid: Any, tolerance: float) -> bool:
+    """Whether two edges between the same vertices lie on each other, as the rims of a slit that was closed do."""
+    vertices = index_map(solid, VERTEX)
+    middles: dict[frozenset[int], list[gp_Pnt]] = {}
+    for edge in subshapes(solid, EDGE):
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        curve = BRepAdaptor_Curve(edge)
+        middle = curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
+        ends = frozenset(vertices.FindIndex(vertex) for vertex in subshapes(edge, VERTEX))
+        known = middles.setdefault(ends, [])
+        if any(middle.Distance(other) < tolerance for other in known):
+            return True
+        known.append(middle)
+    return False
 
 
 def _length(edge: Any) -> float:
