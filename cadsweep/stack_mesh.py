@@ -24,6 +24,9 @@ class StackMesh:
     ----------
     points : (n, 3) float64
     hexes : (m, 8) int64
+        Column by column, and layer by layer.
+    columns : tuple of int
+        How many hexahedra every column has.
     quads : (q, 4) int64
         The boundary, outward.
     faces : (q,) int64
@@ -36,6 +39,7 @@ class StackMesh:
 
     points: FloatArray
     hexes: IntArray
+    columns: tuple[int, ...]
     quads: IntArray
     faces: IntArray
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)

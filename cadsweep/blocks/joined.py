@@ -35,6 +35,8 @@ class JoinedMesh:
         Nodes along every edge of the cells, from its start to its end.
     blocks : tuple of BlockStructure
         Which of the hexahedra are layers of quads, in their order, where that is known.
+    columns : tuple of int
+        How many hexahedra every column of a stack has, one column after the other.
     """
 
     points: FloatArray
@@ -46,6 +48,7 @@ class JoinedMesh:
     roles: dict[tuple[int, int], str] = field(default_factory=dict)
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
     blocks: tuple[BlockStructure, ...] = ()
+    columns: tuple[int, ...] = ()
 
     @property
     def n_hexes(self) -> int:

@@ -177,7 +177,8 @@ def finish(
 
 def _block_sizes(cells: JoinedMesh | CellBlocks) -> list[int] | None:
     """Hexahedra of every block, where there are several."""
-    return [own.n_hexes for own in cells.cells] if isinstance(cells, CellBlocks) and len(cells.cells) > 1 else None
+    sizes = [own.n_hexes for own in cells.cells] if isinstance(cells, CellBlocks) else list(cells.columns)
+    return sizes if len(sizes) > 1 else None
 
 
 def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:

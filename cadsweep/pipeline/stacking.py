@@ -336,6 +336,7 @@ def _joined(stack: Stack, built: StackMesh) -> JoinedMesh:
         points=built.points,
         hexes=built.hexes,
         hex_cells=np.zeros(len(built.hexes), dtype=np.int64),
+        columns=built.columns,
         quads=built.quads,
         quad_cells=np.zeros(len(built.quads), dtype=np.int64),
         quad_faces=built.faces,

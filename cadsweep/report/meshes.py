@@ -6,7 +6,7 @@ Method: Python writes the data (quads, edges, colours) as typed arrays; the page
 the outside by quality or by boundary, and cuts that lay the hexahedra of one half open.
 
 Not handled: meshes whose outside has more quads than a browser turns at ease are drawn without cuts and
-edges, and the page says so. Columns are drawn apart where their hexahedra come in turn: between flat caps.
+edges, and the page says so.
 """
 
 from __future__ import annotations

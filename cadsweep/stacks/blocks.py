@@ -39,9 +39,9 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
     """
     places = find_places(stack, levels, mesh)
     heights = place_nodes(stack, levels, mesh, places)
-    material = find_material(stack, levels)
-    cells = find_owners(stack, mesh)
-    layers = [mesh.quads[material[cells, k]] for k in range(levels.n_layers)]
+    material, cells = find_material(stack, levels), find_owners(stack, mesh)
+    filled = [material[cells, k] for k in range(levels.n_layers)]
+    layers = [mesh.quads[own] for own in filled]
     numbers, points, level_of, place_of = _number(stack, places, heights, layers)
     hexes = np.empty((sum(map(len, layers)), 8), dtype=np.int64)
     first = 0
@@ -49,17 +49,29 @@ def build_mesh(stack: Stack, levels: Levels, mesh: QuadMesh) -> StackMesh:
         own = hexes[first : first + len(q)]
         own[:, :4], own[:, 4:] = numbers.above[k][q], numbers.below[k + 1][q]
         first += len(q)
+    numbered = _number_columns(stack, levels)
+    columns = np.concatenate([numbered[cells[own], k] for k, own in enumerate(filled)])
     caps = _cap_quads(stack, levels, mesh, numbers)
     walls = _wall_quads(stack, levels, mesh, material, numbers)
     return StackMesh(
         points=points,
-        hexes=hexes,
+        hexes=hexes[np.argsort(columns, kind="stable")],
+        columns=tuple(np.bincount(columns).tolist()),
         quads=np.concatenate([q for q, _ in caps + walls]),
         faces=np.concatenate([f for _, f in caps + walls]),
         edge_nodes=nodes_on_edges(stack, levels, mesh, numbers.row, points),
         levels=level_of,
         places=place_of,
     )
+
+
+def _number_columns(stack: Stack, levels: Levels) -> IntArray:
+    """Which column a cell has in a layer, (n_cells, n_layers); -1 where it has no material there."""
+    found = np.full((len(stack.columns), levels.n_layers), -1, dtype=np.int64)
+    spans = [(c, levels.caps[a], levels.caps[b]) for c, columns in enumerate(stack.columns) for a, b in columns]
+    for number, (c, low, high) in enumerate(spans):
+        found[c, low:high] = number
+    return found
 
 
 def find_owners(stack: Stack, mesh: QuadMesh) -> IntArray:

@@ -178,3 +178,16 @@ def test_the_refusal_of_the_direction_that_most_faces_fit_comes_first():
     stacked = [reason for reason in refused.value.reasons if reason.startswith("along (")]
     assert stacked[0].startswith("along (0, 0, 1), face")  # the bore is all that is wrong with it
     assert "cylinder" in stacked[0]
+
+
+def test_hexahedra_between_slanted_caps_come_column_by_column_layer_on_layer():
+    plate = cq.Workplane().box(40, 40, 10).faces(">Z").workplane().circle(8).extrude(6)
+    mesh = cs.sweep_mesh(plate.faces(">Z").edges().chamfer(2))
+    sizes = mesh.info["blocks"]
+    assert len(sizes) == mesh.info["sweeps"][0]["columns"] > 1
+    assert sum(sizes) == mesh.n_hexes
+    for own in np.split(mesh.hexes, np.cumsum(sizes)[:-1]):
+        floors, roofs = ({tuple(sorted(quad)) for quad in own[:, side]} for side in (slice(4), slice(4, 8)))
+        layer = len(floors - roofs)
+        assert len(own) % layer == 0
+        np.testing.assert_array_equal(own[layer:, :4], own[:-layer, 4:])
