@@ -23,6 +23,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..polygons import signed_area
 from .chart import Chart
+from .embedding import embedded
 from .lattice import every_cell, quads_of, rectangle
 from .outline import SMOOTH, Outline
 
@@ -48,12 +49,26 @@ def find_round_core(outline: Outline) -> tuple[Chart, int, IntArray] | None:
     if chart is None:
         return None
     rim = chart.boundary[0]
+    # A dome's rim is farther from its middle than it looks from above.
+    return chart, *_rings_in(rim, 1.0 if chart.isometric else outline.face.area / signed_area(rim))
+
+
+def core_of_polygon(rim: FloatArray) -> tuple[FloatArray, IntArray] | None:
+    """Rings around a core in a polygon (n, 2), as inner nodes (m, 2) and quads; None where no core has its nodes."""
+    n = len(rim)
+    if n % 2 or n < _LEAST_AROUND:
+        return None
+    n_inner, quads = _rings_in(rim, 1.0)
+    return embedded(rim, n_inner, quads)[n:], quads
+
+
+def _rings_in(rim: FloatArray, stretch: float) -> tuple[int, IntArray]:
+    """As :func:`_around_core`, in an outline (n, 2) that is `stretch` times as far from its middle as it looks."""
+    n = len(rim)
     first, p = core_corners(rim)
     segment = float(np.mean(np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1)))
     half = min(2.0 * signed_area(rim) / (n * segment), float(np.ptp(_turned(rim), axis=0).min()) / 2.0)
-    if not chart.isometric:  # a dome's rim is farther from its middle than it looks from above
-        half *= outline.face.area / signed_area(rim)
-    return chart, *_around_core(n, first, p, max(1, round(_RINGS * half / segment)))
+    return _around_core(n, first, p, max(1, round(_RINGS * stretch * half / segment)))
 
 
 def _turned(rim: FloatArray) -> FloatArray:

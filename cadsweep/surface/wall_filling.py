@@ -16,6 +16,7 @@ from ..mesh import WallRows
 from .chart import Chart
 from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
+from .round_core import core_of_polygon
 from .transfinite import GOOD_ENOUGH, grid_of_polygon
 from .wall_columns import Wall
 from .walls import LaidRows, lay_all_walls
@@ -157,16 +158,25 @@ def _lengths(loop: FloatArray) -> FloatArray:
 def _fillings_inside(
     outline: Outline, chart: Chart, left: list[FloatArray], angles: FloatArray, reasons: list[str]
 ) -> Iterator[tuple[FloatArray, IntArray]]:
-    """Quads for what rows leave of a chart: a grid where it has four sides, then gmsh's."""
-    grid = grid_of_polygon(left[0]) if len(left) == 1 and not (angles > _FLAT_CORNER).any() else None
-    if grid is not None:
-        yield grid
+    """Quads for what rows leave of a chart: a grid where it has four sides, rings around a core, then gmsh's."""
+    if len(left) == 1:
+        grid = grid_of_polygon(left[0]) if not (angles > _FLAT_CORNER).any() else None
+        rings = core_of_polygon(left[0]) if _is_round(left[0], angles) else None
+        yield from (found for found in (grid, rings) if found is not None)
     background = outline.background(replace(chart, boundary=tuple(left)), outline.nodes)
     for setting in settings_for(left):
         try:
             yield mesh_polygon(left, setting, angles, background)
         except SurfaceMeshError as error:
             reasons.append(str(error))
+
+
+def _is_round(loop: FloatArray, opposite: FloatArray) -> bool:
+    """Whether a polygon (n, 2) is convex and has no corner that is one on the other cap, too."""
+    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+    angles = np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
+    flat = min(_FLAT_CORNER, np.pi - 3.0 * np.pi / len(loop))
+    return bool((np.fmax(angles, opposite) > flat).all() and (angles < 2 * np.pi - _FLAT_CORNER).all())
 
 
 def _wall_rows(outline: Outline, chart: Chart, rows: list[LaidRows]) -> tuple[WallRows, ...]:

@@ -220,3 +220,20 @@ def test_layers_along_a_cap_are_as_high_between_the_rails_of_a_bend():
     assert off[0] == pytest.approx(0.0, abs=1e-9)
     for height, layer in zip(heights, off[1:7], strict=True):
         assert layer == pytest.approx(height, rel=0.01 if height < 0.06 else 0.02)
+
+
+def test_inside_the_layers_of_a_pipe_are_rings_around_a_core():
+    mesh = cs.sweep_mesh(walled(cq.Workplane().circle(10).extrude(30), "%CYLINDER"), size=2, wall_layers={"wall": WALL})
+    quads = mesh.origin.surfaces.source.quads
+    sides, uses = np.unique(
+        np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)), axis=0, return_counts=True
+    )
+    valence = np.bincount(sides.ravel())
+    inner = np.setdiff1d(sides, sides[uses == 1])
+    assert sorted(valence[inner][valence[inner] != 4]) == [3, 3, 3, 3]
+
+
+def test_rings_that_serve_a_round_target_lie_in_a_rectangle():
+    loft = cq.Workplane().rect(30, 20).workplane(offset=40).circle(10).loft(combine=True)
+    mesh = cs.sweep_mesh(walled(loft, "not |Z"), size=3, wall_layers={"wall": WALL})
+    assert mesh.info["quality"].min_scaled_jacobian > 0.6
