@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import WallRows
+from .annulus import fill_wall
 from .chart import Chart
 from .gmsh_quads import mesh_polygon, settings_for
 from .outline import FaceQuads, Outline
@@ -158,11 +159,16 @@ def _lengths(loop: FloatArray) -> FloatArray:
 def _fillings_inside(
     outline: Outline, chart: Chart, left: list[FloatArray], angles: FloatArray, reasons: list[str]
 ) -> Iterator[tuple[FloatArray, IntArray]]:
-    """Quads for what rows leave of a chart: a grid where it has four sides, rings around a core, then gmsh's."""
+    """Quads for what rows leave of a chart: a grid of four sides, rings around a core or a hole, then gmsh's."""
     if len(left) == 1:
         grid = grid_of_polygon(left[0]) if not (angles > _FLAT_CORNER).any() else None
         rings = core_of_polygon(left[0]) if _is_round(left[0], angles) else None
         yield from (found for found in (grid, rings) if found is not None)
+    elif len(left) == 2 and len(left[0]) == len(left[1]):
+        first = len(left[0])
+        if _is_round(left[0], angles[:first]) and _is_round(left[1][::-1], 2 * np.pi - angles[first:][::-1]):
+            around = fill_wall(left, angles)
+            yield from () if around is None else (around,)
     background = outline.background(replace(chart, boundary=tuple(left)), outline.nodes)
     for setting in settings_for(left):
         try:

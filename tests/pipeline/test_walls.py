@@ -237,3 +237,10 @@ def test_rings_that_serve_a_round_target_lie_in_a_rectangle():
     loft = cq.Workplane().rect(30, 20).workplane(offset=40).circle(10).loft(combine=True)
     mesh = cs.sweep_mesh(walled(loft, "not |Z"), size=3, wall_layers={"wall": WALL})
     assert mesh.info["quality"].min_scaled_jacobian > 0.6
+
+
+def test_between_the_layers_of_a_round_gap_are_rings():
+    mesh = cs.sweep_mesh(walled(cq.Workplane().circle(25).circle(12).extrude(30), "%CYLINDER"), size=5,
+                         wall_layers={"wall": WALL}, allow_coarse=True)  # fmt: skip
+    quads = mesh.origin.surfaces.source.quads
+    assert set(np.bincount(quads.ravel())[np.unique(quads)]) == {2, 4}, "quads at a node of the rims, and inside"
