@@ -40,6 +40,13 @@ def is_inside(loops: Sequence[FloatArray], places: FloatArray) -> BoolArray:
     return inside
 
 
+def interior_angles(polygon: FloatArray) -> FloatArray:
+    """Angles (m,) of a polygon (m, 2) at its corners, from 0 to 2 pi, on its left."""
+    after, before = np.roll(polygon, -1, axis=0) - polygon, np.roll(polygon, 1, axis=0) - polygon
+    turns = np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0])
+    return np.asarray(np.mod(turns, 2 * np.pi))
+
+
 def signed_area(polygon: FloatArray) -> float:
     """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
     x, y = (polygon - polygon.mean(axis=0)).T

@@ -166,8 +166,8 @@ def by_face(mesh: JoinedMesh | CellBlocks) -> list[tuple[Place, IntArray]]:
     order = np.argsort(keys, kind="stable")
     ordered = keys[order]
     starts = np.flatnonzero(np.diff(ordered, prepend=-1))
-    pieces = np.split(mesh.quads[order], starts[1:])
-    return [(divmod(key, width), quads) for key, quads in zip(ordered[starts].tolist(), pieces, strict=False)]
+    pieces = np.split(mesh.quads[order], starts)[1:]
+    return [(divmod(key, width), quads) for key, quads in zip(ordered[starts].tolist(), pieces, strict=True)]
 
 
 def find_colors(part: Part, names: NamedFaces) -> dict[str, dict[str, str]]:

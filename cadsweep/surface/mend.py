@@ -24,6 +24,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
+from ..polygons import interior_angles
 
 _FLAT = np.radians(150)
 """Angle of a quad's corner from which on it counts as flat: a sine of a half."""
@@ -37,13 +38,7 @@ def wanted_valences(loops: Sequence[FloatArray], opposite: FloatArray | None = N
     Where `opposite` (see :func:`mend_flat_corners`) has another angle, the number suits both, and the greater
     angle of the two is given.
     """
-    angles = []
-    for loop in loops:
-        after = np.roll(loop, -1, axis=0) - loop
-        before = np.roll(loop, 1, axis=0) - loop
-        turn = np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0])
-        angles.append(np.mod(turn, 2 * np.pi))
-    angle: FloatArray = np.concatenate(angles)
+    angle: FloatArray = np.concatenate([interior_angles(loop) for loop in loops])
     other = angle if opposite is None else np.where(np.isnan(opposite), angle, opposite)
     wanted = np.maximum(1, np.round((angle + other) / np.pi)).astype(np.int64)
     return wanted, np.maximum(angle, other)

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..polygons import signed_area
+from ..polygons import interior_angles, signed_area
 from ..sweep import DirectedEdge, Sweep
 from .crossings import loops_cross
 from .spacing import SMOOTH
@@ -109,8 +109,7 @@ def lay_rows(
 
 def _inward(loop: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Direction (m, 2) halving the angle at every node, of such length that steps are square to the rim; the angles."""
-    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
-    angle = np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
+    after, angle = np.roll(loop, -1, axis=0) - loop, interior_angles(loop)
     half = np.arctan2(after[:, 1], after[:, 0]) + angle / 2
     direction = np.stack([np.cos(half), np.sin(half)], axis=1)
     return direction / np.maximum(np.sin(angle / 2), 0.5)[:, None], angle

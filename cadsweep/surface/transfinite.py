@@ -21,6 +21,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
+from ..polygons import interior_angles
 from .relax import relax_quads
 from .relax_kernels import worst_grid_corner
 
@@ -165,8 +166,7 @@ def fill(
 
 def grid_of_polygon(loop: FloatArray) -> tuple[FloatArray, IntArray] | None:
     """A grid in a polygon (m, 2) of four sides, as inner nodes and quads; None where it has not, or they differ."""
-    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
-    angle = np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
+    angle = interior_angles(loop)
     corners = np.flatnonzero(angle < _CORNER)
     if len(corners) != 4 or (angle > 2 * np.pi - _CORNER).any():
         return None

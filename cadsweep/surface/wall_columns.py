@@ -205,11 +205,9 @@ def _room_beside(loops: Sequence[FloatArray], share: FloatArray, base: IntArray,
         ahead, distance = step @ direction[c], norm(step)
         way = np.abs(run - run[i])
         way = np.where(owner == owner[i], np.minimum(way, around[owner] - way), np.inf)
-        # Near a corner the other wall is near, too, and the columns lean away from it.
-        other = (ahead > 1e-9 * distance) & (way > _AROUND * distance)
-        other &= (
-            step @ inward[i] > 0.0
-        )  # a column that leans out over a tip does not come nearer to the tip's other side
+        # Near a corner the other wall is near, too, and the columns lean away from it. One that leans out over a tip
+        # does not come nearer to the tip's other side.
+        other = (ahead > 1e-9 * distance) & (way > _AROUND * distance) & (step @ inward[i] > 0.0)
         other &= np.isfinite(share) & ~_share_corner(sides, i)
         radius = distance[other] ** 2 / (2.0 * ahead[other])
         room[c] = np.min(2.0 * share[other] * radius, initial=np.inf)

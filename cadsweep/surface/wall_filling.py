@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..mesh import WallRows
+from ..polygons import interior_angles
 from .annulus import fill_wall
 from .chart import Chart
 from .gmsh_quads import mesh_polygon, settings_for
@@ -179,8 +180,7 @@ def _fillings_inside(
 
 def _is_round(loop: FloatArray, opposite: FloatArray) -> bool:
     """Whether a polygon (n, 2) is convex and has no corner that is one on the other cap, too."""
-    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
-    angles = np.mod(np.arctan2(before[:, 1], before[:, 0]) - np.arctan2(after[:, 1], after[:, 0]), 2 * np.pi)
+    angles = interior_angles(loop)
     flat = min(_FLAT_CORNER, np.pi - 3.0 * np.pi / len(loop))
     return bool((np.fmax(angles, opposite) > flat).all() and (angles < 2 * np.pi - _FLAT_CORNER).all())
 

@@ -35,7 +35,7 @@ from ..geometry.composite import join_faces
 from ..shapes import EDGE, SolidShape, subshapes
 from .axial import direction_of, find_clusters, main_normals
 from .splitting import divided_part
-from .turned import TurnedBody
+from .turned import TANGENT, TurnedBody
 
 _HALF_WAY = cos(pi / 4)
 """Cosine between a rounding and its cap where the rounding is divided: as steep for the cap as for the side."""
@@ -43,8 +43,6 @@ _MARGIN = 0.12
 """How far beyond half way, in cosines, the normals of a face reach on both sides if it is to be divided."""
 _SAMPLES = 33
 """Places along an edge: a rounding of a quarter turn is crossed within 3 degrees."""
-_TANGENT = 1e-3
-"""Radians from pi below which two faces are tangent."""
 _LEVEL = 1e-6
 """Greatest difference in height, as a share of the part's size, between places in one plane."""
 
@@ -123,17 +121,16 @@ def _around_block(solid: Solid) -> Iterator[tuple[int, tuple[FloatArray, FloatAr
     normals = main_normals(solid, axes)
     if len(normals) < 3:
         return
-    for cluster in find_clusters(solid, axes, normals, _TANGENT):
+    for cluster in find_clusters(solid, axes, normals, TANGENT):
         for way in cluster.ways if cluster.rounded else ():
             yield from ((f, (normals[way], -normals[way])) for f in cluster.rounded)
 
 
 def _around_body(solid: Solid) -> Iterator[tuple[int, tuple[FloatArray, FloatArray]]]:
     """The roundings of a turned body that strips or spokes part, each with both directions of the axis."""
-    body = TurnedBody.read(solid, _TANGENT)
-    for face in solid.faces if body is not None else ():
-        if body is not None and face.kind == "torus" and body.is_turned(face) and body.is_rounding(face):
-            yield face.id, (body.line.direction, -body.line.direction)
+    body = TurnedBody.read(solid, TANGENT)
+    if body is not None:
+        yield from ((face.id, (body.line.direction, -body.line.direction)) for face in body.rounded_faces())
 
 
 def join_halves(part: Part, caps: Sequence[Sequence[int]]) -> Part | None:
@@ -170,7 +167,7 @@ def _has_half_beside(solid: Solid, plane: Face) -> bool:
 def _tangent_beside(solid: Solid, face: Face) -> Iterator[Face]:
     """The faces that a face runs tangent into."""
     for edge in map(solid.edges.__getitem__, face.edges):
-        if abs(edge.dihedral - pi) <= _TANGENT:
+        if abs(edge.dihedral - pi) <= TANGENT:
             yield solid.faces[edge.faces[0] if edge.faces[1] == face.id else edge.faces[1]]
 
 

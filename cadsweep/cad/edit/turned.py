@@ -238,16 +238,22 @@ class TurnedBody:
         """Where the arcs of roundings have their middles: how far along the axis, and the cylinder about it."""
         holder, axis = shapes_of(self.solid), self.line.direction
         found: list[tuple[float, Any]] = []
-        for face in self.solid.faces:
-            if face.kind != "torus" or not self.is_turned(face) or not self.is_rounding(face):
-                continue
+        for face in self.rounded_faces():
             torus = BRepAdaptor_Surface(holder.faces[face.id]).Torus()
             place = _array(torus.Location())
             frame = gp_Ax3(torus.Location(), gp_Dir(*map(float, axis)))
             found.append((float((place - self.line.place) @ axis), gp_Cylinder(frame, torus.MajorRadius())))
         return found
 
-    def is_rounding(self, face: Face) -> bool:
+    def rounded_faces(self) -> list[Face]:
+        """Tori that round outer corners of shoulders and cylinders of the body, and no more."""
+        return [
+            face
+            for face in self.solid.faces
+            if face.kind == "torus" and self.is_turned(face) and self._is_rounding(face)
+        ]
+
+    def _is_rounding(self, face: Face) -> bool:
         """Whether a torus rounds an outer corner of a plane square to the axis and a cylinder about it, and no more."""
         for edge in (self.solid.edges[e] for e in face.edges):
             other = self.solid.faces[edge.faces[edge.faces[0] == face.id]]
