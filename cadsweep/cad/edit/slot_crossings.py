@@ -40,8 +40,8 @@ AT_TIP = 0.25
 """Distance of a plane from the tip of a slot, in the radius of its end, below which it is as good as tangent there."""
 
 AT_SIDE = 0.1
-"""Distance of a plane through a slot's end from the side of the bore, in its radius, below which it is as good as tangent
-there."""
+"""Distance of a plane through a slot's end from the side of the bore, in its radius, below which it is as good as
+tangent there."""
 
 Plane = tuple[FloatArray, FloatArray]
 """Normal and place."""
