@@ -79,20 +79,18 @@ def _loose(face: Any, surface: Any) -> FloatArray:
     )
     u = surface.FirstUParameter(), surface.LastUParameter()
     v = surface.FirstVParameter(), surface.LastVParameter()
-    return np.array([_reach(*column, major, minor, u, v) for column in frame.T]).T
+    return np.array([_reach(column, (major, minor), u, v) for column in frame.T]).T
 
 
-def _reach(  # noqa: PLR0917
-    origin: float,
-    x: float,
-    y: float,
-    z: float,
-    major: float,
-    minor: float,
-    u_range: tuple[float, float],
-    v_range: tuple[float, float],
+def _reach(
+    column: FloatArray, radii: tuple[float, float], u_range: tuple[float, float], v_range: tuple[float, float]
 ) -> tuple[float, float]:
-    """Least and greatest ``origin + (major + minor cos v) (x cos u + y sin u) + minor sin v z`` over a box of u, v."""
+    """Least and greatest of one coordinate of a ring, of origin and axes (4,) of its frame, over a box of u and v.
+
+    That is ``origin + (major + minor cos v) (x cos u + y sin u) + minor sin v z``.
+    """
+    origin, x, y, z = column.tolist()
+    major, minor = radii
     values = []
     for u in _turning(np.arctan2(y, x), u_range):
         radial = x * np.cos(u) + y * np.sin(u)
