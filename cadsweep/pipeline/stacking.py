@@ -221,9 +221,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     _only_for_sweeps(options)
     size = None if options.size is None else options.size / part.scale
     with run.stage("recognition"):
-        found = known.stack
-        stack = merged_stack(found, intervals.default_size(found.plan) if size is None else size)
-        sheets = known.sheets if stack is found else stacks.find_sheets(stack)
+        stack, sheets = _merged(known, size)
     hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
     matches, walls = match_walls(part, stack, options), StackWalls()
@@ -316,6 +314,12 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _merged(known: _Known, size: float | None) -> _Known:
+    """The stack with outlines laid together that nearly coincide in plan, or as it was."""
+    stack = merged_stack(known.stack, intervals.default_size(known.stack.plan) if size is None else size)
+    return known if stack is known.stack else _Known(stack, stacks.find_sheets(stack))
 
 
 def _only_for_sweeps(options: SweepOptions) -> None:

@@ -84,7 +84,7 @@ class Pairs(NamedTuple):
 def pairs_across(
     all_edges: Sequence[Edge], cells: Sequence[Sequence[int]], places: dict[int, FloatArray], reach: float
 ) -> Pairs:
-    """Find the samples of the cells' edges, and the segments between others, within reach of each other, or hardly more.
+    """Find the samples of cells' edges, and the segments between others, within reach of each other, or hardly more.
 
     Parameters
     ----------

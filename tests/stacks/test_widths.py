@@ -37,7 +37,8 @@ def test_cells_that_are_asked_together_have_the_pairs_of_each_alone():
     places = Widths(found, reach).places
     cells = [prism.faces[f].edges for f in found.arrangement.bottoms]
     together = pairs_across(prism.edges, cells, places, reach)
-    assert len(cells) > 1 and len(together.one) > 0
+    assert len(cells) > 1
+    assert len(together.one) > 0
     for c, edges in enumerate(cells):
         alone = pairs_across(prism.edges, [edges], places, reach)
         mine = [own[together.cell == c] for own in together]
