@@ -22,6 +22,10 @@ class Curve(Protocol):
         """Return the arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
         ...
 
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """Return the places (m, 3) of the edge nearest to `points` (m, 3)."""
+        ...
+
     def distance(self, points: FloatArray) -> FloatArray:
         """Return the distances (m,) of `points` (m, 3) from the edge, its ends included."""
         ...

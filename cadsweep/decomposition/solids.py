@@ -36,9 +36,13 @@ class LineCurve:
         along = self.end - self.start
         return np.clip((points - self.start) @ along / (along @ along), 0.0, 1.0)
 
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """Nearest places (m, 3)."""
+        return self.evaluate(self.project(points))
+
     def distance(self, points: FloatArray) -> FloatArray:
         """Distances (m,) from the edge."""
-        return np.linalg.norm(points - self.evaluate(self.project(points)), axis=1)
+        return np.linalg.norm(points - self.nearest(points), axis=1)
 
 
 @dataclass(frozen=True, eq=False)

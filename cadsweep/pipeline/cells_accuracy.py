@@ -25,7 +25,7 @@ from ..intervals import Wishes
 from ..options import SweepOptions
 from ..plan import Plan
 from ..quality.deviation import volume_and_area
-from ..quality.rims import is_rim, off_edge
+from ..quality.rims import is_rim, off_edges
 from ..sweep import Intervals
 from .accuracy import (
     COARSE,
@@ -67,21 +67,25 @@ class Found:
     needed : dict of (int, int) to float
         How many times finer the quads should be on faces that are too far off, by cell and face.
     sags : dict of (int, int) to float
-        How far those are off, working units.
-    distance : float
-        How far any is, working units.
+        How far each curved face is off, working units, by cell and face.
     """
 
     shortfall: float
     needed: dict[tuple[int, int], float]
     sags: dict[tuple[int, int], float]
-    distance: float
+
+    @property
+    def distance(self) -> float:
+        """How far any face is off, working units."""
+        return max(self.sags.values(), default=0.0)
 
 
 def accurate_cells(  # noqa: PLR0917
     part: Part, plan: Plan, options: SweepOptions, run: Run, wishes: Wishes, model: Part
-) -> Meshed:
+) -> tuple[Meshed, Found | None]:
     """Mesh all cells of a part as near to the CAD faces as is asked for; `model` is the part before it was cut.
+
+    With how far the mesh is off, where that was asked.
 
     Raises
     ------
@@ -90,7 +94,7 @@ def accurate_cells(  # noqa: PLR0917
     """
     first = mesh_cells(part, plan, options, run, wishes, model)
     if options.tolerance is None and options.size is not None:
-        return first
+        return first, None
 
     caps = caps_of(part, plan)
 
@@ -108,7 +112,7 @@ def accurate_cells(  # noqa: PLR0917
         return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}), least_of(before, inside)
 
     asked: Asks = (wishes, None)
-    (blocks, counts, said), notes = come_nearer(
+    (blocks, counts, said), found, notes = come_nearer(
         part,
         first,
         asked,
@@ -118,7 +122,7 @@ def accurate_cells(  # noqa: PLR0917
         finer=finer,
         n_hexes=lambda made, factor: made[0].n_hexes * factor,
     )
-    return blocks, counts, [*said, *notes]
+    return (blocks, counts, [*said, *notes]), found
 
 
 def come_nearer(
@@ -131,8 +135,10 @@ def come_nearer(
     measured: Callable[[Made], Found],
     finer: Callable[[Made, Found, Asked], Asked | None],
     n_hexes: Callable[[Made, float], float],
-) -> tuple[Made, list[str]]:
-    """Mesh anew with finer wishes until a mesh is near enough, or they bring it no nearer; the nearest, and notes.
+) -> tuple[Made, Found, list[str]]:
+    """Mesh anew with finer wishes until a mesh is near enough, or they bring it no nearer.
+
+    Gives the nearest, how far it is off, and notes.
 
     Parameters
     ----------
@@ -167,7 +173,7 @@ def come_nearer(
         in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
         if in_vain == ROUNDS_IN_VAIN:
             break
-    return best, [*notes, *_missed(part, found, options)]
+    return best, found, [*notes, *_missed(part, found, options)]
 
 
 def _missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
@@ -246,8 +252,7 @@ def measure(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) 
     return Found(
         shortfall=shortfall,
         needed=needed,
-        sags={place: off[place] for place in needed},
-        distance=max(off.values(), default=0.0),
+        sags=off,
     )
 
 
@@ -269,9 +274,15 @@ def _blamed(part: Part, joined: CellBlocks, found: Found, caps: Collection[tuple
     return factors
 
 
-def boundary_distance(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces) -> float:
-    """Greatest distance of the boundary's and the contacts' quads from their curved faces, working units."""
-    return max((sag for place, sag in _sags(part, joined).items() if names.of(place)), default=0.0)
+def boundary_distance(
+    part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces, found: Found | None = None
+) -> float:
+    """Greatest distance of the boundary's and the contacts' quads from their curved faces, working units.
+
+    `found`: how far the mesh is off its faces, where that is known.
+    """
+    sags = _sags(part, joined) if found is None else found.sags
+    return max((sag for place, sag in sags.items() if names.of(place)), default=0.0)
 
 
 def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], float]:
@@ -283,14 +294,14 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
             found[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
     beyond = neighbours_of(part)
     for cell, solid in enumerate(part.solids):
+        segments = {}
         for edge in solid.edges:
-            places = [(cell, face) for face in edge.faces]
             # What a cut ends at goes on beyond it, and is no rim of the part.
-            if not is_rim(edge) or any(place in beyond for place in places):
-                continue
-            nodes = joined.points[joined.edge_nodes[int(solid.edge_keys[edge.id])]]
-            off = float(off_edge(solid, edge, nodes[:-1], nodes[1:]).max())
-            for place in places:
+            if is_rim(edge) and not any((cell, face) in beyond for face in edge.faces):
+                nodes = joined.points[joined.edge_nodes[int(solid.edge_keys[edge.id])]]
+                segments[edge.id] = nodes[:-1], nodes[1:]
+        for e, off in off_edges(solid, segments).items():
+            for place in ((cell, face) for face in solid.edges[e].faces):
                 if place in found:
                     found[place] = max(found[place], off)
     return found

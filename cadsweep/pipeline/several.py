@@ -42,7 +42,7 @@ from ..sweep import Intervals
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
 from .cell_periodic import with_cell_pairs
-from .cells_accuracy import accurate_cells, boundary_distance, check_coarse_solids
+from .cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
 from .origin import CellsOrigin, made_of
@@ -69,9 +69,10 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
     finer: list[str] = []
     rounds = 0 if options.size is not None and options.tolerance is None else MOST_ROUNDS  # a size that is named stays
     for tried in range(1 + rounds):
-        cells, counts, notes = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
+        made, off = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
+        cells, counts, notes = made
         try:
-            mesh = _finished(found, cells, counts, options, run, [*finer, *notes])
+            mesh = _finished(found, cells, counts, options, run, [*finer, *notes], off)
             break
         except InvertedHexError as error:
             divided = finer_where_crossing(found.part, cells, counts, error, wishes) if tried < rounds else None
@@ -82,7 +83,13 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
 
 
 def _finished(  # noqa: PLR0917
-    found: Complex, cells: CellBlocks, counts: Sequence[Intervals], options: SweepOptions, run: Run, notes: list[str]
+    found: Complex,
+    cells: CellBlocks,
+    counts: Sequence[Intervals],
+    options: SweepOptions,
+    run: Run,
+    notes: list[str],
+    off: Found | None,
 ) -> HexMesh | BlockMesh:
     """The mesh of a planned part's cells, checked."""
     part, plan = found.part, found.plan
@@ -92,6 +99,7 @@ def _finished(  # noqa: PLR0917
         options,
         run,
         notes=notes,
+        found=off,
         sweeps=[
             _described(solid, way.fill, own) | {"cell": cell, "solid": part.models[owner].name}
             for cell, (solid, way, own, owner) in enumerate(
@@ -119,8 +127,11 @@ def finish(
     notes: Sequence[str] = (),
     sweeps: Sequence[dict[str, Any]] = (),
     slides: Callable[[], Slides] | None = None,
+    found: Found | None = None,
 ) -> HexMesh | BlockMesh:
     """Name, check, smooth and check again a mesh of the cells of a part; of blocks in memory, or as blocks.
+
+    `found`: how far it is off its faces, where that is known.
 
     Raises
     ------
@@ -138,7 +149,7 @@ def finish(
         "blocks": _block_sizes(cells),
         "names": dict(part.names),
         "colors": find_colors(part, names),
-        "distance": boundary_distance(part, cells, names) * part.scale,
+        "distance": boundary_distance(part, cells, names, found) * part.scale,
         "notes": [*part.notes, *notes],
         "seconds": run.seconds,
     }

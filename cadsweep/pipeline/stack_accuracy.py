@@ -41,8 +41,8 @@ def accurate_stack(  # noqa: PLR0917
     run: Run,
     hints: StackHints,
     make: Callable[[StackHints], MadeStack],
-) -> MadeStack:
-    """Mesh a stack as near to the CAD faces as is asked for.
+) -> tuple[MadeStack, Found | None]:
+    """Mesh a stack as near to the CAD faces as is asked for; with how far it is off, where that was asked.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def accurate_stack(  # noqa: PLR0917
     """
     first = make(hints)
     if options.tolerance is None and options.size is not None:
-        return first
+        return first, None
 
     def measured(made: MadeStack) -> Found:
         with run.stage("quality"):
@@ -65,7 +65,7 @@ def accurate_stack(  # noqa: PLR0917
             return None
         return replace(hints, sizes=hints.sizes | known, most_sizes=hints.most_sizes | others)
 
-    best, notes = come_nearer(
+    best, found, notes = come_nearer(
         part,
         first,
         hints,
@@ -75,7 +75,7 @@ def accurate_stack(  # noqa: PLR0917
         finer=finer,
         n_hexes=lambda made, factor: made.joined.n_hexes * factor**2,
     )
-    return replace(best, notes=[*best.notes, *notes])
+    return replace(best, notes=[*best.notes, *notes]), found
 
 
 def _finer(part: Part, stack: Stack, made: MadeStack, found: Found, hints: StackHints) -> dict[int, float]:

@@ -23,11 +23,12 @@ def merged_stack(stack: Stack, size: float) -> Stack:
     size : float
         Of the mesh in the plane, working units.
     """
-    sides = stacks.read_sides(stacks.Normals(stack.solid), stack.direction)
+    sides = None
     for share in _SHARES:
         found = stacks.merge_outlines(stack, share * stacks.NEAR * size)
         if found is None:
             return stack
+        sides = sides or stacks.read_sides(stacks.Normals(stack.solid), stack.direction)
         try:
             arrangement = cad.rearrange(stack.solid, stack.direction, sides.caps, stack.arrangement, *found)
             made = stacks.make_stack(stack.solid, sides, stack.stations, arrangement)

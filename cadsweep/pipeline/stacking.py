@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,6 +51,13 @@ MOST_STACKS = 3
 """Stacks of one solid that are tried before the first one's error is raised."""
 
 
+class _Known(NamedTuple):
+    """A stack of a part, and what of its caps goes on into each other."""
+
+    stack: Stack
+    sheets: stacks.Sheets
+
+
 def find_stacks(part: Part) -> list[Stack]:
     """List the directions along which a part is a stack, best first.
 
@@ -59,6 +66,11 @@ def find_stacks(part: Part) -> list[Stack]:
     NotSweepableError
         There is none; ``.reasons`` has a line for every direction that was looked at, the most promising first.
     """
+    return [known.stack for known in _find(part)]
+
+
+def _find(part: Part) -> list[_Known]:
+    """As :func:`find_stacks`."""
     solid = only_solid(part)
     found, reasons = _search(solid)
     if not found:
@@ -66,7 +78,7 @@ def find_stacks(part: Part) -> list[Stack]:
     return found
 
 
-def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
+def _search(solid: Solid) -> tuple[list[_Known], list[str]]:
     normals = stacks.Normals(solid)
     candidates, refused = [], []
     for direction in stacks.find_directions(normals):
@@ -76,7 +88,7 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             refused.append((direction, str(error)))
     refused.sort(key=lambda pair: -stacks.count_fitting(normals, pair[0]))
     candidates.sort(key=lambda sides: (-round(sides.steepest, 6), len(sides.caps)))
-    found: list[Stack] = []
+    found: list[_Known] = []
     reasons: list[str] = []
     for sides in candidates[:MOST_DIRECTIONS]:
         try:
@@ -84,12 +96,12 @@ def _search(solid: Solid) -> tuple[list[Stack], list[str]]:
             caps = sides.caps.keys()
             lines = [e.id for e in solid.edges if caps & set(e.faces)] + list(stations)
             stack = stacks.make_stack(solid, sides, stations, cad.arrange(solid, sides.direction, sides.caps, lines))
-            stacks.find_sheets(stack)
+            sheets = stacks.find_sheets(stack)
         except CadSweepError as error:
             reasons.append(_reason(sides.direction, str(error)))
             continue
-        found.append(stack)
-    found.sort(key=lambda stack: (-stack.score, stack.n_columns))
+        found.append(_Known(stack, sheets))
+    found.sort(key=lambda known: (-known.stack.score, known.stack.n_columns))
     reasons += [_reason(direction, why) for direction, why in refused]
     return found, reasons or ["along no direction: no face of it is plane, and no edge straight"]
 
@@ -102,7 +114,7 @@ def other_stacks(part: Part, sweeps: Sequence[Sweep]) -> list[Stack]:
     """Directions along which a part that has sweeps is a stack with other caps than theirs."""
     known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
     found, _ = _search(only_solid(part))
-    return [s for s in found if frozenset((frozenset(s.source), frozenset(s.target))) not in known]
+    return [s for s, _ in found if frozenset((frozenset(s.source), frozenset(s.target))) not in known]
 
 
 def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str, Any]], list[str]]:
@@ -118,10 +130,9 @@ def describe_stacks(part: Part, sweeps: Sequence[Sweep]) -> tuple[list[dict[str,
     known = {frozenset((frozenset(sweep.source), frozenset(sweep.target))) for sweep in sweeps}
     found, reasons = _search(only_solid(part))
     rows = []
-    for stack in found:
+    for stack, sheets in found:
         if frozenset((frozenset(stack.source), frozenset(stack.target))) in known:
             continue
-        sheets = stacks.find_sheets(stack)
         faces = stack.solid.faces
         heights = np.sort(stacks.told_heights(stack, sheets)) * part.scale + float(part.offset @ stack.direction)
         rows.append(
@@ -147,8 +158,13 @@ def stacks_instead(part: Part, refused: NotSweepableError) -> list[Stack]:
     NotSweepableError
         It is no stack either; says why it has no sweep first.
     """
+    return [known.stack for known in _find_instead(part, refused)]
+
+
+def _find_instead(part: Part, refused: NotSweepableError) -> list[_Known]:
+    """As :func:`stacks_instead`."""
     try:
-        return find_stacks(part)
+        return _find(part)
     except NotSweepableError as error:
         columns = f"nor is it a stack of columns: {error.reasons[0]}"
         reasons = [*refused.reasons, *error.reasons]
@@ -173,20 +189,20 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
         raise refused
     with run.stage("recognition"):
         if isinstance(refused, NotSweepableError):
-            found = stacks_instead(part, refused)
+            found = _find_instead(part, refused)
         else:
             found, _ = _search(only_solid(part))
             if not found:
                 raise refused
     tried: list[AnyMesh] = []
     failures: list[CadSweepError] = []
-    for stack in found[:MOST_STACKS]:
+    for known in found[:MOST_STACKS]:
         try:
-            mesh = _mesh_stack(part, stack, options, run)
+            mesh = _mesh_stack(part, known, options, run)
         except InputError:
             raise
         except CadSweepError as error:
-            log.info("stack along %s given up: %s", stack.direction, error)
+            log.info("stack along %s given up: %s", known.stack.direction, error)
             failures.append(error)
             continue
         tried.append(mesh)
@@ -201,12 +217,11 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     return replace(best, info={**best.info, "notes": notes})
 
 
-def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> AnyMesh:
+def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> AnyMesh:
     _only_for_sweeps(options)
     size = None if options.size is None else options.size / part.scale
     with run.stage("recognition"):
-        stack = merged_stack(stack, intervals.default_size(stack.plan) if size is None else size)
-        sheets = stacks.find_sheets(stack)
+        stack, sheets = _merged(known, size)
     hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
     matches, walls = match_walls(part, stack, options), StackWalls()
@@ -264,7 +279,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
             built = stacks.build_mesh(stack, levels, quads)
         return MadeStack(quads=quads, placed=built, joined=_joined(stack, built), notes=finer)
 
-    made = accurate_stack(part, stack, options, run, hints, make)
+    made, off = accurate_stack(part, stack, options, run, hints, make)
     faces = stack.solid.faces
     mesh = finish(
         part,
@@ -272,6 +287,7 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
         options,
         run,
         notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *made.notes],
+        found=off,
         # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
         slides=None
         if options.periodic or options.wall_layers
@@ -298,6 +314,12 @@ def _mesh_stack(part: Part, stack: Stack, options: SweepOptions, run: Run) -> An
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _merged(known: _Known, size: float | None) -> _Known:
+    """The stack with outlines laid together that nearly coincide in plan, or as it was."""
+    stack = merged_stack(known.stack, intervals.default_size(known.stack.plan) if size is None else size)
+    return known if stack is known.stack else _Known(stack, stacks.find_sheets(stack))
 
 
 def _only_for_sweeps(options: SweepOptions) -> None:

@@ -9,9 +9,12 @@ the quads: the greater distance of either edge from the other's half planes is w
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import pairwise
+
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Solid
 from ..mesh import SurfaceMesh
 from ..segments import segments_by_edge
@@ -44,12 +47,10 @@ def rim_deviations(sweep: Sweep, surfaces: SurfaceMesh, target_points: FloatArra
         found[layer == last] = target_points[node[layer == last]]
         return found
 
-    found = {}
-    for e, segments in segments_by_edge(sweep, surfaces).items():
-        edge = solid.edges[e]
-        if is_rim(edge):
-            found[e] = float(off_edge(solid, edge, points(segments[:, 0]), points(segments[:, 1])).max())
-    return found
+    on_edges = segments_by_edge(sweep, surfaces)
+    return off_edges(
+        solid, {e: (points(own[:, 0]), points(own[:, 1])) for e, own in on_edges.items() if is_rim(solid.edges[e])}
+    )
 
 
 def is_rim(edge: Edge) -> bool:
@@ -57,21 +58,33 @@ def is_rim(edge: Edge) -> bool:
     return edge.kind != "line" and abs(np.sin(edge.dihedral)) > _TANGENT
 
 
-def off_edge(solid: Solid, edge: Edge, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Distances (m,) of an edge from its segments, from (m, 3) to (m, 3), as far as its faces part there."""
+def off_edges(solid: Solid, segments: Mapping[int, tuple[FloatArray, FloatArray]]) -> dict[int, float]:
+    """Greatest distance, working units, of each edge from its segments, as far as its faces part there.
+
+    Parameters
+    ----------
+    solid : Solid
+    segments : mapping of int to two (m, 3) float64
+        By edge: where its segments begin and end.
+    """
+    if not segments:
+        return {}
+    edges = [solid.edges[e] for e in segments]
+    begin, end = (np.concatenate([ends[k] for ends in segments.values()]) for k in (0, 1))
+    starts = np.cumsum([0, *(len(ends[0]) for ends in segments.values())])
     middles = 0.5 * (begin + end)
     steps = end - begin
     lengths = np.linalg.norm(steps, axis=1)[:, None]
     along = steps / np.where(lengths > 0.0, lengths, 1.0)
-    away = edge.curve.evaluate(edge.curve.project(middles)) - middles
+    places = [edge.curve.nearest(middles[a:b]) for edge, (a, b) in zip(edges, pairwise(starts), strict=True)]
+    away = np.concatenate(places) - middles
     away -= np.einsum("md,md->m", away, along)[:, None] * along
-    normals = []
-    for face in edge.faces:
-        surface = solid.faces[face].surface
-        normal = surface.normals(surface.project(middles))
-        normal = normal - np.einsum("md,md->m", normal, along)[:, None] * along
-        normals.append(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
-    convex = 1.0 if edge.dihedral < np.pi else -1.0
+    of_edge = np.repeat(np.arange(len(edges)), np.diff(starts))
+    faces = np.array([edge.faces for edge in edges], dtype=np.int64)[of_edge]
+    normals = _normals_beside(solid, faces, middles)
+    normals -= np.einsum("kmd,md->km", normals, along)[..., None] * along
+    normals /= np.maximum(np.linalg.norm(normals, axis=2), 1e-300)[..., None]
+    convex = np.array([1.0 if edge.dihedral < np.pi else -1.0 for edge in edges])[of_edge, None]
     squares = np.einsum("md,md->m", away, away)
     nearest = np.full((2, len(middles)), np.inf)
     for one, other in (normals, normals[::-1]):
@@ -82,4 +95,17 @@ def off_edge(solid: Solid, edge: Edge, begin: FloatArray, end: FloatArray) -> Fl
         for way, sign in enumerate((1.0, -1.0)):
             within = np.maximum(sign * ahead, 0.0) ** 2
             nearest[way] = np.minimum(nearest[way], squares - np.minimum(within, squares))
-    return np.asarray(np.sqrt(nearest.max(axis=0)))
+    worst = np.maximum.reduceat(np.sqrt(nearest.max(axis=0)), starts[:-1])
+    return dict(zip(segments, worst.tolist(), strict=True))
+
+
+def _normals_beside(solid: Solid, faces: IntArray, points: FloatArray) -> FloatArray:
+    """Normals (2, m, 3) at the feet of points (m, 3) on both of their faces (m, 2); each face is asked once."""
+    normals = np.empty((2, len(points), 3))
+    order = np.argsort(faces, axis=None, kind="stable")
+    ids, starts = np.unique(faces.ravel()[order], return_index=True)
+    for face, own in zip(ids.tolist(), np.split(order, starts[1:]), strict=True):
+        which, side = np.divmod(own, 2)
+        surface = solid.faces[face].surface
+        normals[side, which] = surface.normals(surface.project(points[which]))
+    return normals

@@ -45,25 +45,24 @@ def sheets_apart(stack: Stack, sheets: Sheets, size: float) -> dict[tuple[int, i
         for v in (prism.edges[e].start, prism.edges[e].end):
             at_vertex.setdefault(v, {}).update(known)
     found: dict[tuple[int, int], float] = {}
-    for c, bottom in enumerate(stack.arrangement.bottoms):
-        if not stack.columns[c]:
-            continue
-        pairs = pairs_across(prism.edges, prism.faces[bottom].edges, samples.places, _REACH * size)
-        for e, at, other, distance in _nearest(pairs, samples, _REACH * size):
-            ends = {0: prism.edges[e].start, len(samples.places[e]) - 1: prism.edges[e].end}
-            here = at_vertex[ends[at]] if at in ends else over[e]
-            place = samples.lifted(samples.places[e][at])
-            _compare(stack, (here, over[other]), place, max(distance, _LEAST * size), _THIN * size, found)
+    cells = [prism.faces[bottom].edges for c, bottom in enumerate(stack.arrangement.bottoms) if stack.columns[c]]
+    pairs = pairs_across(prism.edges, cells, samples.places, _REACH * size)
+    for e, at, other, distance in _nearest(pairs, samples, _REACH * size):
+        ends = {0: prism.edges[e].start, len(samples.places[e]) - 1: prism.edges[e].end}
+        here = at_vertex[ends[at]] if at in ends else over[e]
+        place = samples.lifted(samples.places[e][at])
+        _compare(stack, (here, over[other]), place, max(distance, _LEAST * size), _THIN * size, found)
     return found
 
 
 def _nearest(pairs: Pairs, samples: Samples, reach: float) -> list[tuple[int, int, int, float]]:
     """The shortest way from every edge, and from both of its ends, to every other: edge, sample, other, length."""
-    last = np.array([len(samples.places[e]) - 1 for e in pairs.one.tolist()], dtype=np.int64)
-    part = np.where(pairs.at == 0, 0, np.where(pairs.at == last, 1, 2))
-    order = np.lexsort((pairs.distances, part, pairs.other, pairs.one))
+    last = np.zeros(max(samples.places, default=-1) + 1, dtype=np.int64)
+    last[list(samples.places)] = [len(own) - 1 for own in samples.places.values()]
+    part = np.where(pairs.at == 0, 0, np.where(pairs.at == last[pairs.one], 1, 2))
+    order = np.lexsort((pairs.distances, part, pairs.other, pairs.one, pairs.cell))
     order = order[pairs.distances[order] <= reach]
-    keys = np.stack([pairs.one, pairs.other, part], axis=1)[order]
+    keys = np.stack([pairs.cell, pairs.one, pairs.other, part], axis=1)[order]
     first = order[np.append(True, (np.diff(keys, axis=0) != 0).any(axis=1))[: len(order)]]
     columns = (column[first].tolist() for column in (pairs.one, pairs.at, pairs.other, pairs.distances))
     return list(zip(*columns, strict=True))
@@ -92,6 +91,8 @@ def _compare(  # noqa: PLR0917
     """Add the pairs of sheets of which each is on one side of a way alone."""
     here, there = known
     apart = ({s: e for s, e in here.items() if s not in there}, {s: e for s, e in there.items() if s not in here})
+    if not (apart[0] and apart[1]):
+        return
     edges = stack.solid.edges
     heights = [
         [(s, float(heights_on_edge(edges[e], stack.direction, place[None])[0])) for s, e in own.items()]

@@ -10,7 +10,6 @@ the closer to each other the nearer they are, so that no pinch is missed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -62,6 +61,8 @@ class Pairs(NamedTuple):
 
     Attributes
     ----------
+    cell : (m,) int64
+        Which cell, by its place among those asked for.
     one, at : (m,) int64
         Edge and number of a sample.
     other, segment : (m,) int64
@@ -71,6 +72,7 @@ class Pairs(NamedTuple):
     distances : (m,) float64
     """
 
+    cell: IntArray
     one: IntArray
     at: IntArray
     other: IntArray
@@ -79,39 +81,50 @@ class Pairs(NamedTuple):
     distances: FloatArray
 
 
-def pairs_across(all_edges: Sequence[Edge], edges: Sequence[int], places: dict[int, FloatArray], reach: float) -> Pairs:
-    """Find the samples of a cell's edges, and the segments between others, within reach of each other, or hardly more.
+def pairs_across(
+    all_edges: Sequence[Edge], cells: Sequence[Sequence[int]], places: dict[int, FloatArray], reach: float
+) -> Pairs:
+    """Find the samples of cells' edges, and the segments between others, within reach of each other, or hardly more.
 
     Parameters
     ----------
     all_edges : sequence of Edge
-    edges : sequence of int
-        Those of the cell.
+    cells : sequence of sequence of int
+        Edges of each.
     places : dict of int to (n, 2) float64
     reach : float
     """
-    points = np.concatenate([places[e] for e in edges])
-    starts = np.concatenate([places[e][:-1] for e in edges])
-    steps = np.concatenate([np.diff(places[e], axis=0) for e in edges])
-    counts = np.array([len(places[e]) for e in edges])
+    edges = np.array([e for own in cells for e in own], dtype=np.int64)
+    cell = np.repeat(np.arange(len(cells)), [len(own) for own in cells])
+    points = np.concatenate([np.empty((0, 2)), *(places[e] for e in edges.tolist())])
+    counts = np.array([len(places[e]) for e in edges.tolist()], dtype=np.int64)
+    firsts = np.concatenate([[0], np.cumsum(counts)])[:-1]
     owner, segment_owner = (np.repeat(np.arange(len(edges)), n) for n in (counts, counts - 1))
-    reach = reach + np.linalg.norm(steps, axis=1).max() / 2.0
-    near = scipy.spatial.cKDTree(points).query_ball_tree(scipy.spatial.cKDTree(starts + steps / 2.0), reach)
-    i = np.repeat(np.arange(len(points)), [len(own) for own in near])
-    j = np.fromiter(chain.from_iterable(near), dtype=np.int64, count=len(i))
-    ends = np.array([(all_edges[e].start, all_edges[e].end) for e in edges])
-    meet = (ends[:, None, :, None] == ends[None, :, None, :]).any(axis=(2, 3))
-    beyond = ~meet[owner[i], segment_owner[j]]
-    i, j = i[beyond], j[beyond]
+    begin = np.flatnonzero(np.diff(owner, append=-1) == 0)
+    starts, steps = points[begin], points[begin + 1] - points[begin]
+    longest = np.zeros(len(cells))
+    np.maximum.at(longest, cell[segment_owner], np.linalg.norm(steps, axis=1))
+    # One search for all: each cell in its own reach, and on a floor of its own.
+    floors, within = cell.astype(np.float64), reach + longest[cell] / 2.0
+    one, other = (
+        scipy.spatial.cKDTree(np.column_stack([own / within[of][:, None], 2.0 * floors[of]]))
+        for own, of in ((points, owner), (starts + steps / 2.0, segment_owner))
+    )
+    near = one.sparse_distance_matrix(other, 1.0, output_type="ndarray")
+    i, j = near["i"], near["j"]
+    ends = np.array([(all_edges[e].start, all_edges[e].end) for e in edges.tolist()], dtype=np.int64).reshape(-1, 2)
+    beyond = ~(ends[owner[i], :, None] == ends[segment_owner[j], None, :]).any(axis=(1, 2))
+    order = np.lexsort((j[beyond], i[beyond]))
+    i, j = i[beyond][order], j[beyond][order]
     along = np.clip(
         ((points[i] - starts[j]) * steps[j]).sum(axis=1) / np.maximum((steps[j] ** 2).sum(axis=1), 1e-300), 0.0, 1.0
     )
-    ids, firsts = np.array(edges), np.concatenate([[0], np.cumsum(counts)])
     return Pairs(
-        one=ids[owner[i]],
+        cell=cell[owner[i]],
+        one=edges[owner[i]],
         at=i - firsts[owner[i]],
-        other=ids[segment_owner[j]],
-        segment=j - (firsts - np.arange(len(firsts)))[segment_owner[j]],
+        other=edges[segment_owner[j]],
+        segment=begin[j] - firsts[segment_owner[j]],
         along=along,
         distances=np.linalg.norm(starts[j] + along[:, None] * steps[j] - points[i], axis=1),
     )
@@ -133,24 +146,23 @@ class Widths(Samples):
         super().__init__(stack, reach)
         self._reach = reach
         self.widths = {e: np.full(len(own), np.inf) for e, own in self.fractions.items()}
-        pinches: list[tuple[int, float, FloatArray]] = []
-        for f in stack.arrangement.bottoms:
-            pairs = pairs_across(self._edges, stack.arrangement.prism.faces[f].edges, self.places, reach)
-            for e in np.unique(pairs.one).tolist():
-                own = pairs.one == e
-                np.minimum.at(self.widths[e], pairs.at[own], pairs.distances[own])
-            pinches += self._pinches(pairs)
-        for e, at, corner in pinches:
+        faces = stack.arrangement.prism.faces
+        pairs = pairs_across(self._edges, [faces[f].edges for f in stack.arrangement.bottoms], self.places, reach)
+        order = np.argsort(pairs.one, kind="stable")
+        ids, firsts = np.unique(pairs.one[order], return_index=True)
+        for e, own in zip(ids.tolist(), np.split(order, firsts[1:]), strict=False):
+            np.minimum.at(self.widths[e], pairs.at[own], pairs.distances[own])
+        for e, at, corner in self._pinches(pairs):
             self._add(e, at, corner)
 
     def _pinches(self, pairs: Pairs) -> list[tuple[int, float, FloatArray]]:
         """Where along edges (edge, fraction) the first corners (2,) of edges of their cell are nearest to them."""
         at_corner = (pairs.at == 0) & (pairs.distances < self._reach)
-        one, _, other, segment, along, distances = (part[at_corner] for part in pairs)
+        cell, one, _, other, segment, along, distances = (part[at_corner] for part in pairs)
         found = []
-        order = np.lexsort((distances, other, one))
+        order = np.lexsort((distances, other, one, cell))
         for k, after in zip(order.tolist(), [-1, *order.tolist()], strict=False):
-            if after >= 0 and one[after] == one[k] and other[after] == other[k]:
+            if after >= 0 and cell[after] == cell[k] and one[after] == one[k] and other[after] == other[k]:
                 continue  # not the nearest place of that edge
             e = int(other[k])
             n = len(self.fractions[e]) - 1

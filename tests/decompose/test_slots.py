@@ -30,6 +30,7 @@ def slotted(length, width, turn, *, bore=None, at=(0.0, 0.0), slot=None):
 CASES = {
     "a bore in the flat sides": slotted(24, 8, 90, bore=3, at=(1, 0)),
     "a bore at the end": slotted(24, 8, 90, bore=5, at=(9, 0)),
+    "a bore beyond most of the end": slotted(26, 12, 90, bore=4, at=(10.5, 0)),
     "a bore beyond the end": slotted(24, 6, 90, bore=6, at=(13, 1)),
     "a bore around a slot": slotted(14, 6, 90, bore=10),
     "a bore along the long side": slotted(24, 6, 0, bore=6, at=(2, 0)),

@@ -9,6 +9,7 @@ from cadsweep.pipeline.stack_hints import StackHints
 from cadsweep.pipeline.stack_narrow import narrow_hints
 from cadsweep.pipeline.stacking import find_stacks
 from cadsweep.stacks import Widths
+from cadsweep.stacks.widths import pairs_across
 
 
 def stack():
@@ -28,6 +29,20 @@ def test_the_width_beside_a_wall_is_the_distance_to_it():
         assert (np.diff(fractions) >= 0.0).all()
         assert fractions[[0, -1]].tolist() == [0.0, 1.0]
         assert len(widths.places[e]) == len(widths.widths[e]) == len(fractions)
+
+
+def test_cells_that_are_asked_together_have_the_pairs_of_each_alone():
+    found, scale = stack()
+    prism, reach = found.arrangement.prism, 2.0 / scale
+    places = Widths(found, reach).places
+    cells = [prism.faces[f].edges for f in found.arrangement.bottoms]
+    together = pairs_across(prism.edges, cells, places, reach)
+    assert len(cells) > 1
+    assert len(together.one) > 0
+    for c, edges in enumerate(cells):
+        alone = pairs_across(prism.edges, [edges], places, reach)
+        mine = [own[together.cell == c] for own in together]
+        assert all(np.array_equal(a, b) for a, b in zip(alone[1:], mine[1:], strict=True))
 
 
 def test_segments_are_as_short_as_cells_are_narrow_and_longer_away_from_there():

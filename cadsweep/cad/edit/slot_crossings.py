@@ -39,6 +39,10 @@ TIGHT = 1e-6
 AT_TIP = 0.25
 """Distance of a plane from the tip of a slot, in the radius of its end, below which it is as good as tangent there."""
 
+AT_SIDE = 0.1
+"""Distance of a plane through a slot's end from the side of the bore, in its radius, below which it is as good as
+tangent there."""
+
 Plane = tuple[FloatArray, FloatArray]
 """Normal and place."""
 
@@ -111,7 +115,7 @@ def _at_end(end: float, radius: float, at: float, width: float) -> list[float] |
     -------
     list of float or None
         None of them where the bore ends before, in what is flat or nearly so; None where it ends in what is bent, or
-        takes no more than the tip away: rims that are carried on leave better cells there.
+        where the end's axis does not go through the bore: rims that are carried on leave better cells there.
     """
     low, high = at - width, at + width
     if high + WIDTHS[-1] * width <= end + BENT * radius:
@@ -119,8 +123,7 @@ def _at_end(end: float, radius: float, at: float, width: float) -> list[float] |
     if high < end + INSIDE * width:
         return None
     tip = end + radius
-    length = min(tip, high) - low
-    if end < low + INSIDE * length:
+    if end < low + AT_SIDE * width:
         return None
     levels = [end]
     if at - end > FAR * width:

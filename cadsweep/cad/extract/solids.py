@@ -31,8 +31,9 @@ from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
 from ..geometry.surfaces import Plane
-from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, bounds, explore, index_map, mapped, shapes_of
+from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, explore, index_map, mapped, shapes_of
 from .cylinders import Cylinders, find_cylinders
+from .extent import tight_bounds
 from .face_surfaces import read_face_surface
 from .flat import is_exact, measure_flat
 from .gaps import border_gaps
@@ -97,7 +98,7 @@ def extract_solid(
     local = np.full(len(shared.vertices), -1)
     local[vertex_keys] = np.arange(len(vertex_keys))
     ends = local[shared.ends[edge_keys]]
-    box = bounds(shape, tight=True)
+    box = tight_bounds(shape)
     size = float(np.linalg.norm(box[1] - box[0]))
     largest_gap = max(_LARGEST_GAP * size, shared.closed)
     gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)

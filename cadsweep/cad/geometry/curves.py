@@ -341,13 +341,17 @@ class EdgeCurve:
 
     def project(self, points: FloatArray) -> FloatArray:
         """Arc-length fractions (m,) of the points of the edge nearest to `points` (m, 3)."""
-        return np.clip(self.fractions(self._nearest(points)), 0.0, 1.0)
+        return np.clip(self.fractions(self._nearest_parameters(points)), 0.0, 1.0)
+
+    def nearest(self, points: FloatArray) -> FloatArray:
+        """Places (m, 3) of the edge nearest to `points` (m, 3)."""
+        return self.geometry.derivatives(self._nearest_parameters(points))[0]
 
     def distance(self, points: FloatArray) -> FloatArray:
         """Distances (m,) of `points` (m, 3) from the edge, its ends included."""
-        return np.linalg.norm(self.geometry.derivatives(self._nearest(points))[0] - points, axis=1)
+        return np.linalg.norm(self.nearest(points) - points, axis=1)
 
-    def _nearest(self, points: FloatArray) -> FloatArray:
+    def _nearest_parameters(self, points: FloatArray) -> FloatArray:
         """The curve's own parameters (m,) nearest to `points` (m, 3)."""
         points = np.atleast_2d(np.asarray(points, dtype=float))
         if isinstance(self.geometry, Line):

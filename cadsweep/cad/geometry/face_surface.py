@@ -17,7 +17,10 @@ from .edge_on_face import EdgeOnFace, EdgeRecords
 from .feet import Feet
 from .patch import Patch, rows_of
 from .record_kernels import curve_points
-from .surfaces import Plane
+from .surfaces import TWO_PI, Cone, Plane
+
+_OPEN = 0.99
+"""Share of a turn up to which a cylinder's border does not meet itself from the other side."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,6 +105,8 @@ class FaceSurface(Patch):
         flat = points.reshape(-1, 3)
         if isinstance(self.geometry, Plane):
             return self.geometry.project(flat)
+        if self._is_open_cylinder:
+            return self._feet.near(flat, self.box.mean(axis=0)[None])
         records = self.edge_records
         if records is not None:
             rows = np.array([records.row[edge] for edge in edges])
@@ -128,6 +133,12 @@ class FaceSurface(Patch):
             ]
         )
         return self._feet.near(flat, guess)
+
+    @cached_property
+    def _is_open_cylinder(self) -> bool:
+        """Whether a place alone tells its parameters: nobody has to ask OpenCASCADE for the curves in these."""
+        straight = isinstance(self.geometry, Cone) and self.geometry.half_angle == 0.0
+        return straight and bool(self.box[1, 0] - self.box[0, 0] < _OPEN * TWO_PI)
 
     def _unrolled(self, uv: FloatArray) -> FloatArray:
         for j, period in enumerate(self.periods):
