@@ -154,7 +154,11 @@ FINE = 1e-6
 """Share up to which OpenCASCADE refines its integral over a face, for :func:`fine_volume`."""
 
 
-def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
+Mass = tuple[float, FloatArray]
+"""Volume and centroid (3,)."""
+
+
+def volume_and_center(shape: Any) -> Mass:
     """Volume and centroid (3,) of a solid, by OpenCASCADE."""
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)
@@ -186,7 +190,7 @@ class SolidShape:
     vertices: list[Any]
 
     @cached_property
-    def mass(self) -> tuple[float, FloatArray]:
+    def mass(self) -> Mass:
         """Volume and centroid, by OpenCASCADE."""
         return volume_and_center(self.shape)
 
