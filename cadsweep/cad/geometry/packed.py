@@ -4,10 +4,10 @@ Place in the flow: ``convert`` calls these. Asking for one pole after the other 
 has a hundred thousand; OpenCASCADE writes all curves of a part, or a whole surface, in one call.
 
 Format (``BinTools``, fixed by the files that it has to read back; little-endian): after a line of text that ends the
-header come, of each, the kind (1 byte), and then: of a line its place and direction; of a circle or ellipse its centre,
-in space the normal, both directions, and one or two radii; of a spline rational and periodic (1 byte each; per direction
-on a surface), degrees (int16), numbers of poles and knots (int32), the poles with their weights where rational, and each
-knot with its multiplicity (int32).
+header come, of each, the kind (1 byte), and then: of a line its place and direction; of a circle or ellipse its
+centre, in space the normal, both directions, and one or two radii; of a spline rational and periodic (1 byte each; per
+direction on a surface), degrees (int16), numbers of poles and knots (int32), the poles with their weights where
+rational, and each knot with its multiplicity (int32).
 """
 
 from __future__ import annotations
