@@ -38,7 +38,7 @@ class _Border(NamedTuple):
 
 
 class ParameterCurves:
-    """Edges' curves in the parameters of some faces: where one is asked for, all are read, which takes hardly longer."""
+    """Edges' curves in the parameters of some faces: where one is asked for, all are read, at hardly more cost."""
 
     def __init__(self) -> None:
         self._borders: list[_Border] = []
