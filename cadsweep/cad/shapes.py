@@ -132,13 +132,10 @@ def surface_range(edge: Any, face: Any) -> tuple[float, float]:
     return curve.FirstParameter(), curve.LastParameter()
 
 
-def bounds(shape: Any, *, tight: bool = False) -> FloatArray:
-    """Least and greatest coordinates (2, 3) of a box about the shape; a loose one encloses poles of splines."""
+def bounds(shape: Any) -> FloatArray:
+    """Least and greatest coordinates (2, 3) of a loose box about the shape, which encloses poles of splines."""
     box = Bnd_Box()
-    if tight:
-        BRepBndLib.AddOptimal_s(shape, box, False, False)
-    else:
-        BRepBndLib.Add_s(shape, box, False)
+    BRepBndLib.Add_s(shape, box, False)
     if box.IsVoid():
         raise CadError("The shape is empty: it has no vertex, edge or face.")
     return np.array(box.Get()).reshape(2, 3)
@@ -157,7 +154,11 @@ FINE = 1e-6
 """Share up to which OpenCASCADE refines its integral over a face, for :func:`fine_volume`."""
 
 
-def volume_and_center(shape: Any) -> tuple[float, FloatArray]:
+Mass = tuple[float, FloatArray]
+"""Volume and centroid (3,)."""
+
+
+def volume_and_center(shape: Any) -> Mass:
     """Volume and centroid (3,) of a solid, by OpenCASCADE."""
     properties = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, properties)
@@ -189,7 +190,7 @@ class SolidShape:
     vertices: list[Any]
 
     @cached_property
-    def mass(self) -> tuple[float, FloatArray]:
+    def mass(self) -> Mass:
         """Volume and centroid, by OpenCASCADE."""
         return volume_and_center(self.shape)
 

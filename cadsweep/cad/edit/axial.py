@@ -129,6 +129,36 @@ def _ways(face: Face, axis: FloatArray | None, normals: FloatArray) -> frozenset
     return frozenset(np.flatnonzero(fits).tolist())
 
 
+class Together:
+    """Edges and faces in groups that share vertices or faces; the one that was joined last stands last."""
+
+    def __init__(self) -> None:
+        self.groups: dict[int, tuple[set[int], set[int]]] = {}
+        self.owners: dict[tuple[str, int], int] = {}
+        self.keys: dict[int, list[tuple[str, int]]] = {}
+
+    def join(self, edges: set[int], vertices: set[int], faces: set[int]) -> None:
+        """Put edges and faces in one group with all that have a vertex or a face in common with them."""
+        own = [*(("vertex", v) for v in vertices), *(("face", f) for f in faces)]
+        touched = {self.owners[key] for key in own if key in self.owners}
+        # The largest takes in the others: no group is copied over and over.
+        stays = max(touched, key=lambda g: (len(self.keys[g]), -g), default=len(self.owners))
+        all_edges, all_faces = self.groups.pop(stays, (set(), set()))
+        for other in sorted(touched - {stays}):
+            more_edges, more_faces = self.groups.pop(other)
+            all_edges |= more_edges
+            all_faces |= more_faces
+            own += self.keys.pop(other)
+        all_edges |= edges
+        all_faces |= faces
+        self.groups[stays] = all_edges, all_faces
+        keys = self.keys.setdefault(stays, [])
+        for key in own:
+            if self.owners.get(key) != stays:
+                self.owners[key] = stays
+                keys.append(key)
+
+
 def find_clusters(
     solid: Solid, axes: Sequence[FloatArray | None], normals: FloatArray, flat: float
 ) -> list[Cluster]:  # fmt: skip
@@ -146,14 +176,8 @@ def find_clusters(
     """
     suits = [_ways(face, axis, normals) for face, axis in zip(solid.faces, axes, strict=True)]
     picky = {face.id for face in solid.faces if suits[face.id] != EVERY}
-    groups: list[tuple[set[int], set[int], set[int]]] = []
-
-    def join(edges: set[int], vertices: set[int], faces: set[int]) -> None:
-        for group in [g for g in groups if g[1] & vertices or g[2] & faces]:
-            groups.remove(group)
-            edges, vertices, faces = edges | group[0], vertices | group[1], faces | group[2]
-        groups.append((edges, vertices, faces))
-
+    together = Together()
+    join = together.join
     for f in sorted(picky):
         join(set(solid.faces[f].edges), set(), {f})
     for edge in solid.edges:
@@ -170,7 +194,7 @@ def find_clusters(
     for crossing in crossings:
         for i in crossing.axes:
             join(set(), set(), set(bores[crossing.axes[0]].faces | bores[i].faces))
-    for edges, _, faces in groups:
+    for edges, faces in together.groups.values():
         ways = _common(suits, faces)
         # What no direction has as walls may be a rounding all around a block: one has it as the edge of a cap.
         around = frozenset[int]() if ways else _common(_rounded(solid, suits, faces), faces)

@@ -35,7 +35,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
-from ..shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, subshapes, typed
+from ..shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, listed, subshapes, typed
 from .opening import open_solid
 
 log = logging.getLogger(__name__)
@@ -135,7 +135,7 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     cap, joint = sorted(shared, key=lambda face: float(np.linalg.norm(_measure(face)[0] - first.center)))
     one = [face for face in one if not face.IsSame(joint)]
     other = [face for face in other if not face.IsSame(joint)]
-    images = [(new, j) for j, old in enumerate(holder.faces) for new in list(splitter.Modified(old)) or [old]]
+    images = [(new, j) for j, old in enumerate(holder.faces) for new in listed(splitter.Modified(old)) or [old]]
     origins = [next((j for new, j in images if face.IsSame(new)), None) for face in (*one, *other)]
     cap_faces = [j for j, face in enumerate((*one, *other)) if face.IsSame(cap)]
     opened = open_solid(

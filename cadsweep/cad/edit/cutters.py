@@ -18,9 +18,11 @@ Not handled: spheres, tori and free-form faces are not extended; their rims are 
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import pi
+from math import inf, pi
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -114,7 +116,8 @@ class _Cutters:
         self.center = solid.vertices.mean(axis=0)
         self.reach = 1.5 * solid.size
         self.faces = faces
-        self.found: dict[tuple[float, ...], _Found] = {}
+        self.found: list[_Found] = []
+        self.sums: list[tuple[int, float, float]] = []
 
     def all(self) -> Iterator[Cutter]:
         """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
@@ -122,6 +125,35 @@ class _Cutters:
         if is_whole:
             turned = along_features(self.solid, FLAT) or along_spokes(self.solid, FLAT)
             yield from turned or at_ports(self.solid)
+        yield from through_centers(self.solid)
+        parted, is_well = into_boxes(self.solid, FLAT)
+        boxes = [*self.between(), *parted]
+        if is_well:
+            yield from boxes
+        if is_whole:
+            yield from around_features(self.solid, FLAT) or on_grid(self.solid, FLAT)
+        if not is_well:
+            yield from boxes
+        for find in (beside_holes, at_mitres, around_bores, at_crossings):
+            yield from find(self.solid)
+        rims, others = self.at_edges()
+        # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
+        is_early = any(rim.price for rim in rims)
+        if is_early:
+            yield from self.closed()
+        yield from [*rims, *others][:MOST_CUTTERS]
+        if not is_early:
+            yield from self.closed()
+        yield from through_axes(self.solid)
+        yield from from_inside(self.solid)
+
+    def closed(self) -> Iterator[Cutter]:
+        """What closes circles under themselves."""
+        for find in (under_bored_bosses, under_rims, under_circles):
+            yield from find(self.solid, FLAT)
+
+    def at_edges(self) -> tuple[list[Cutter], list[Cutter]]:
+        """Rims carried on at once; batches and single ones of what the surfaces at edges in the way give."""
         for edge in self.solid.edges:
             if self.in_the_way(edge):
                 for f in edge.faces:
@@ -139,29 +171,12 @@ class _Cutters:
                     weight=sum(one.edges.values()),
                     everywhere=one.kind == "plane",
                 )
-                for one in self.found.values()
+                for one in self.found
             ]
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        rims, others = list(self.rims()), [*self.batches(columns), *single]
-        closed = [
-            *under_bored_bosses(self.solid, FLAT),
-            *under_rims(self.solid, FLAT),
-            *under_circles(self.solid, FLAT),
-        ]
-        parted, is_well = into_boxes(self.solid, FLAT)
-        boxes = [*self.between(), *parted]
-        if is_whole:
-            around = around_features(self.solid, FLAT) or on_grid(self.solid, FLAT)
-            boxes = [*boxes, *around] if is_well else [*around, *boxes]
-        joints = [*at_mitres(self.solid), *around_bores(self.solid), *at_crossings(self.solid)]
-        first = [*through_centers(self.solid), *boxes, *beside_holes(self.solid), *joints]
-        # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
-        early = closed if any(rim.price for rim in rims) else []
-        late = [] if early else closed
-        last = [*through_axes(self.solid), *from_inside(self.solid)]
-        yield from [*first, *early, *[*rims, *others][:MOST_CUTTERS], *late, *last]
+        return list(self.rims()), [*self.batches(columns), *single]
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""
@@ -172,12 +187,25 @@ class _Cutters:
         made = self.surface_of(owner, face)
         if made is None:
             return
-        known = next((one for one in self.found.values() if _alike(one.key, made.key, self.solid.size)), None)
-        known = self.found.setdefault(made.key, made) if known is None else known
+        known = self.alike(made)
         if edge.dihedral > pi + FLAT or known.kind != "plane":
             known.edges[edge.id] = edge.length
         else:
             known.edges.setdefault(edge.id, 0.1 * edge.length)
+
+    def alike(self, made: _Found) -> _Found:
+        """What was found first of what is alike; it itself where it is new."""
+        near = SAME * max(self.solid.size, 1.0)
+        n, total = len(made.key), sum(made.key)
+        start = bisect_left(self.sums, (n, total - n * near))  # keys that are alike have sums that are alike
+        stop = bisect_right(self.sums, (n, total + n * near, inf))
+        for _, _, number in sorted(self.sums[start:stop], key=itemgetter(2)):
+            known = self.found[int(number)]
+            if np.abs(np.subtract(known.key, made.key)).max() <= near:
+                return known
+        insort(self.sums, (n, total, float(len(self.found))))
+        self.found.append(made)
+        return made
 
     def surface_of(self, owner: Solid, face: Face) -> _Found | None:
         """The tool of a face's surface; None where it is of a kind that is not extended."""
@@ -279,10 +307,10 @@ class _Cutters:
     def batches(self, columns: Sequence[Cutter]) -> Iterator[Cutter]:
         """All floors across a direction at once, and all walls along it."""
         for direction in self.directions():
-            floors = [f for f in self.found.values() if f.across is not None and abs(f.across @ direction) > 1 - 1e-9]
+            floors = [f for f in self.found if f.across is not None and abs(f.across @ direction) > 1 - 1e-9]
             walls = [
                 f
-                for f in self.found.values()
+                for f in self.found
                 if (f.along is not None and abs(f.along @ direction) > 1 - 1e-9)
                 or (f.across is not None and abs(f.across @ direction) < 1e-9)
             ]
@@ -352,7 +380,7 @@ class _Cutters:
     def directions(self) -> list[FloatArray]:
         """Normals of planes and axes of cylinders at edges in the way, the most frequent first."""
         seen: list[tuple[FloatArray, float]] = []
-        for one in self.found.values():
+        for one in self.found:
             direction = one.across if one.across is not None else one.along
             if direction is None:
                 continue
@@ -373,7 +401,3 @@ def _signed(direction: FloatArray, offset: float) -> tuple[FloatArray, float]:
     """A direction and its opposite are one: the first large component is positive."""
     lead = direction[np.argmax(np.abs(direction) > 0.5)]
     return (direction, offset) if lead > 0 else (-direction, -offset)
-
-
-def _alike(one: tuple[float, ...], other: tuple[float, ...], size: float) -> bool:
-    return len(one) == len(other) and bool(np.abs(np.subtract(one, other)).max() <= SAME * max(size, 1.0))

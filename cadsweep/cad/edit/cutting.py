@@ -20,7 +20,6 @@ from OCP.GeomAbs import GeomAbs_Plane
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels, numbered_labels_of
@@ -30,6 +29,7 @@ from ..shapes import (
     EDGE,
     FACE,
     SOLID,
+    Mass,
     SolidShape,
     explore,
     fine_volume,
@@ -93,9 +93,10 @@ def split_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Pieces:
-    """What a splitter made of a cell: its pieces with the labels of their faces and edges, and its history."""
+    """What a splitter made of a cell: its pieces with their masses and the labels of their faces, and its history."""
 
     shapes: Sequence[Any]
+    masses: Sequence[Mass]
     labels: Sequence[Labels]
     splitter: _Splitters
 
@@ -123,10 +124,10 @@ class Parted:
     def key(self) -> tuple[tuple[float, ...], ...]:
         """Equal for two parts with the same cells, however they were cut and in whatever order."""
         size = max(solid.size for solid in self.part.solids)
-        masses: list[tuple[float, FloatArray]] = []
+        masses: list[Mass] = []
         for j, solid in enumerate(self.part.solids):
             parted = self.pieces.get(j)
-            masses += [shapes_of(solid).mass] if parted is None else map(volume_and_center, parted.shapes)
+            masses += [shapes_of(solid).mass] if parted is None else parted.masses
         return tuple(sorted((round(v / size**3, 9), *(round(float(c) / size, 6) for c in at)) for v, at in masses))
 
     def imprinted(self) -> Part | None:
@@ -198,7 +199,8 @@ def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | No
         if found is None:
             return None
         pieces = found
-    if len(pieces) < 2 or not _sound(solid, holder, pieces):
+    masses = [volume_and_center(piece) for piece in pieces] if len(pieces) > 1 else []
+    if not masses or not _sound(solid, holder, pieces, [volume for volume, _ in masses]):
         return None
     labels = numbered_labels_of(solid)
     faces = _Images(splitter, holder.faces, labels.faces, FACE)
@@ -210,10 +212,15 @@ def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | No
         )
         for piece in pieces
     ]
-    joined = [without_seams(piece, label) for piece, label in zip(pieces, own, strict=True)]
-    if _has_short_edge(solid, holder, [piece for piece, _ in joined]):
+    joined = [without_seams(*of_piece) for of_piece in zip(pieces, own, masses, strict=True)]
+    if _has_short_edge(solid, holder, [piece for piece, _, _ in joined]):
         return None
-    return _Pieces(shapes=[piece for piece, _ in joined], labels=[label for _, label in joined], splitter=splitter)
+    return _Pieces(
+        shapes=[piece for piece, _, _ in joined],
+        labels=[label for _, label, _ in joined],
+        masses=[mass for _, _, mass in joined],
+        splitter=splitter,
+    )
 
 
 class _Splitters:
@@ -264,10 +271,9 @@ class _Images:
         return self.labels[number - 1] if number else None
 
 
-def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any]) -> bool:
-    """Whether the pieces are the solid, and fit to be meshed."""
+def _sound(solid: Solid, holder: SolidShape, pieces: Sequence[Any], volumes: Sequence[float]) -> bool:
+    """Whether pieces of some volumes are the solid, and fit to be meshed."""
     whole = holder.mass[0]
-    volumes = [volume_and_center(piece)[0] for piece in pieces]
     curved = any(face.kind != "plane" for face in solid.faces)
     change = abs(sum(volumes) / whole - 1.0)
     if curved and INTEGRATED < change < ROUGHLY:

@@ -40,7 +40,7 @@ from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
 from ..read.colors import common_color
-from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, listed, subshapes, typed
 
 Item = TypeVar("Item", Face, Edge)
 
@@ -146,7 +146,7 @@ def _pieces(items: Sequence[Item], found: Any, copies: Sequence[Any], history: A
     """For every face (or edge) of a map of the unified shape, those it is made of, whose copies are given."""
     pieces: list[list[Item]] = [[] for _ in range(found.Extent())]
     for item, old in zip(items, copies, strict=True):
-        for new in list(history.Modified(old)) or [old]:
+        for new in listed(history.Modified(old)) or [old]:
             if found.Contains(new):
                 pieces[found.FindIndex(new) - 1].append(item)
     return pieces

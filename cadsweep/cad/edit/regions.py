@@ -70,6 +70,28 @@ class _Cut:
 
 
 @dataclass(kw_only=True, eq=False)
+class _InBox:
+    """What is in a box.
+
+    Attributes
+    ----------
+    inside : sequence of Cluster
+        Features that reach into it.
+    ways : frozenset of int
+        Directions that suit all of them.
+    is_crossing : bool
+        Whether they are two bores that cross once, and nothing else.
+    planes : list of (axis, offset, price), or None
+        What parts it, the most promising first; None until it is asked for.
+    """
+
+    inside: Sequence[Cluster]
+    ways: frozenset[int]
+    is_crossing: bool
+    planes: list[tuple[int, float, float]] | None = None
+
+
+@dataclass(kw_only=True, eq=False)
 class _Guillotine:
     """The search for planes.
 
@@ -80,6 +102,11 @@ class _Guillotine:
         For every normal the offsets of the cell's faces across it.
     least : float
         Gap into which a plane fits.
+    known : dict
+        Cheapest cuts by box, its sides that are cuts, and depth.
+    read : dict of Box to _InBox
+    reaching : dict of (axis, low, high) to int
+        Features in a slab, as bits.
     """
 
     features: Sequence[Cluster]
@@ -87,11 +114,38 @@ class _Guillotine:
     least: float
     n_looked: int = 0
     known: dict[tuple[Box, tuple[bool, ...], int], tuple[float, tuple[_Cut, ...]]] = field(default_factory=dict)
+    read: dict[Box, _InBox] = field(default_factory=dict)
+    reaching: dict[tuple[int, float, float], int] = field(default_factory=dict)
 
     @property
     def tight(self) -> float:
         """Distance up to which ends of features are one."""
         return 1e-3 * self.least
+
+    def look(self, box: Box) -> _InBox:
+        """What is in a box; deeper searches come to the same boxes again."""
+        found = self.read.get(box)
+        if found is None:
+            bits = self.reach(0, box[0]) & self.reach(1, box[1]) & self.reach(2, box[2])
+            inside = [feature for j, feature in enumerate(self.features) if bits >> j & 1]
+            found = self.read[box] = _InBox(
+                inside=inside, ways=EVERY.intersection(*(f.ways for f in inside)), is_crossing=_is_one_crossing(inside)
+            )
+        return found
+
+    def reach(self, axis: int, ends: tuple[float, float]) -> int:
+        """The features that reach into a slab, as bits: boxes share their slabs."""
+        low, high = ends
+        found = self.reaching.get((axis, low, high))
+        if found is None:
+            tight, found = self.tight, 0
+            for j, feature in enumerate(self.features):
+                a, b = feature.spans[axis]
+                # What is flat, as an edge is, must not lie on the side of the box.
+                within = low + tight < a and b < high - tight
+                found |= (within if b - a <= tight else min(b, high) - max(a, low) > tight) << j
+            self.reaching[axis, low, high] = found
+        return found
 
     def solve(self, box: Box) -> tuple[tuple[_Cut, ...], bool]:
         """The cheapest cuts of a cell, of the fewest planes after one another that leave no box stuck; all is well."""
@@ -110,16 +164,17 @@ class _Guillotine:
         if known is not None:
             return known
         self.n_looked += 1
-        inside = [feature for feature in self.features if self.is_in(feature, box)]
-        ways = EVERY.intersection(*(f.ways for f in inside))
-        if _is_one_crossing(inside):
+        here = self.look(box)
+        if here.is_crossing:
             found: tuple[float, tuple[_Cut, ...]] = (BOX, ())
-        elif ways:
-            towards = min(ends[way] + ends[3 + way] for way in ways) if inside else 0
+        elif here.ways:
+            towards = min(ends[way] + ends[3 + way] for way in here.ways) if here.inside else 0
             found = (BOX + TOWARDS * towards, ())
         else:
-            found = (BOX + STUCK + len(inside), ())
-            for axis, offset, price in self.planes(box, inside) if depth else ():
+            found = (BOX + STUCK + len(here.inside), ())
+            if depth and here.planes is None:
+                here.planes = self.planes(box, here.inside)
+            for axis, offset, price in (here.planes or ()) if depth else ():
                 if self.n_looked >= MOST_BOXES:
                     break
                 (start, end), below, above = box[axis], list(box), list(box)
@@ -133,15 +188,6 @@ class _Guillotine:
                     found = (cost + other + price, (_Cut(axis=axis, offset=offset, box=box, price=price), *cuts, *more))
         self.known[key] = found
         return found
-
-    def is_in(self, feature: Cluster, box: Box) -> bool:
-        """Whether a feature reaches into a box."""
-        for (a, b), (low, high) in zip(feature.spans, box, strict=True):
-            # What is flat, as an edge is, must not lie on the side of the box.
-            within = low + self.tight < a and b < high - self.tight
-            if not (within if b - a <= self.tight else min(b, high) - max(a, low) > self.tight):
-                return False
-        return True
 
     def planes(self, box: Box, inside: Sequence[Cluster]) -> list[tuple[int, float, float]]:
         """Planes that part a box with their prices, those with the most unlike features on both sides first."""

@@ -20,7 +20,7 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
-from ..shapes import EDGE, FACE, SOLID, explore, index_map, mapped, subshapes, volume_and_center
+from ..shapes import EDGE, FACE, SOLID, Mass, explore, index_map, listed, mapped, subshapes, volume_and_center
 
 MOST_TURN = 1.1 * pi
 """Radians around its axis up to which a joined face goes: beyond that it would have to be divided again."""
@@ -28,7 +28,7 @@ SAME_VOLUME = 1e-6
 """Share of a piece's volume that joining its faces may change: OpenCASCADE integrates no better."""
 
 
-def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
+def without_seams(piece: Any, labels: Labels, mass: Mass) -> tuple[Any, Labels, Mass]:
     """A piece with the seams of its round faces gone; the piece itself where it has none, or where joining spoils it.
 
     Parameters
@@ -36,6 +36,8 @@ def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
     piece : TopoDS_Solid
     labels : Labels
         Of its faces and edges. Faces of one key are pieces of one face.
+    mass : tuple of float and (3,) float64
+        Its volume and centroid.
     """
     faces, edges = index_map(piece, FACE), index_map(piece, EDGE)
     beside: dict[int, list[int]] = {}
@@ -45,7 +47,7 @@ def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
     shapes = mapped(faces, FACE)
     seams = {e for e, (a, *b) in beside.items() if len(b) == 1 and _is_seam(shapes[a], shapes[b[0]], a, b[0], labels)}
     if not seams:
-        return piece, labels
+        return piece, labels, mass
     tool = ShapeUpgrade_UnifySameDomain(piece, False, True, False)
     for e, edge in enumerate(mapped(edges, EDGE)):
         if e not in seams:
@@ -55,14 +57,14 @@ def without_seams(piece: Any, labels: Labels) -> tuple[Any, Labels]:
     try:
         check_closed(found)
     except CadError:
-        return piece, labels
-    before, after = volume_and_center(piece)[0], volume_and_center(found)[0]
-    if faults(found) or abs(after - before) > SAME_VOLUME * before:
-        return piece, labels
+        return piece, labels, mass
+    after = volume_and_center(found)
+    if faults(found) or abs(after[0] - mass[0]) > SAME_VOLUME * mass[0]:
+        return piece, labels, mass
     history = tool.History()
     own = _followed(shapes, labels.faces, index_map(found, FACE), history, FaceLabel())
     lines = _followed(mapped(edges, EDGE), labels.edges, index_map(found, EDGE), history, EdgeLabel())
-    return found, Labels(own, lines)
+    return found, Labels(own, lines), after
 
 
 def _is_seam(one: Any, other: Any, a: int, b: int, labels: Labels) -> bool:
@@ -86,7 +88,7 @@ def _followed(old: Any, labels: Any, found: Any, history: Any, empty: Any) -> li
     """The labels of what became of old faces (or edges), in the order of a map."""
     out = [empty] * found.Extent()
     for shape, label in zip(old, labels, strict=True):
-        for new in list(history.Modified(shape)) or [shape]:
+        for new in listed(history.Modified(shape)) or [shape]:
             number = found.FindIndex(new)
             if number:
                 out[number - 1] = label

@@ -24,7 +24,7 @@ from ..extract.solids import extract_solid
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
-from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed
 
 SAME_VOLUME = 1e-6
 """Share of the volume that may change: OpenCASCADE integrates no better."""
@@ -92,7 +92,7 @@ def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray
     def image(sub: Any) -> Any:
         if splitter.IsDeleted(sub):
             return None
-        new = list(splitter.Modified(sub))
+        new = listed(splitter.Modified(sub))
         return compound(new) if new else sub
 
     traced = Traced(holder.shape)

@@ -26,7 +26,8 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from ..geometry.curves import EdgeCurve
 from ..geometry.surfaces import Geometry, Plane
-from ..shapes import bounds, compound
+from ..shapes import compound
+from .extent import tight_bounds
 from .prism_edges import edges_of
 from .prism_faces import faces_of
 from .prism_numbers import number_prism
@@ -101,7 +102,7 @@ def extrude_cells(  # noqa: PLR0917
     own = read_plane(cells, lines, read, beside, plane, along, overhead)
     ids = number_prism(own)
     faces = faces_of(own, ids)
-    low = bounds(compound(own.shapes[: own.n_rim]), tight=True)
+    low = tight_bounds(compound(own.shapes[: own.n_rim]))
     corners = np.concatenate([low, low + along])
     vertices = np.empty((2 * len(ids.lower_vertex), 3))
     for v, place in enumerate(own.shared.positions):

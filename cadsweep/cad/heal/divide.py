@@ -73,21 +73,27 @@ def divide_closed(traced: Traced) -> list[str]:
     CadError
         A face is closed in a way that could not be divided.
     """
-    old_edges = index_map(traced.shape, EDGE)
-    n_faces = len(subshapes(traced.shape, FACE))
-    old_faces = index_map(traced.shape, FACE)
-    _quarter_whole_surfaces(traced)
+    old_faces, old_edges = index_map(traced.shape, FACE), index_map(traced.shape, EDGE)
+    as_read, was_closed = traced.shape, not is_divided(traced.shape)
+    if was_closed:
+        _quarter_whole_surfaces(traced)
     before = copy(traced)
     _halve(traced)
-    if not is_divided(traced.shape) and turn_split_rims(before):
+    if not was_closed and traced.shape.IsSame(as_read):
+        return []
+    closed = _closed_upon_itself(traced.shape)
+    if closed is not None and turn_split_rims(before):
         traced.become(before)
         _halve(traced)
+        closed = _closed_upon_itself(traced.shape)
+    halved = traced.shape
     _drop_tiny(traced, old_edges)
     _make_exact(traced.shape, old_edges)
     _align_ranges(traced.shape, old_edges)
     _mend(traced, old_faces)
+    _refuse_closed(closed if traced.shape.IsSame(halved) else _closed_upon_itself(traced.shape))
     _check_divided(traced.shape, old_faces)
-    n_new = len(subshapes(traced.shape, FACE)) - n_faces
+    n_new = len(subshapes(traced.shape, FACE)) - old_faces.Extent()
     return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
 
 
@@ -219,15 +225,18 @@ def _as_forward(mended: Any, face: Any) -> Any:
     return mended.Reversed() if is_turned else mended
 
 
-def _check_divided(shape: Any, old_faces: Any) -> None:
-    """Refuse a shape that still has closed faces or edges, or that dividing has damaged."""
-    closed = _closed_upon_itself(shape)
+def _refuse_closed(closed: tuple[int, Any] | None) -> None:
+    """Refuse a shape with a face or an edge that is still closed."""
     if closed is not None:
         number, edge = closed
         raise CadError(
             f"face {number} at {place(edge)} is closed upon itself and could not be divided. "
             "Split it in the CAD program, for example by drawing the section in two halves."
         )
+
+
+def _check_divided(shape: Any, old_faces: Any) -> None:
+    """Refuse a shape that dividing has damaged."""
     new_faces = index_map(shape, FACE)
     gone = [f for f in mapped(old_faces, FACE) if not new_faces.Contains(f)]
     come = [f for f in mapped(new_faces, FACE) if not old_faces.Contains(f)]
@@ -280,15 +289,19 @@ def _curved_area(faces: Sequence[Any], *, precise: bool = False) -> float:
 def _make_exact(shape: Any, old_edges: Any) -> None:
     """Give every new edge that runs along an isoparametric line the exact curve of that line."""
     builder = BRep_Builder()
+    todo = TopTools_IndexedMapOfShape()
+    for edge in subshapes(shape, EDGE):
+        if not old_edges.Contains(edge) and _is_spline(edge):
+            todo.Add(edge)
+    if not todo.Extent():
+        return
     done = set()
     for face in subshapes(shape, FACE):
         surface = BRep_Tool.Surface_s(face)
         for edge in explore(face, EDGE):
-            if edge in done or old_edges.Contains(edge) or BRep_Tool.Degenerated_s(edge):
+            if edge in done or not todo.Contains(edge):
                 continue
             curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
-            if curve is None or GeomAdaptor_Curve(curve).GetType() != GeomAbs_CurveType.GeomAbs_BSplineCurve:
-                continue
             pcurve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
             iso = None if pcurve is None else _isoparametric(surface, pcurve)
             if iso is None:
@@ -302,6 +315,11 @@ def _make_exact(shape: Any, old_edges: Any) -> None:
             done.add(edge)
             builder.UpdateEdge(edge, iso, TopLoc_Location(), BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, first, last, True)
+
+
+def _is_spline(edge: Any) -> bool:
+    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
+    return curve is not None and GeomAdaptor_Curve(curve).GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve
 
 
 def _align_ranges(shape: Any, old_edges: Any) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..shapes import EDGE, FACE, index_map, subshapes
+from ..shapes import EDGE, FACE, index_map, subshapes, typed
 
 
 class Traced:
@@ -51,7 +51,11 @@ def _images(old: list[Any], image: Callable[[Any], Any], kind: Any) -> list[Any]
     new = []
     for shape in old:
         became = image(shape)
-        if became is not None and not became.IsNull():
+        if became is None or became.IsNull():
+            continue
+        if became.IsSame(shape):  # of most nothing becomes another: a walk through each takes longer than all else
+            new.append(typed(became, kind))
+        else:
             new.extend(subshapes(became, kind))
     return new
 

@@ -136,6 +136,8 @@ def faults(shape: Any) -> list[str]:
     found = []
     for what, kind in (("solid", SOLID), ("shell", SHELL), ("face", FACE), ("wire", WIRE), ("edge", EDGE)):
         for number, sub in enumerate(subshapes(shape, kind)):
+            if analyzer.IsValid(sub):
+                continue  # its statuses say so one by one, which takes long in Python
             for status in _statuses(analyzer, sub, kind):
                 if status not in _HARMLESS:
                     where = f" at {place(subshapes(sub, EDGE)[0])}" if subshapes(sub, EDGE) else ""

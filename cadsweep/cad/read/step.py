@@ -154,7 +154,7 @@ def _check_read(path: Path, model: Any) -> list[str]:
     # Faults of the header (its author, its date) do no harm.
     found = [f.removeprefix("Undefined Parsing: ") for f in _failures(model.GlobalCheck(True)) if " for file_" not in f]
     harmless: list[str] = []
-    for number in range(1, model.NbEntities() + 1):
+    for number in filter(model.IsReportEntity, range(1, model.NbEntities() + 1)):
         check = model.Check(number, True)
         if check.HasFailed():
             kind = model.Value(number).DynamicType().Name()

@@ -1,0 +1,44 @@
+"""The tight box about a part: as OpenCASCADE finds it, asked of the faces that reach outermost alone."""
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.cad
+cq = pytest.importorskip("cadquery")
+
+from OCP.Bnd import Bnd_Box  # noqa: E402
+from OCP.BRepBndLib import BRepBndLib  # noqa: E402
+
+from cadsweep.cad.extract import extent  # noqa: E402
+from cadsweep.cad.extract.extent import tight_bounds  # noqa: E402
+
+from .cad_zoo import zoo  # noqa: E402
+
+ZOO = zoo()
+
+
+def of_whole(shape):
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    return np.array(box.Get()).reshape(2, 3)
+
+
+@pytest.mark.parametrize("name", ["box", "fillets", "half_torus", "dome", "bent_pipe", "twist", "wedge", "oval_ring"])
+def test_the_box_is_that_of_all_faces_together(name):
+    shape = ZOO[name].rotate((0, 0, 0), (1, 2, 3), 40).val().wrapped
+    # OpenCASCADE adds its tolerance of 1e-7 to what it searches for.
+    assert tight_bounds(shape) == pytest.approx(of_whole(shape), abs=5e-7)
+
+
+def test_a_turned_ring_reaches_as_far_as_its_formula_says():
+    ring = cq.Workplane(cq.Solid.makeTorus(3, 1, dir=cq.Vector(1, 2, 2))).val().wrapped
+    reach = 3 * np.sqrt(1 - np.array([1, 2, 2]) ** 2 / 9) + 1
+    assert tight_bounds(ring) == pytest.approx(np.array([-reach, reach]), abs=5e-7)
+
+
+def test_faces_within_the_others_are_not_searched(monkeypatch):
+    asked = []
+    monkeypatch.setattr(extent, "_optimal", lambda shape: asked.append(shape) or of_whole(shape))
+    rounded = cq.Workplane().box(4, 4, 2).edges("|Z").fillet(0.5).faces(">Z").edges().fillet(0.2).val().wrapped
+    assert tight_bounds(rounded) == pytest.approx(np.array([[-2, -2, -1], [2, 2, 1]]), abs=5e-7)
+    assert len(asked) == 1  # all planes and cylinders at once; none of the four rings at the corners
