@@ -27,6 +27,7 @@ import numpy as np
 
 from .arrays import IntArray, others
 from .compiled import compiled
+from .threads import LIGHT, map_chunks
 
 HEX_FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
@@ -154,12 +155,24 @@ def sweep_hexes(quads: IntArray, n_nodes: int, n_layers: int, *, periodic: bool 
     (n_layers * q, 8) int64
     """
     hexes = np.empty((n_layers, len(quads), 8), dtype=np.int64)
-    layers = np.arange(n_layers, dtype=np.int64)[:, None, None] * n_nodes
-    np.add(quads, layers, out=hexes[:, :, :4])
-    np.add(hexes[:, :, :4], n_nodes, out=hexes[:, :, 4:])
+    plane = np.ascontiguousarray(quads, dtype=np.int64)
+    step = max(1, LIGHT // max(1, len(quads)))
+    for _ in map_chunks(lambda run: _fill_layers(plane, n_nodes, run.start, hexes[run]), n_layers, chunk=step):
+        pass
     if periodic:
         hexes[-1, :, 4:] = quads
     return hexes.reshape(-1, 8)
+
+
+@compiled(cache=True, nogil=True)
+def _fill_layers(quads, n_nodes, first, hexes):  # type: ignore[no-untyped-def]
+    """Write the hexahedra (k, q, 8) of quads (q, 4) between layers of nodes from `first` on."""
+    for k in range(hexes.shape[0]):
+        low = (first + k) * n_nodes
+        for j in range(quads.shape[0]):
+            for i in range(4):
+                hexes[k, j, i] = quads[j, i] + low
+                hexes[k, j, 4 + i] = quads[j, i] + low + n_nodes
 
 
 @compiled(cache=True, nogil=True)

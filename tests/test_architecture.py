@@ -31,6 +31,7 @@ FOUNDATION = {
     "machine",
     "choices",
     "compiled",
+    "threads",
     "progress",
     "_version",
 }

@@ -1,9 +1,9 @@
-"""Sets of ids."""
+"""Sets of ids, and boxes of points."""
 
 import numpy as np
 import pytest
 
-from cadsweep.arrays import distinct
+from cadsweep.arrays import distinct, limits
 
 
 @pytest.mark.parametrize("kind", [np.int64, np.int32, np.uint64])
@@ -20,3 +20,11 @@ def test_distinct_takes_negative_huge_and_no_ids():
     huge = np.array([2**64 - 1, 2**64 - 1, 2**64 - 2], dtype=np.uint64)
     np.testing.assert_array_equal(distinct(huge), np.unique(huge))
     assert len(distinct(np.empty(0, dtype=np.int64))) == 0
+
+
+def test_limits_are_the_least_and_greatest_coordinates():
+    points = np.random.default_rng(3).normal(size=(50, 3))
+    low, high = limits(points)
+    assert np.array_equal(low, points.min(axis=0))
+    assert np.array_equal(high, points.max(axis=0))
+    assert np.isnan(limits(np.array([[1.0, np.nan], [2.0, 0.0]]))[0][1])

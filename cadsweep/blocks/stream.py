@@ -89,7 +89,7 @@ def check_blocks(
         between=lambda: shared_problems(flat.points, surfaces, flat.interfaces),
         numbers=mesh.surface_nodes,
     )
-    surface = check_skin(skin, of_whole(cad, mesh.parts, every=True), volume=seen.volume)
+    surface = check_skin(skin, of_whole(cad, mesh.parts, every=True), volume=lambda: seen.volume)
     if not np.isfinite(seen.volume):
         problems.insert(0, "there are nodes that are not finite")
     factored = mesh.factored

@@ -14,7 +14,8 @@ module     what it does
 `place`    the temporary folders of a worker and the guard that empties them if the caller is killed
 `guard`    a script of a few milliseconds that outlives a killed caller
 `transfer` arrays go through a file in memory, mapped and not copied
-`context`  how the worker process is started
+`process`  how the worker process is started
+`channel`  the messages between the two
 ========== ==============================================================================================
 
 What it does not do: it is no sandbox. A CadQuery script is a program with its user's rights. POSIX only

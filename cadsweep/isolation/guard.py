@@ -7,10 +7,8 @@ the caller's process is gone, the guard kills the worker's session (its process 
 waits for its end and removes the paths.
 """
 
-import glob
 import os
 import select
-import shutil
 import signal
 import sys
 import time
@@ -32,6 +30,9 @@ def main() -> None:
     pid = worker_pid(pid_file)
     if pid is not None:
         kill_session(pid)
+    import glob  # most guards are sent home, and need neither
+    import shutil
+
     for path in (path for p in patterns if p for path in glob.glob(p.replace("{pid}", str(pid)))):
         if os.path.isdir(path) and not os.path.islink(path):
             shutil.rmtree(path, ignore_errors=True)

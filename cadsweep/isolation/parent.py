@@ -6,20 +6,21 @@ import contextlib
 import logging
 import os
 import pickle
+import select
 import signal
 import time
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from multiprocessing.connection import Connection, wait
-from multiprocessing.reduction import ForkingPickler
 from types import TracebackType
 from typing import Any
 
 from ..errors import InputError, WorkerError
+from ..machine import resident_memory
 from ..progress import Progress
 from . import worker
-from .context import CONTEXT, WorkerProcess
+from .channel import Channel
 from .place import Workplace
+from .process import WorkerProcess
 from .transfer import unpack
 
 log = logging.getLogger(__name__)
@@ -118,8 +119,6 @@ class Worker:
         self._environment = dict(environment or {})
         self._process: WorkerProcess | None = None
         self._place: Workplace | None = None
-        self._pipe: Connection | None = None
-        self._chatter: Connection | None = None
 
     def __enter__(self) -> Worker:
         return self
@@ -148,7 +147,7 @@ class Worker:
             max_bytes=None if max_memory is None else int(max_memory * GIGABYTE),
         )
         try:
-            request = bytes(ForkingPickler.dumps(task))
+            request = pickle.dumps(task)
         except (pickle.PicklingError, TypeError, AttributeError) as error:
             raise InputError(
                 f"this cannot be handed to a worker process ({error}): give a file, or call without isolated=True"
@@ -159,11 +158,11 @@ class Worker:
         answer: worker.Answer | None = None
         done = False
         try:
-            process, pipe, chatter, place = self._start()
+            process, place = self._start()
             place.watch(remove)
             with contextlib.suppress(BrokenPipeError):  # a process that died at its start is seen at once
-                pipe.send_bytes(request)
-            answer = watch.until_done(process, pipe, chatter, deadline)
+                process.channel.send_bytes(request)
+            answer = watch.until_done(process, deadline)
             self.n_done += 1
             value = _value(answer, watch, process, timeout)
             done = True
@@ -178,46 +177,38 @@ class Worker:
     def end(self, remove: Iterable[str] = ()) -> None:
         """Kill the process and all of its session, and remove what it leaves; the next task starts another."""
         process, self._process = self._process, None
-        if process is not None and process.pid is not None:
+        if process is not None:
             for kill in (os.killpg, os.kill):
                 with contextlib.suppress(ProcessLookupError, PermissionError):
                     kill(process.pid, signal.SIGKILL)
-            process.join(10.0)
-        for pipe in (self._pipe, self._chatter):
-            if pipe is not None:
-                pipe.close()
-        place, self._place, self._pipe, self._chatter = self._place, None, None, None
+            process.wait(10.0)
+            process.close()
+        place, self._place = self._place, None
         self.n_done = 0
         if place is not None:
             place.clear(remove)
             place.close()
 
-    def _start(self) -> tuple[WorkerProcess, Connection, Connection, Workplace]:
-        """The process and the ways to it; a new one where there is none."""
-        if self._process is not None and wait([self._process.sentinel], timeout=0):
+    def _start(self) -> tuple[WorkerProcess, Workplace]:
+        """The process and its folders; a new one where there is none."""
+        if self._process is not None and self._process.exit_code is not None:
             self.end()  # something else has ended it while it had nothing to do
         if self._process is None:
             self._place = Workplace()
-            self._pipe, pipe_end = CONTEXT.Pipe()
-            self._chatter, chatter_end = CONTEXT.Pipe(duplex=False)
             station = worker.Station(
                 caller=os.getpid(),
                 pid_file=str(self._place.pid_file),
                 folders=tuple(str(folder) for folder in self._place.results),
                 environment=self._environment,
             )
-            self._process = WorkerProcess(target=worker.serve, args=(pipe_end, chatter_end, station), daemon=False)
             try:
-                self._process.start()
+                self._process = WorkerProcess()
             except OSError as error:
                 raise WorkerError(f"a worker process cannot be started: {error}", stage="start") from error
-            finally:
-                pipe_end.close()
-                chatter_end.close()
-        assert self._pipe is not None
-        assert self._chatter is not None
+            with contextlib.suppress(BrokenPipeError):
+                self._process.channel.send(station)
         assert self._place is not None
-        return self._process, self._pipe, self._chatter, self._place
+        return self._process, self._place
 
 
 class _Watch:
@@ -235,26 +226,26 @@ class _Watch:
         self._reported = time.monotonic()
         self._weighed = 0.0
 
-    def until_done(
-        self, process: WorkerProcess, pipe: Connection, chatter: Connection, deadline: float | None
-    ) -> worker.Answer | None:
+    def until_done(self, process: WorkerProcess, deadline: float | None) -> worker.Answer | None:
         """Hand on progress and look at memory and time until there is an answer; None where the process has ended."""
-        ends: list[Any] = [pipe, chatter, process.sentinel]
+        answers = process.channel.incoming
+        ends = [answers, process.chatter]
         while True:
-            ready = wait(ends, timeout=LOOK_EVERY)
-            if chatter in ready and not self._hear(chatter):
-                ends.remove(chatter)
-            if pipe in ready:
-                message = _receive(pipe)
+            has_ended = process.exit_code is not None  # asked first: what it said before is read
+            ready = _readable(ends, 0.0 if has_ended else LOOK_EVERY)
+            if process.chatter in ready and not self._hear(process.chatter):
+                ends.remove(process.chatter)
+            if answers in ready:
+                message = _receive(process.channel)
                 if isinstance(message, worker.Answer):
                     self._weigh(process.pid)
                     return message
                 if message is None:
-                    ends.remove(pipe)
+                    ends.remove(answers)
                 else:
                     self.stage, self._fraction = message
                     self._tell()
-            elif process.sentinel in ready:  # and what it said before is read
+            elif has_ended:
                 return None
             if deadline is not None and time.monotonic() > deadline:
                 self.too_late = True
@@ -269,9 +260,9 @@ class _Watch:
                 self.too_large = True
                 return None
 
-    def _hear(self, chatter: Connection) -> bool:
+    def _hear(self, chatter: int) -> bool:
         """Keep what the worker writes to where a terminal would be; False at its end."""
-        data = os.read(chatter.fileno(), 65536)
+        data = os.read(chatter, 65536)
         self._last_words.append(data[-4096:])
         return bool(data)
 
@@ -294,19 +285,26 @@ class _Watch:
         """Whether the worker holds so much that another task might not find enough."""
         return self.max_memory is not None and self.memory > FULL * self.max_memory * GIGABYTE
 
-    def _weigh(self, pid: int | None) -> None:
+    def _weigh(self, pid: int) -> None:
         if self.max_memory is None:
             return
-        import psutil
+        memory = resident_memory(pid)
+        if memory is not None:
+            self.memory = memory
 
-        with contextlib.suppress(psutil.NoSuchProcess):
-            self.memory = psutil.Process(pid).memory_info().rss
+
+def _readable(ends: list[int], seconds: float) -> set[int]:
+    """Those of the descriptors from which something can be read, or their end."""
+    poll = select.poll()  # select.select knows no descriptors from 1024 on
+    for end in ends:
+        poll.register(end, select.POLLIN)
+    return {end for end, _ in poll.poll(1000 * seconds)}
 
 
-def _receive(pipe: Connection) -> Any:
+def _receive(channel: Channel) -> Any:
     """A message; None where the other end is closed."""
     try:
-        return pipe.recv()
+        return channel.receive()
     except (EOFError, OSError):
         return None
 
@@ -325,8 +323,8 @@ def _value(answer: worker.Answer | None, watch: _Watch, process: WorkerProcess, 
     if watch.too_large:
         raise _out_of_memory(watch)
     if answer is None:
-        process.join(10.0)
-        code = process.exitcode or 0
+        process.wait(10.0)
+        code = process.exit_code or 0
         how = f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
         raise WorkerError(f"the worker {how} {where}: {advice}", stage=stage)
     if answer.error is not None:

@@ -9,10 +9,10 @@ import subprocess
 import tempfile
 from collections.abc import Iterable
 from contextlib import suppress
-from multiprocessing import spawn
 from pathlib import Path
 
 from ..errors import WorkerError
+from .process import interpreter
 
 MEMORY_FOLDER = Path("/dev/shm")
 """Where files live in memory; Linux has it, and nothing needs it."""
@@ -73,7 +73,7 @@ class Workplace:
     def _start_guard(self) -> subprocess.Popen[bytes]:
         script = Path(__file__).with_name("guard.py")
         guard = subprocess.Popen(
-            [os.fsdecode(spawn.get_executable()), "-I", "-S", str(script), str(os.getpid()), str(self.pid_file)],
+            [interpreter()[0], "-I", "-S", str(script), str(os.getpid()), str(self.pid_file)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -24,11 +24,11 @@ import time
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from ..errors import CadSweepError
+from .channel import Channel
 from .transfer import Packed, pack
 
 REPORTS_PER_SECOND = 20
@@ -104,8 +104,8 @@ class Task:
 class Reporter:
     """Sends progress to the caller, not more often than anyone can read."""
 
-    def __init__(self, pipe: Connection) -> None:
-        self._pipe = pipe
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
         self._stage: str | None = None
         self._time = 0.0
 
@@ -114,28 +114,40 @@ class Reporter:
         if stage == self._stage and now - self._time < 1 / REPORTS_PER_SECOND and fraction != 1.0:
             return
         self._stage, self._time = stage, now
-        _send(self._pipe, (stage, fraction))
+        _send(self._channel, (stage, fraction))
 
 
-def serve(pipe: Connection, chatter: Connection, station: Station) -> None:
-    """Do what comes through the pipe until it is closed; every end of a task but a crash is an `Answer`."""
-    _settle(chatter, station)
+def main(incoming: int, outgoing: int) -> None:
+    """Be a worker, which is told through these pipes where and what."""
+    os.set_inheritable(incoming, False)
+    os.set_inheritable(outgoing, False)
+    channel = Channel(incoming, outgoing)
+    try:
+        station: Station = channel.receive()
+    except EOFError:  # the caller is gone
+        os._exit(1)
+    serve(channel, station)
+
+
+def serve(channel: Channel, station: Station) -> None:
+    """Do what comes through the channel until it is closed; every end of a task but a crash is an `Answer`."""
+    _settle(station)
     gc.set_threshold(*_COLLECT)
     home = _Home(Path(station.folders[-1]), Path(station.pid_file))
     data_limits = resource.getrlimit(resource.RLIMIT_DATA)
     while True:
         try:
-            request = pipe.recv_bytes()
+            request = channel.receive_bytes()
         except (EOFError, OSError):  # the caller is gone, or needs no more
             os._exit(0)
-        answer = _answer(request, Reporter(pipe), [Path(folder) for folder in station.folders], data_limits)
+        answer = _answer(request, Reporter(channel), [Path(folder) for folder in station.folders], data_limits)
         kept = {answer.value.path} if answer.value is not None else set()
-        _send(pipe, replace(answer, spent=not home.put_back(kept)))
+        _send(channel, replace(answer, spent=not home.put_back(kept)))
 
 
-def _send(pipe: Connection, message: Any) -> None:
+def _send(channel: Channel, message: Any) -> None:
     try:
-        pipe.send(message)
+        channel.send(message)
     except OSError:  # the caller is gone, and nobody wants the answer
         os._exit(1)
 
@@ -161,21 +173,14 @@ def _answer(request: bytes, report: Reporter, folders: Sequence[Path], data_limi
         return Answer(failure=f"{type(error).__name__}: {reason}".rstrip(": "), trace=traceback.format_exc())
 
 
-def _settle(chatter: Connection, station: Station) -> None:
-    """Own session, own temporary folder, and no way to the caller's terminal."""
-    os.setsid()
+def _settle(station: Station) -> None:
+    """Own temporary folder, and an end where the caller has ended; own session and silence it was born with."""
     with open(station.pid_file + ".new", "w", encoding="ascii") as file:
         file.write(str(os.getpid()))
     os.replace(station.pid_file + ".new", station.pid_file)
     if os.getppid() != station.caller:
         os._exit(1)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    silence = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(silence, 0)
-    os.close(silence)
-    os.dup2(chatter.fileno(), 1)
-    os.dup2(chatter.fileno(), 2)
-    chatter.close()
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for name, value in station.environment.items():

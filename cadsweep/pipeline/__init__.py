@@ -23,17 +23,46 @@ like       the mesh of one part on another: `matching` pairs their `graphs`, `te
 derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================
+
+Names are loaded when first used, and so are the ways of `routes`: one sweep of one solid loads neither stacks nor
+decomposition.
 """
 
-from ..progress import Progress
-from .candidates import SMOOTH_BELOW, smoothed
-from .decomposing import decompose_part as decompose
-from .derivatives import Sensitivity, sensitivity
-from .directions import find_sweeps
-from .family import Family, make_family
-from .meshing import expand, figures, make_options, stream_mesh, sweep_mesh, write_factors
-from .parts import load
-from .refinement import refine
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..progress import Progress
+    from .candidates import SMOOTH_BELOW, smoothed
+    from .decomposing import decompose
+    from .derivatives import Sensitivity, sensitivity
+    from .directions import find_sweeps
+    from .family import Family, make_family
+    from .meshing import expand, figures, make_options, stream_mesh, sweep_mesh, write_factors
+    from .parts import load
+    from .refinement import refine
+
+_HOMES = {
+    "SMOOTH_BELOW": ".candidates",
+    "Family": ".family",
+    "Progress": "..progress",
+    "Sensitivity": ".derivatives",
+    "decompose": ".decomposing",
+    "expand": ".meshing",
+    "figures": ".meshing",
+    "find_sweeps": ".directions",
+    "load": ".parts",
+    "make_family": ".family",
+    "make_options": ".meshing",
+    "refine": ".refinement",
+    "sensitivity": ".derivatives",
+    "smoothed": ".candidates",
+    "stream_mesh": ".meshing",
+    "sweep_mesh": ".meshing",
+    "write_factors": ".meshing",
+}
 
 __all__ = [
     "SMOOTH_BELOW",
@@ -54,3 +83,11 @@ __all__ = [
     "sweep_mesh",
     "write_factors",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'cadsweep.pipeline' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name], __name__), name)
+    globals()[name] = value
+    return value

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import cad, smoothing
+from .. import cad
 from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
 from ..brep import Part, Solid
@@ -205,6 +205,8 @@ def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bo
 
 def smoothed(factored: FactoredMesh) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
+    from ..smoothing import improve  # most meshes need none
+
     points = factored.points().reshape(-1, 3)
     structure = factored.structure
     fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
@@ -212,7 +214,7 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     fixed[:, factored.kept_nodes] = True
     if not structure.periodic:
         fixed[[0, -1]] = True
-    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
+    better = improve(points, structure, fixed=fixed.reshape(-1))
     return replace(
         factored.noted(better.steps),
         moved_nodes=better.nodes,

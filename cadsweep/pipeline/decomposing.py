@@ -240,7 +240,7 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
 
 
-def decompose_part(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
+def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:
     """Cut a part into cells that all sweep and agree, as :func:`cadsweep.sweep_mesh` does unasked.
 
     Parameters
@@ -349,4 +349,4 @@ def cells_of(part: Part, search: decomposition.Search, state: decomposition.Stat
     )
 
 
-__all__ = ["cells_of", "decompose_part", "is_planar", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]
+__all__ = ["cells_of", "decompose", "is_planar", "may_decompose", "mesh_decomposed", "mesh_user_cut", "recognise"]

@@ -8,18 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from ..blocks.block_mesh import BlockMesh
-from ..blocks.stream import write_slabs
 from ..errors import InputError, did_you_mean
 from ..io.atomic import check_place, replaced_file
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import QualityAccumulator, check_mesh
-from .like import as_template, mesh_like
-from .refinement import refined
 from .routes import mesh_in_blocks, mesh_in_memory
 from .run import make_run
-from .template_files import load_mesh, save_template
 
 
 def sweep_mesh(
@@ -80,6 +76,10 @@ def sweep_mesh(
     ['bore', 'inlet', 'outlet', 'wall']
     """
     chosen = make_options(options)
+    if like is not None:
+        from .like import as_template, mesh_like
+
+        like = as_template(like)
     if isolated:
         from ..cad.read.handover import make_portable
         from ..isolation import run_isolated
@@ -87,7 +87,7 @@ def sweep_mesh(
         result: HexMesh = run_isolated(
             "cadsweep.pipeline:sweep_mesh",
             (make_portable(source),),
-            {**options, "like": None if like is None else as_template(like)},
+            {**options, "like": like},
             timeout=timeout,
             max_memory=chosen.max_memory,
             on_progress=on_progress,
@@ -97,8 +97,13 @@ def sweep_mesh(
         raise InputError("timeout goes with isolated=True: work in this process cannot be stopped")
     run = make_run(on_progress, chosen.decompose_time)
     if like is not None:
-        return mesh_like(source, as_template(like), chosen, run)
-    return refined(mesh_in_memory(source, chosen, run), chosen, run)
+        return mesh_like(source, like, chosen, run)
+    mesh = mesh_in_memory(source, chosen, run)
+    if chosen.refine:
+        from .refinement import refined
+
+        mesh = refined(mesh, chosen, run)
+    return mesh
 
 
 def make_options(options: dict[str, Any]) -> SweepOptions:
@@ -147,6 +152,8 @@ def write_factors(
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
+    from .template_files import save_template
+
     run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
     mesh = mesh_in_memory(source, chosen, run)
@@ -173,6 +180,8 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     >>> bool((expand("box.sweep.npz").points == mesh.points).all())
     True
     """
+    from .template_files import load_mesh
+
     mesh = load_mesh(path)
     return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})
 
@@ -213,6 +222,8 @@ def stream_mesh(
     _not_refined(chosen, "a mesh is streamed")
     if Path(path).suffix != ".vtkhdf":
         raise InputError(f"{path}: a mesh is streamed to a .vtkhdf file")
+    from ..blocks.stream import write_slabs
+
     place = check_place(Path(path))
     with replaced_file(place) as stream:
         written: BlockMesh | None = None

@@ -9,6 +9,8 @@ decomposition   one planar solid, no stack either       cells of cuts on one ske
 cut             one solid of any faces                  the same, cut by OpenCASCADE
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
+
+A way is imported when it is taken: columns and cells are two thirds of the package, and most parts need neither.
 """
 
 from __future__ import annotations
@@ -32,17 +34,13 @@ from ..errors import (
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from .assemblies import mesh_assembly
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
-from .decomposing import is_planar, may_be_better, mesh_cut, mesh_decomposed, mesh_user_cut
-from .groups import as_blocks
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
 from .parts import load
 from .run import Run
-from .stacking import mesh_stacks_instead
 
 log = logging.getLogger(__name__)
 
@@ -85,6 +83,8 @@ def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
     """The same mesh, which stays in blocks as far as it is made of sweeps or straight columns."""
     assert run.in_blocks, "somebody measures them"
+    from .groups import as_blocks
+
     return as_blocks(mesh_part(source, options, run))
 
 
@@ -95,8 +95,12 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     chosen = options.only is not None or options.skip is not None
     options = replace(options, params=None, part=None, suppress=None)  # they are about the source, which is open now
     if options.cuts:
+        from .decomposing import mesh_user_cut
+
         return mesh_user_cut(part, options, run)
     if len(part.solids) > 1 or chosen:  # one that is left of several keeps its name
+        from .assemblies import mesh_assembly
+
         return mesh_assembly(part, options, run, mesh_solid)
     return mesh_solid(part, options, run)
 
@@ -124,7 +128,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
         if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             enough, share = _good_columns(mesh), SECOND_LOOK
-        if enough or not may_be_better(part, options):
+        if enough or not _may_be_better(part, options):
             break
     if best is not None:
         return best if isinstance(best, BlockMesh) else made_of(best, part)
@@ -207,13 +211,23 @@ def _good_columns(mesh: AnyMesh) -> bool:
     return worst >= FAIR_STACK or not across or _limit(mesh, "limit") < FAIR_STACK
 
 
+def _may_be_better(part: Part, options: SweepOptions) -> bool:
+    from .decomposing import may_be_better
+
+    return may_be_better(part, options)
+
+
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
     """By cells of cuts; the search for planes looks at ten times as many as the one for surfaces of any kind does."""
+    from .decomposing import is_planar, mesh_cut, mesh_decomposed
+
     return (mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share)
 
 
 def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
     """By the best of its stacks."""
+    from .stacking import mesh_stacks_instead
+
     return mesh_stacks_instead(part, options, run, refused)
 
 
@@ -222,5 +236,5 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     opened, sweeps = find_candidates(part, options, run)
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
-            return mesh_stacks_instead(part, options, run, NotSweepableError("no sweep of the part as it is"))
+            return _mesh_columns(part, options, run, NotSweepableError("no sweep of the part as it is"), 1.0)
     return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..compiled import compiled
-from ..quality.threads import n_threads
+from ..threads import n_threads
 
 _BLOCK = 128
 """Nodes of a block: a kilobyte a column, so the columns of a block stay in the first cache."""

@@ -17,11 +17,11 @@ import numpy.typing as npt
 
 from ..arrays import FloatArray, IntArray
 from ..compiled import compiled
+from ..threads import map_chunks
 from . import kernels
 from .bernstein import positive_inside
 from .kernels import ZERO
 from .report import MetricSummary, WorstHex
-from .threads import map_chunks
 
 N_BINS = 4000
 """Fine bins: percentiles are good to 1/4000 of the range whatever the order in which slabs come."""
@@ -68,6 +68,23 @@ def _count(rows, kinds, counts, stats):  # type: ignore[no-untyped-def]
         stats[r, 1] = largest
         stats[r, 2] += total
         stats[r, 3] += finite
+
+
+@compiled(cache=True, error_model="numpy", nogil=True)
+def _choose_worst(jacobians, inverted, chosen):  # type: ignore[no-untyped-def]
+    """Fill chosen (k,), worst first: inverted hexahedra before others, those of least Jacobian first."""
+    kept = np.full(chosen.shape[0], np.inf)
+    count = 0
+    for h in range(jacobians.shape[0]):
+        value = jacobians[h] - 4.0 if inverted[h] else jacobians[h]  # below every hexahedron that is not inverted
+        if count == chosen.shape[0] and value >= kept[count - 1]:
+            continue
+        at = min(count, chosen.shape[0] - 1)
+        while at > 0 and not value >= kept[at - 1]:
+            kept[at], chosen[at] = kept[at - 1], chosen[at - 1]
+            at -= 1
+        kept[at], chosen[at] = value, h
+        count = min(count + 1, chosen.shape[0])
 
 
 def _unmap(kind: int, t: FloatArray) -> FloatArray:
@@ -233,20 +250,19 @@ class QualityAccumulator:
     def _worst_of(
         self, points: FloatArray, hexes: IntArray, rows: FloatArray, inverted: BoolArray, place: _Place
     ) -> list[WorstHex]:
-        value = np.where(inverted, rows[0] - 4, rows[0])  # below every hexahedron that is not inverted
-        chosen = np.arange(len(value))
-        if len(value) > self._n_worst:
-            chosen = np.argpartition(value, self._n_worst)[: self._n_worst]
+        chosen = np.empty(min(self._n_worst, len(inverted)), dtype=np.int64)
+        _choose_worst(rows[0], inverted, chosen)
+        centers = points[hexes[chosen, :8]].mean(axis=1)
         return [
             WorstHex(
-                id=place.first_hex + place.start + int(i),
-                layer=place.first_layer + (place.start + int(i)) // place.per_layer if place.per_layer else None,
-                center=tuple(points[hexes[i, :8]].mean(axis=0).tolist()),
+                id=place.first_hex + place.start + i,
+                layer=place.first_layer + (place.start + i) // place.per_layer if place.per_layer else None,
+                center=tuple(center),
                 volume=float(rows[6, i]),
                 scaled_jacobian=float(rows[0, i]),
                 inverted=bool(inverted[i]),
             )
-            for i in chosen
+            for i, center in zip(chosen.tolist(), centers.tolist(), strict=True)
         ]
 
     def summaries(self) -> dict[str, MetricSummary]:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..compiled import compiled
 from ..mesh import HexMesh
 from . import conformity
 
@@ -23,10 +24,20 @@ def place(point: FloatArray) -> str:
 
 def quad_keys(quads: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """Two integers that name an oriented quad: (least node, the node across), (next, previous)."""
-    at = np.argmin(quads, axis=1)
-    rows = np.arange(len(quads))
-    turned = [quads[rows, (at + i) % 4] for i in range(4)]
-    return turned[0] * n + turned[2], turned[1] * n + turned[3]
+    keys = np.empty((2, len(quads)), dtype=np.int64)
+    _fill_keys(np.asarray(quads, dtype=np.int64), n, keys)
+    return keys[0], keys[1]
+
+
+@compiled(cache=True, nogil=True)
+def _fill_keys(quads, n, keys):  # type: ignore[no-untyped-def]
+    for q in range(quads.shape[0]):
+        at = 0
+        for i in range(1, 4):
+            if quads[q, i] < quads[q, at]:
+                at = i
+        keys[0, q] = quads[q, at] * n + quads[q, (at + 2) & 3]
+        keys[1, q] = quads[q, (at + 1) & 3] * n + quads[q, (at + 3) & 3]
 
 
 def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
@@ -47,7 +58,7 @@ def boundary_problems(mesh: HexMesh, expected: IntArray) -> list[str]:
             owners += [(name, len(quads))]
     named = np.concatenate(pieces) if pieces else np.zeros((0, 4), dtype=np.int64)
     named_keys, expected_keys = quad_keys(named, n), quad_keys(expected, n)
-    if _same_quads(named_keys, expected_keys):
+    if _same_quads(named_keys, expected_keys, n):
         return problems
     have, want = _pairs(named_keys), _pairs(expected_keys)
     turned = _pairs(quad_keys(named[:, ::-1], n))
@@ -124,11 +135,33 @@ def _pairs(keys: tuple[IntArray, IntArray]) -> np.ndarray:
     return result
 
 
-def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]) -> bool:
+def _same_quads(one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray], n: int) -> bool:
     if len(one[0]) != len(other[0]):
         return False
-    i, j = np.lexsort(one[::-1]), np.lexsort(other[::-1])
-    return all(np.array_equal(a[i], b[j]) for a, b in zip(one, other, strict=True))
+    return _are_same(np.stack(one), np.stack(other), n)
+
+
+@compiled(cache=True, nogil=True)
+def _are_same(one, other, n):  # type: ignore[no-untyped-def]
+    """Whether keys (2, q) and (2, q) are the same in any order, each as often: found by their least nodes."""
+    head = np.full(n, -1, dtype=np.int64)
+    follower = np.empty(one.shape[1], dtype=np.int64)
+    for q in range(one.shape[1]):
+        least = one[0, q] // n
+        follower[q] = head[least]
+        head[least] = q
+    for q in range(other.shape[1]):
+        least, before = other[0, q] // n, -1
+        at = head[least]
+        while at >= 0 and (one[0, at] != other[0, q] or one[1, at] != other[1, q]):
+            before, at = at, follower[at]
+        if at < 0:
+            return False
+        if before < 0:
+            head[least] = follower[at]
+        else:
+            follower[before] = follower[at]
+    return True
 
 
 def _interfaces(mesh: HexMesh, quads: IntArray, n: int) -> np.ndarray:

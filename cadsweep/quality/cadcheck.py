@@ -11,7 +11,8 @@ faces miss each other, its own figures are uncertain by as much as the gaps expl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from functools import cache, partial
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def cad_problems(
     areas: Mapping[str, float],
     *,
     euler: int | None,
-    volume: float | None,
+    volume: Callable[[], float] | None,
     size: float,
     cad: CadReference,
     numbers: IntArray | None = None,
@@ -51,7 +52,9 @@ def cad_problems(
         Middle nodes are held against faces and edges as corners are; areas and volume are those of the corners.
     areas : mapping of name to float
         Areas of the mesh.
-    euler, volume : of the mesh, None where unknown
+    euler : of the mesh, None where unknown
+    volume : callable or None
+        Says the mesh's; asked last, since it may have to be waited for.
     size : float
         Diagonal of the mesh's bounding box.
     cad : CadReference
@@ -69,32 +72,41 @@ def cad_problems(
     whole_blocks = boundary_blocks(whole, len(points))
     plain = {(name,) for name, quads in whole.items() if whole_blocks.get((name,)) is quads}
     blocks = {names: quads[:, :4] for names, quads in whole_blocks.items()}
-    slack = {name: _slack(points, quads) for name, quads in boundaries.items()}
     overlaps = {(one, other) for names in blocks for one in names for other in names if one != other}
-    block_areas = {names: float(np.sum(quad_areas(points, quads))) for names, quads in blocks.items()}
-    found = {(name,): area for name, area in areas.items()} | {
-        joint: sum(area for names, area in block_areas.items() if set(names) & set(joint)) for joint in cad.joint_areas
-    }
-    volume_slack = {
-        names: slack[names[0]][0] if names in plain else _slack(points, quads)[0] for names, quads in blocks.items()
-    }
-    odd = _odd_figures(found, volume, slack, cad, sum(volume_slack.values()))
+    found: dict[tuple[str, ...], float] = {(name,): area for name, area in areas.items()}
+    if cad.joint_areas:
+        block_areas = {names: float(np.sum(quad_areas(points, quads))) for names, quads in blocks.items()}
+        found |= {
+            joint: sum(area for names, area in block_areas.items() if set(names) & set(joint))
+            for joint in cad.joint_areas
+        }
+    off = []
+    if cad.distance is not None:
+        off += _face_problems(points, number, whole, cad.distance, cad.tolerance * size)
+    if cad.rim_distance is not None:
+        off += _rim_problems(points, number, whole_blocks, cad.rim_distance, cad.tolerance * size)
+    present = None if volume is None else volume()
+
+    @cache
+    def slack(name: str) -> tuple[float, float]:
+        return _slack(points, boundaries[name])
+
+    @cache
+    def block_slack(names: tuple[str, ...]) -> float:
+        return slack(names[0])[0] if names in plain else _slack(points, blocks[names])[0]
+
+    odd = _odd_figures(found, present, slack, boundaries, cad, lambda: sum(map(block_slack, blocks)))
     if odd and cad.distance is not None and cad.relative is None:
         # Angles say nothing where a curved face is one facet wide; the face itself does.
         measured = measure_slack(points, boundaries, cad.distance, overlaps)
-        slack = {name: (max(slack[name][0], m[0]), max(slack[name][1], m[1])) for name, m in measured.items()}
+        most = {name: (max(slack(name)[0], m[0]), max(slack(name)[1], m[1])) for name, m in measured.items()}
         if overlaps:
             away = cad.distance
             by_names = {" ".join(names): quads for names, quads in blocks.items()}
             measured = measure_slack(points, by_names, lambda p, names, close: away(p, names.split()[0], close))
-        total = sum(max(volume_slack[names], measured[" ".join(names)][0]) for names in blocks)
-        odd = _odd_figures(found, volume, slack, cad, total)
-    problems += odd
-    if cad.distance is not None:
-        problems += _face_problems(points, number, whole, cad.distance, cad.tolerance * size)
-    if cad.rim_distance is not None:
-        problems += _rim_problems(points, number, whole_blocks, cad.rim_distance, cad.tolerance * size)
-    return problems
+        total = sum(max(block_slack(names), measured[" ".join(names)][0]) for names in blocks)
+        odd = _odd_figures(found, present, lambda name: most[name], boundaries, cad, lambda: total)
+    return [*problems, *odd, *off]
 
 
 def _face_problems(
@@ -108,8 +120,9 @@ def _face_problems(
     problems = []
     for name, quads in boundaries.items():
         nodes = distinct(quads)
-        away = distance(points[nodes], name, tolerance)
-        problems += _off(points[nodes], number[nodes], away, tolerance, f"of '{name}'", "face")
+        places = points[nodes]
+        away = distance(places, name, tolerance)
+        problems += _off(places, number[nodes], away, tolerance, f"of '{name}'", "face")
     return problems
 
 
@@ -123,13 +136,17 @@ def _rim_problems(
     """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
     names = list(blocks)
     used = [distinct(quads) for quads in blocks.values()]
+    owned = np.zeros(len(points), dtype=np.int64)
+    for nodes in used:
+        owned[nodes] += 1
+    used = [nodes[owned[nodes] > 1] for nodes in used]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
-    nodes, owners = nodes[order], owners[order]
-    shared, first, count = np.unique(nodes, return_index=True, return_counts=True)
+    owners = owners[order]
+    shared, first, count = np.unique(nodes[order], return_index=True, return_counts=True)
     problems = []
-    for n in distinct(count[count > 1]):
+    for n in distinct(count):
         some = np.flatnonzero(count == n)
         groups, member, sizes = np.unique(
             owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True, return_counts=True
@@ -139,8 +156,9 @@ def _rim_problems(
             here = shared[places]
             meeting = [names[j] for j in group]
             where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
-            away = distance(points[here], frozenset(map(frozenset, meeting)))
-            problems += _off(points[here], number[here], away, tolerance, where, "edge" if n == 2 else "vertex")
+            places_here = points[here]
+            away = distance(places_here, frozenset(map(frozenset, meeting)))
+            problems += _off(places_here, number[here], away, tolerance, where, "edge" if n == 2 else "vertex")
     return problems
 
 
@@ -159,45 +177,61 @@ def _off(  # noqa: PLR0917
     ]
 
 
-def _odd_figures(
+def _odd_figures(  # noqa: PLR0917
     areas: Mapping[tuple[str, ...], float],
     volume: float | None,
-    slack: Mapping[str, tuple[float, float]],
+    slack: Callable[[str], tuple[float, float]],
+    boundaries: Collection[str],
     cad: CadReference,
-    volume_slack: float,
+    volume_slack: Callable[[], float],
 ) -> list[str]:
-    """Volume and areas that differ from the CAD model's by more than the slack allows."""
+    """Volume and areas that differ from the CAD model's by more than the slack allows, which is asked where it counts.
+
+    `slack` says what the facets of a boundary explain of the volume and of its area, `volume_slack` what all do.
+    """
     problems = []
     if cad.volume is not None and volume is not None:
-        allowed = _allowed(cad, cad.volume, volume_slack, known=bool(slack)) + cad.volume_doubt
-        if not abs(volume - cad.volume) <= allowed:
+
+        def explained() -> float:
+            return SAFETY * volume_slack() if boundaries else 0.5 * abs(cad.volume or 0.0)  # no facets to judge by
+
+        allowed = _exceeded(cad, volume, cad.volume, cad.volume_doubt, explained)
+        if allowed is not None:
             problems.append(
                 f"the volume is {volume:.8g}, the CAD solid's {cad.volume:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
     for names, area in [*(((name,), area) for name, area in cad.areas.items()), *cad.joint_areas.items()]:
-        missing = [name for name in names if name not in slack]
+        missing = [name for name in names if name not in boundaries]
         if missing:
             problems.append(f"the mesh has no boundary '{missing[0]}', which the CAD model has")
             continue
         doubt = cad.area_doubts.get(names[0], 0.0) if len(names) == 1 else cad.joint_doubts.get(names, 0.0)
-        allowed = _allowed(cad, area, sum(slack[name][1] for name in names), known=True) + doubt
-        found = areas[names]
+        allowed = _exceeded(cad, areas[names], area, doubt, partial(_explained_area, names, slack))
         called = " and ".join(f"'{name}'" for name in names)
-        if not abs(found - area) <= allowed:
+        if allowed is not None:
             problems.append(
-                f"the area of {called} is {found:.8g}, the CAD face's {area:.8g}: "
+                f"the area of {called} is {areas[names]:.8g}, the CAD face's {area:.8g}: "
                 f"more apart than its facets explain ({allowed:.2g})"
             )
     return problems
 
 
-def _allowed(cad: CadReference, value: float, slack: float, *, known: bool) -> float:
+def _explained_area(names: tuple[str, ...], slack: Callable[[str], tuple[float, float]]) -> float:
+    return SAFETY * sum(slack(name)[1] for name in names)
+
+
+def _exceeded(
+    cad: CadReference, found: float, value: float, doubt: float, explained: Callable[[], float]
+) -> float | None:
+    """What a figure may differ from the CAD model's value, where it differs by more; else None."""
     if cad.relative is not None:
-        return cad.relative * abs(value)
-    if not known:  # no named boundary, so nothing to judge facets by
-        return 0.5 * abs(value)
-    return max(LEAST_RELATIVE * abs(value), SAFETY * slack)
+        allowed = cad.relative * abs(value) + doubt
+    else:
+        allowed = LEAST_RELATIVE * abs(value) + doubt
+        if not abs(found - value) <= allowed:
+            allowed = max(LEAST_RELATIVE * abs(value), explained()) + doubt
+    return None if abs(found - value) <= allowed else allowed
 
 
 def _slack(points: FloatArray, quads: IntArray) -> tuple[float, float]:

@@ -27,6 +27,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..cells import BlockStructure
 from ..mesh import HexMesh
+from ..threads import CHUNK, LIGHT, beside, map_chunks
 from . import conformity
 from .accumulate import QualityAccumulator
 from .block_faces import blocks_boundary
@@ -97,13 +98,10 @@ def check_mesh(
         found = structure_problems(structure, len(points))
         problems += found
         swept = not found
-    limit = None
+    per_layer = 0
     if swept:
         assert structure is not None
-        seen.add_hexes(points, hexes, per_layer=len(structure.quads))
-        if seen.min_scaled_jacobian < POOR:
-            limit = boundary_limit(points, structure)
-        expected = structure_boundary(structure)
+        per_layer, expected = len(structure.quads), structure_boundary(structure)
     else:
         once = blocks_boundary(hexes, len(points), blocks) if blocks else None
         if once is None:
@@ -112,7 +110,6 @@ def check_mesh(
         if once is None:
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
         expected = once
-        seen.add_hexes(points, hexes)
     skin = Skin(
         points=points,
         quads=expected,
@@ -124,8 +121,15 @@ def check_mesh(
     )
     every = all(np.array_equal(ids, np.arange(mesh.n_hexes)) for ids in mesh.parts.values())
     known = _cad_of(mesh) if cad is None else of_whole(cad, mesh.parts, every=every)
-    surface = check_skin(skin, known, volume=seen.volume)
-    problems += boundary_problems(mesh, expected)
+
+    def measure() -> float:
+        seen.add_hexes(points, hexes, per_layer=per_layer)
+        return seen.volume
+
+    with beside(measure, pays=len(hexes) > CHUNK) as volume:
+        surface = check_skin(skin, known, volume=volume)
+        problems += boundary_problems(mesh, expected)
+    limit = boundary_limit(points, structure) if swept and structure and seen.min_scaled_jacobian < POOR else None
     return make_report(
         seen,
         n_nodes=len(points),
@@ -173,13 +177,9 @@ def make_report(
 
 
 def _coordinate_problems(points: FloatArray) -> list[str]:
-    bad = [
-        first + np.flatnonzero(~np.isfinite(points[first : first + 65536]).all(axis=1))
-        for first in range(0, len(points), 65536)
-    ]
-    nodes = np.concatenate(bad) if bad else np.zeros(0, dtype=np.int64)
-    if not len(nodes):
+    if all(map_chunks(lambda chunk: bool(np.isfinite(points[chunk]).all()), len(points), chunk=LIGHT)):
         return []
+    nodes = np.flatnonzero(~np.isfinite(points).all(axis=1))
     return [f"{len(nodes)} nodes have coordinates that are not finite, the first is node {nodes[0]}"]
 
 

@@ -217,10 +217,17 @@ def coincident_pairs(points: FloatArray, distance: float, *, most: int = 1000) -
 
     The points are sorted along one oblique direction; only neighbours in that order can be close.
     """
-    finite = np.flatnonzero(np.isfinite(points).all(axis=1))
-    along = points[finite] @ np.array([0.5377, 0.6173, 0.5741])
+    sound = np.isfinite(points)
+    ids = np.arange(len(points)) if sound.all() else np.flatnonzero(sound.all(axis=1))
+    along = points.take(ids, axis=0) @ np.array([0.5377, 0.6173, 0.5741])
+    ordered = np.sort(along)  # of values alone: a tenth of what sorting their places takes
+    near = ordered[1:] - ordered[:-1] <= distance
+    if not near.any():
+        return []
+    suspects = np.isin(along, np.concatenate([ordered[1:][near], ordered[:-1][near]]))
+    ids, along = ids[suspects], along[suspects]
     order = np.argsort(along)
-    along, ids = along[order], finite[order]
+    along, ids = along[order], ids[order]
     pairs: list[tuple[int, int]] = []
     for step in range(1, len(ids)):
         near = np.flatnonzero(along[step:] - along[:-step] <= distance)

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..threads import map_chunks
 from . import kernels, surface_kernels
-from .threads import map_chunks
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

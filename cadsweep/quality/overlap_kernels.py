@@ -45,12 +45,24 @@ def add_normals(points, quads, normals):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def fill_places(corners, scale, code):  # type: ignore[no-untyped-def]
-    """Fill code (q,): the bits of the sums of four corners (q, 4, 3), times scale (3,), one axis after the other."""
-    for q in range(corners.shape[0]):
+def move_inward(points, normals, step, jitter):  # type: ignore[no-untyped-def]
+    """Move points (n, 3) a step against their normals, of any length, and by their jitter (n, 3)."""
+    for i in range(points.shape[0]):
+        x, y, z = normals[i, 0], normals[i, 1], normals[i, 2]
+        length = np.sqrt(x * x + y * y + z * z)
+        share = step / length if length > 0.0 else 0.0
+        for c in range(3):
+            points[i, c] = points[i, c] - normals[i, c] * share + jitter[i, c]
+
+
+@_compiled
+def fill_places(points, quads, scale, code):  # type: ignore[no-untyped-def]
+    """Fill code (q,): the bits of the sums of quads' four corners, times scale (3,), one axis after the other."""
+    for q in range(quads.shape[0]):
         place = np.int64(0)
+        a, b, c, d = quads[q, 0], quads[q, 1], quads[q, 2], quads[q, 3]
         for axis in range(3):
-            middle = corners[q, 0, axis] + corners[q, 1, axis] + corners[q, 2, axis] + corners[q, 3, axis]
+            middle = points[a, axis] + points[b, axis] + points[c, axis] + points[d, axis]
             x = np.int64(min(max(middle * scale[axis], 0.0), 1048575.0))
             # Two zeros between one bit and the next.
             x = (x | (x << 32)) & 0x1F00000000FFFF

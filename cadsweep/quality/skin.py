@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray, distinct
+from ..arrays import FloatArray, IntArray, distinct, limits
 from ..contacts import separate_contacts
 from . import conformity
 from .boundary import place
@@ -52,7 +53,7 @@ def check_surface(
     boundaries: Mapping[str, IntArray],
     *,
     cad: CadReference | None = None,
-    volume: float | None = None,
+    volume: Callable[[], float] | None = None,
     overlap: bool = True,
     numbers: IntArray | None = None,
 ) -> SurfaceFindings:
@@ -66,14 +67,26 @@ def check_surface(
     boundaries : mapping of name to (q, 4 or more) int64
         Its named pieces.
     cad : CadReference or None
-    volume : float or None
-        Volume of the mesh, to be held against ``cad.volume``.
+    volume : callable or None
+        Says the volume of the mesh, to be held against ``cad.volume``; asked last, since it may have to be waited for.
     overlap : bool
         Look for crossing and nested pieces; False for a part of a surface that is looked at as a whole.
     numbers : (n,) int64 or None
         What messages call the points; None: by their places in `points`.
     """
-    number = np.arange(len(points)) if numbers is None else numbers
+    sound = {
+        name: own.astype(np.int64, copy=False)
+        for name, own in ((name, np.asarray(own)) for name, own in boundaries.items())
+        if own.ndim == 2 and own.shape[1] >= 4 and (not len(own) or (np.min(own) >= 0 and np.max(own) < len(points)))
+    }
+    # With its own points alone: there are many more inside, or in the other parts.
+    own_nodes = distinct(np.concatenate([quads.ravel(), *(own.ravel() for own in sound.values())]))
+    number = own_nodes if numbers is None else numbers[own_nodes]
+    place_of = np.empty(len(points), dtype=np.int64)
+    place_of[own_nodes] = np.arange(len(own_nodes))
+    points, quads = points.take(own_nodes, axis=0), place_of.take(quads)
+    named = {name: place_of.take(own) for name, own in sound.items()}
+    usable = {name: own[:, :4] for name, own in named.items()}
     found = SurfaceFindings()
     shape = conformity.surface_shape(quads)
     found.euler = shape.euler
@@ -89,36 +102,31 @@ def check_surface(
             f"the boundary is not a 2-manifold: its sheets touch at {len(shape.pinched_nodes)} nodes, "
             f"the first is node {number[a]} at {place(points[a])}"
         )
-    used = np.zeros(len(points), dtype=np.bool_)
-    used[quads] = True
-    nodes = np.flatnonzero(used)
-    finite = points[nodes][np.isfinite(points[nodes]).all(axis=1)]
-    size = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
-    pairs = conformity.coincident_pairs(points[nodes], COINCIDENT * size)
+    nodes = distinct(quads)
+    corners = points.take(nodes, axis=0)
+    finite = np.isfinite(corners)
+    whole = bool(finite.all())
+    measured = corners if whole else corners[finite.all(axis=1)]
+    size = float(np.linalg.norm(np.subtract(*limits(measured)))) if len(measured) else 0.0
+    pairs = conformity.coincident_pairs(corners, COINCIDENT * size)
     if pairs:
         a, b = (int(nodes[i]) for i in pairs[0])
         found.problems.append(
             f"{len(pairs)} pairs of boundary nodes coincide, "
             f"the first are {number[a]} and {number[b]} at {place(points[a])}"
         )
-    full_usable = {
-        name: q
-        for name, q in ((k, np.asarray(v)) for k, v in boundaries.items())
-        if q.ndim == 2 and q.shape[1] >= 4 and (not len(q) or (np.min(q) >= 0 and np.max(q) < len(points)))
-    }
-    usable = {name: q[:, :4] for name, q in full_usable.items()}
     found.areas = {name: float(np.sum(quad_areas(points, q))) for name, q in usable.items()}
     if overlap:
-        full = _with_middles(quads, boundaries)
+        full = _with_middles(quads, named)
         crossing, places = find_crossings(points, full)
         found.crossings = describe_crossings(points, full, usable, crossing, places)
         found.overlaps = crossing_problems(found.crossings)
-        if not found.crossings and not len(shape.open_edges) and len(finite) == len(nodes):
+        if not found.crossings and not len(shape.open_edges) and whole:
             found.overlaps = nesting_problems(points, quads)
         found.problems += found.overlaps
     if cad is not None:
         found.problems += cad_problems(
-            points, full_usable, found.areas, euler=found.euler, volume=volume, size=size, cad=cad, numbers=number
+            points, named, found.areas, euler=found.euler, volume=volume, size=size, cad=cad, numbers=number
         )
     return found
 
@@ -181,14 +189,16 @@ def of_whole(
     return cad
 
 
-def check_skin(skin: Skin, cad: CadReference | Mapping[str, CadReference] | None, *, volume: float) -> SurfaceFindings:
+def check_skin(
+    skin: Skin, cad: CadReference | Mapping[str, CadReference] | None, *, volume: Callable[[], float]
+) -> SurfaceFindings:
     """Check the surface of a mesh; of several parts each by itself, since these may touch along an edge.
 
     Parameters
     ----------
     cad : CadReference, mapping of part name to CadReference, or None
-    volume : float
-        Sum of the volumes of the hexahedra.
+    volume : callable
+        Says the sum of the volumes of the hexahedra.
     """
     points, quads, numbers = skin.points, skin.quads, skin.numbers
     if not isinstance(cad, Mapping):
@@ -207,20 +217,16 @@ def check_skin(skin: Skin, cad: CadReference | Mapping[str, CadReference] | None
         found.overlaps = crossing_problems(found.crossings)
     # What is wrong with the boundary of all parts together counts only where it is wrong with a part's own.
     found.problems = [*found.overlaps, *skin.between()]
-    place_of = np.empty(len(points), dtype=np.int64)
     for own in surfaces:
         reference = cad.get(own.name) if isinstance(cad, Mapping) else None
-        # With its own points alone: hundreds of parts would each go through those of all.
-        nodes = distinct(np.concatenate([own.quads.ravel(), *(named.ravel() for named in own.named.values())]))
-        place_of[nodes] = np.arange(len(nodes))
         alone = check_surface(
-            points[nodes],
-            place_of[own.quads],
-            {name: place_of[own_quads] for name, own_quads in own.named.items()},
+            points,
+            own.quads,
+            own.named,
             cad=reference,
-            volume=own.volume,
+            volume=partial(float, own.volume),
             overlap=bool(contacts),
-            numbers=nodes if numbers is None else numbers[nodes],
+            numbers=numbers,
         )
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
         found.areas |= {name: alone.areas[name] for name in own.named if name in skin.interfaces}

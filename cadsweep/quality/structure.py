@@ -11,6 +11,7 @@ import numpy as np
 from ..arrays import IntArray, distinct
 from ..cells import SweptStructure, side_quads
 from ..compiled import compiled
+from ..threads import LIGHT, map_chunks
 from .conformity import duplicate_rows, scan_hexes
 
 
@@ -68,15 +69,16 @@ def structure_problems(structure: SweptStructure, n_nodes: int) -> list[str]:
 
 
 @compiled(cache=True, nogil=True)
-def _follows_structure(hexes, quads, n_nodes, n_layers, periodic):  # type: ignore[no-untyped-def]
+def _follows_structure(hexes, first, quads, n_nodes, n_layers, periodic):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     q = quads.shape[0]
-    for h in range(hexes.shape[0]):
+    for row in range(hexes.shape[0]):
+        h = first + row
         k = h // q
         low = k * n_nodes
         high = 0 if periodic and k == n_layers - 1 else low + n_nodes
         for i in range(4):
             node = quads[h - k * q, i]
-            if hexes[h, i] != node + low or hexes[h, 4 + i] != node + high:
+            if hexes[row, i] != node + low or hexes[row, 4 + i] != node + high:
                 return False
     return True
 
@@ -85,4 +87,8 @@ def follows_structure(hexes: IntArray, structure: SweptStructure) -> bool:
     """Whether the hexahedra are the ones that the structure says."""
     if hexes.shape != (structure.n_layers * len(structure.quads), 8):
         return False
-    return bool(_follows_structure(hexes, structure.quads, structure.n_nodes, structure.n_layers, structure.periodic))
+    layers = (structure.quads, structure.n_nodes, structure.n_layers, structure.periodic)
+    follows = map_chunks(
+        lambda chunk: bool(_follows_structure(hexes[chunk], chunk.start, *layers)), len(hexes), chunk=LIGHT
+    )
+    return all(follows)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..projection.descent import minimise
-from ..quality.threads import n_threads
+from ..threads import n_threads
 from .energy import hex_energy
 from .laplacian import laplacian_solver
 from .patch import Patch, Score

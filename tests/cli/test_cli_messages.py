@@ -47,6 +47,7 @@ def test_what_to_try_and_the_faces_are_told_apart(error, hint, faces):
     ("skip=['pin', 'ball'] (--skip pin,ball) meshes the rest", "--skip pin,ball meshes the rest"),
     ("raise it: max_hexes=... (--max-hexes N, or --yes)", "raise it: --max-hexes N, or --yes"),
     ("cut it (cuts=['face 3', 'plane z=1'])", "cut it (--cut 'face 3' --cut 'plane z=1')"),
+    ("leave out: suppress=['fillets r<2'] (4 fillets)", "leave out: --suppress 'fillets r<2' (4 fillets)"),
     ("choose one with part=, or fuse them", "choose one with --part, or fuse them"),
     ("counts: 'a' asks for 3; order=2, nodes=20", "--edge-count: 'a' asks for 3; --order 2, --nodes 20"),
 ])  # fmt: skip

@@ -39,5 +39,6 @@ def test_nothing_is_tried_where_the_sweep_is_good(monkeypatch):
     def cut(*_):
         raise AssertionError("no cells are looked for")
 
-    monkeypatch.setattr(routes, "mesh_decomposed", cut)
+    for name in ("mesh_decomposed", "mesh_cut"):
+        monkeypatch.setattr(decomposing, name, cut)
     assert sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0).n_hexes == 24

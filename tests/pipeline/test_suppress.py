@@ -1,5 +1,7 @@
 """Features are removed where the user asks for it, each with its place and volume; names of the rest stay."""
 
+import ast
+import re
 from math import pi
 
 import pytest
@@ -10,6 +12,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 from cadsweep import InputError, cad, load, sweep_mesh
+from cadsweep.cad.edit.defeaturing import small_features
 
 pytestmark = pytest.mark.cad
 
@@ -37,6 +40,16 @@ def test_volumes_are_those_of_the_features():
     box = cad.suppress(filled, ["fillets r<0.5"])
     assert box.models[0].volume == pytest.approx(40 * 30 * 10)
     assert len(box.solids[0].faces) == 6
+
+
+def test_what_a_refusal_proposes_can_be_asked_as_it_stands():
+    part = load(plate())
+    said = re.fullmatch(
+        r"leave small features out: suppress=(\[.*\]) \((\d+) fillets? and (\d+) holes?\)", small_features(part)
+    )
+    left = cad.suppress(part, ast.literal_eval(said[1]))
+    assert len(suppressed(left.notes)) == int(said[2]) + int(said[3])
+    assert small_features(left) == ""
 
 
 def test_limits_choose():

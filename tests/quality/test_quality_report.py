@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 
 import numpy as np
@@ -16,7 +15,6 @@ from cadsweep.quality import (
     measure_hexes,
     scaled_jacobians,
 )
-from cadsweep.quality.threads import CHUNK, map_chunks
 
 from .quality_meshes import fixed_nodes, hex_soup, random_hexes, swept_block, swept_ring
 
@@ -85,6 +83,16 @@ def test_layers_of_the_worst_hexes():
     assert all(one.id // len(mesh.structure.quads) == one.layer for one in worst)
 
 
+def test_the_worst_are_those_that_a_sort_finds_and_of_equals_the_first():
+    mesh = swept_block(6, 5, 4, place=wavy)
+    least = scaled_jacobians(mesh.points, mesh.hexes)
+    expected = sorted(range(mesh.n_hexes), key=lambda h: (least[h], h))[:10]
+    assert [one.id for one in check_mesh(mesh).worst] == expected
+    seen = QualityAccumulator()
+    seen.add_hexes(*hex_soup(random_hexes(30, 0.0)))
+    assert [one.id for one in seen.worst] == list(range(10))
+
+
 def test_report_is_json_and_text():
     report = check_mesh(swept_block(place=wavy))
     data = json.loads(json.dumps(report.to_dict(), allow_nan=False))
@@ -93,15 +101,6 @@ def test_report_is_json_and_text():
     assert len(data["worst"]) == 10
     assert sum(report.histogram[1]) == report.n_hexes
     assert f"{report.n_hexes:,} hexahedra" in str(report)
-
-
-def test_chunks_come_in_order_and_cover_everything():
-    n = 3 * CHUNK + 17
-    chunks = list(map_chunks(lambda c: (c.start, c.stop), n))
-    assert chunks[0][0] == 0
-    assert chunks[-1][1] == n
-    assert all(a[1] == b[0] for a, b in itertools.pairwise(chunks))
-    assert list(map_chunks(lambda c: c, 0)) == []
 
 
 @pytest.mark.parametrize("make", [lambda: swept_block(5, 4, 4, place=wavy), swept_ring, lambda: swept_block(3, 3, 1)])

@@ -199,14 +199,14 @@ def small_features(part: Part) -> str:
         return ""
     (solid,) = part.solids
     limit = SMALL * solid.size
-    words = []
-    for what, letter, found in (
-        ("fillets", "r", list(find_fillets(solid, limit))),
-        ("holes", "d", list(find_holes(solid, limit))),
-    ):
-        if found:
-            words.append(f"'{what} {letter}<{limit * part.scale:.2g}' ({len(found)})")
-    return f"leave small features out: suppress=[{', '.join(words)}]" if words else ""
+    below = f"<{limit * part.scale:.2g}"
+    counts = {
+        f"'fillets r{below}'": ("fillet", len(list(find_fillets(solid, limit)))),
+        f"'holes d{below}'": ("hole", len(list(find_holes(solid, limit)))),
+    }
+    words = [word for word, (_, n) in counts.items() if n]
+    said = " and ".join(f"{n} {what}{'s' if n > 1 else ''}" for what, n in counts.values() if n)
+    return f"leave small features out: suppress=[{', '.join(words)}] ({said})" if words else ""
 
 
 def _remove(traced: Traced, feature: Feature) -> str:
