@@ -48,7 +48,8 @@ def tight_bounds(shape: Any) -> FloatArray:
 
 def _around_edges(shape: Any) -> FloatArray:
     """The tight box about the edges of a shape; about none of them one that is empty."""
-    simple, others = [], []
+    simple: list[Any] = []
+    others: list[Any] = []
     for edge in subshapes(shape, EDGE):
         (simple if BRepAdaptor_Curve(edge).GetType() in _SIMPLE else others).append(edge)
     found = _optimal(compound(simple)) if simple else np.array([np.full(3, np.inf), np.full(3, -np.inf)])
