@@ -67,7 +67,7 @@ def _spline_point(record, t, room, out):  # type: ignore[no-untyped-def]  # prag
 
 
 @callee
-def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
+def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Point and derivatives by u and v ``out`` (3, 3) of a surface; room for the loops in `room` and `h` (3, 4)."""
     kind = int(record[0])
     if kind == SPLINE_SURFACE:
