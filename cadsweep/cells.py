@@ -27,7 +27,7 @@ import numpy as np
 
 from .arrays import IntArray, others
 from .compiled import compiled
-from .threads import CHUNK, map_chunks
+from .threads import LIGHT, map_chunks
 
 HEX_FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
@@ -156,7 +156,7 @@ def sweep_hexes(quads: IntArray, n_nodes: int, n_layers: int, *, periodic: bool 
     """
     hexes = np.empty((n_layers, len(quads), 8), dtype=np.int64)
     plane = np.ascontiguousarray(quads, dtype=np.int64)
-    step = max(1, CHUNK // max(1, len(quads)))
+    step = max(1, LIGHT // max(1, len(quads)))
     for _ in map_chunks(lambda run: _fill_layers(plane, n_nodes, run.start, hexes[run]), n_layers, chunk=step):
         pass
     if periodic:

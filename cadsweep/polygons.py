@@ -6,19 +6,39 @@ Place in the flow: wherever a face or the plan of a part is seen from one direct
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .arrays import BoolArray, FloatArray
+from .arrays import BoolArray, FloatArray, IntArray
 
 _MOST_PAIRS = 10**6
 """Pairs of a place and a segment that are looked at together."""
 
 
+def next_corners(loops: Sequence[NDArray[Any]]) -> IntArray:
+    """Of every corner of closed polygons (m, ...), one after the other in one numbering: the corner after it."""
+    sizes = np.array([len(loop) for loop in loops], dtype=np.int64)
+    ends = np.cumsum(sizes)
+    after = np.arange(1, int(sizes.sum()) + 1)
+    after[ends[sizes > 0] - 1] -= sizes[sizes > 0]
+    return after
+
+
+def mean_sides(loops: Sequence[FloatArray]) -> FloatArray:
+    """Mean length of the two sides at every corner of closed polygons, one after the other."""
+    starts, after = np.concatenate(loops), next_corners(loops)
+    steps = np.linalg.norm(starts[after] - starts, axis=1)
+    before = np.empty_like(steps)
+    before[after] = steps
+    return np.asarray((steps + before) / 2.0)
+
+
 def is_inside(loops: Sequence[FloatArray], places: FloatArray) -> BoolArray:
     """Which places (n, 2) lie inside closed polygons (m, 2), by the parity of their crossings with a ray."""
     starts = np.concatenate(loops)
-    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    ends = starts[next_corners(loops)]
     order = np.argsort(places[:, 1], kind="stable")
     x, y = places[order].T
     # A ray crosses a segment where its height is between the ends': places by height, each segment has a run of them.

@@ -18,6 +18,9 @@ T = TypeVar("T")
 CHUNK = 32_768
 """Rows that are worked on at once."""
 
+LIGHT = 8 * CHUNK
+"""Rows at once where each takes a nanosecond or ten: fewer are done before a second thread has begun."""
+
 MOST_THREADS = 8
 """Beyond a few, threads wait for memory."""
 

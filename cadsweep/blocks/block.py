@@ -11,7 +11,7 @@ overlap, and a boundary is all quads of the owners with its name.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -128,10 +128,12 @@ class FactoredMesh:
             blocks = [(source, self.source_owners), (target, self.target_owners), *blocks]
         found = []
         for rows, owners in blocks:
-            order = np.argsort(owners, kind="stable")
-            ids, starts = np.unique(owners[order], return_index=True)
-            for owner, chosen in zip(ids, np.split(order, starts[1:]), strict=True):
-                found.append((self.owner_names[int(owner)], rows[chosen]))
+            # As small numbers, which numpy sorts by their digits.
+            order = np.argsort(owners.astype(np.uint16 if len(self.owner_names) < 2**16 else np.int64), kind="stable")
+            starts = np.flatnonzero(np.diff(owners[order], prepend=-1))
+            for first, last in pairwise([*starts.tolist(), len(order)]):
+                chosen = order[first:last]
+                found.append((self.owner_names[int(owners[chosen[0]])], rows.take(chosen, axis=0)))
         return found
 
     def boundaries(self) -> dict[str, IntArray]:
@@ -194,8 +196,8 @@ def factor_mesh(
     notes = list((info or {}).get("notes", []))
     owners = {}
     first_names = [names[0] for names in owner_names]
-    for role, ids, corners in _boundary_quads(surfaces, placed, target_faces):
-        owners[role], shares = own_quads(ids, corners, sweep.solid.faces, table, patches)
+    for role, ids, corners_of in _boundary_quads(surfaces, placed, target_faces):
+        owners[role], shares = own_quads(ids, corners_of, sweep.solid.faces, table, patches)
         notes += [share.describe(sweep.solid.faces, first_names) for share in shares]
     return FactoredMesh(
         sweep=placed,
@@ -213,16 +215,25 @@ def factor_mesh(
 
 def _boundary_quads(
     surfaces: SurfaceMesh, placed: FactoredSweep, target_faces: IntArray
-) -> list[tuple[str, IntArray, FloatArray]]:
-    """Role, face ids and corners (..., 4, 3) of the quads of source, target and sides."""
+) -> list[tuple[str, IntArray, Callable[[tuple[IntArray, ...]], FloatArray]]]:
+    """Role, face ids, and what gives corners (m, 4, 3) of some of them, of the quads of source, target and sides."""
     source, rings = surfaces.source, surfaces.rings
     n_layers = len(rings) - 1
     starts = np.concatenate([[0], np.cumsum([len(loop) for loop in source.loops])])
     following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts)])
-    sides = np.stack([rings[:-1], rings[:-1, following], rings[1:, following], rings[1:]], axis=2)
-    target = placed.points(slice(n_layers, n_layers + 1))[0]
+
+    def on_source(places: tuple[IntArray, ...]) -> FloatArray:
+        return source.points[source.quads[places]]
+
+    def on_target(places: tuple[IntArray, ...]) -> FloatArray:
+        return placed.layer(n_layers)[source.quads[places]]
+
+    def on_sides(places: tuple[IntArray, ...]) -> FloatArray:
+        k, i = places
+        return np.stack([rings[k, i], rings[k, following[i]], rings[k + 1, following[i]], rings[k + 1, i]], axis=1)
+
     return [
-        ("source", source.faces, source.points[source.quads]),
-        ("target", target_faces, target[source.quads]),
-        ("side", surfaces.side_faces, sides),
+        ("source", source.faces, on_source),
+        ("target", target_faces, on_target),
+        ("side", surfaces.side_faces, on_sides),
     ]

@@ -262,7 +262,7 @@ class _Reference:
         nearest = np.full(len(places), np.inf)
         for ways in ({}, {"close": close}):
             limit = close if ways else enough
-            for surface in surfaces:
+            for surface in surfaces if (nearest > limit).any() else ():
                 left = np.flatnonzero(nearest > limit)
                 nearest[left] = np.minimum(nearest[left], surface.distance(places[left], **ways))
         return nearest * self.part.scale

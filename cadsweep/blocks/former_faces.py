@@ -6,7 +6,7 @@ it where its middle does, and a patch too small for that has the one quad neares
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,7 +37,7 @@ class Share:
 
 def own_quads(
     face_ids: IntArray,
-    corners: FloatArray,
+    corners_of: Callable[[tuple[IntArray, ...]], FloatArray],
     faces: Sequence[Face],
     table: IntArray,
     patches: Mapping[tuple[int, int], int],
@@ -48,8 +48,8 @@ def own_quads(
     ----------
     face_ids : (...) int64
         Face of each quad.
-    corners : (..., 4, 3) float64
-        Working units.
+    corners_of : callable
+        Corners (m, 4, 3), working units, of the quads at some places among `face_ids`: few ask for them.
     faces : sequence of Face
         All faces of the solid.
     table : (n_faces,) int64
@@ -73,7 +73,7 @@ def own_quads(
         mine = np.nonzero(np.isin(face_ids, [f for f, _ in places]) & ~taken)
         if not len(mine[0]):
             continue
-        quads = corners[mine]
+        quads = corners_of(mine)
         middles = quads.mean(axis=1)
         chosen = patch.contains(middles)
         if not chosen.any():

@@ -43,7 +43,7 @@ def make_reference(part: Part, sweep: Sweep) -> CadReference:
             left = np.flatnonzero(nearest > enough)
             nearest[left] = np.minimum(nearest[left], surface.distance(places[left]))
         # The slower ways are for what is far from all faces: of the pieces of a divided one, a node lies on one alone.
-        for surface in surfaces:
+        for surface in surfaces if (nearest > close).any() else ():
             left = np.flatnonzero(nearest > close)
             nearest[left] = np.minimum(nearest[left], surface.distance(places[left], close=close))
         return nearest * part.scale

@@ -24,9 +24,9 @@ from .sizes import (
     Split,
     default_layers,
     default_size,
+    greatest_turn,
     path_length,
     split_counts,
-    turning,
     wanted_counts,
 )
 
@@ -94,7 +94,7 @@ def assign_intervals(
     rails = set(sweep.rails)
     n_wanted = max(
         default_layers(sweep, target_size) if size is None else max(1.0, path_length(sweep) / target_size),
-        _rail_turning(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
+        greatest_turn(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
     )
     demands_along = [demand for demand in demands if rails.issuperset(demand.edges)]
     demands_around = [demand for demand in demands if not rails.issuperset(demand.edges)]
@@ -134,13 +134,6 @@ def assign_intervals(
     )
     log.debug("size %g, %d layers, %d segments around", target_size, n_layers, sum(loop_counts.values()))
     return Intervals(counts=counts, n_layers=n_layers, size=float(target_size), span_layers=span_layers)
-
-
-def _rail_turning(sweep: Sweep) -> float:
-    """Greatest turn of the way from source to target: over all spans, the most any of their rails turns."""
-    return max(
-        sum(max(turning(sweep.solid, sweep.solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans
-    )
 
 
 def _check_division(sweep: Sweep, wanted: Mapping[int, float], sizes: Mapping[int, float], size: float) -> None:

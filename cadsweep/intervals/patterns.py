@@ -8,7 +8,7 @@ A rim and the bore about its middle, with holes between them, get as many each, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import ceil, lcm, pi
+from math import ceil, dist, lcm, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -116,8 +116,8 @@ def _circles(solid: Solid, face: Face) -> list[_Circle]:
         edges = [solid.edges[e] for e in loop.edges]
         if any(edge.kind != "circle" for edge in edges):
             continue
-        lengths = np.array([edge.length for edge in edges])
-        diameter = float(lengths.sum()) / pi
+        lengths = [edge.length for edge in edges]
+        diameter = sum(lengths) / pi
         if len(edges) == 2 and abs(lengths[0] - lengths[1]) <= _SAME * solid.size:
             centre = (edges[0].midpoint + edges[1].midpoint) / 2
         else:  # as many points as tell a circle from three of its places
@@ -125,7 +125,7 @@ def _circles(solid: Solid, face: Face) -> list[_Circle]:
             centre = _centre(places)
             if np.ptp(np.linalg.norm(places - centre, axis=1)) > _SAME * solid.size:
                 continue
-        if abs(2.0 * float(np.linalg.norm(edges[0].midpoint - centre)) - diameter) <= _SAME * solid.size:
+        if abs(2.0 * dist(edges[0].midpoint, centre) - diameter) <= _SAME * solid.size:
             found.append((loop.edges, centre, diameter))
     return found
 
@@ -170,7 +170,7 @@ def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float], *, plane: bo
 
 
 def _concentric(circles: Sequence[_Circle], solid: Solid) -> bool:
-    return all(np.linalg.norm(centre - circles[0][1]) <= _SAME * solid.size for _, centre, _ in circles)
+    return all(dist(centre, circles[0][1]) <= _SAME * solid.size for _, centre, _ in circles)
 
 
 def _halves(solid: Solid, edges: Sequence[int]) -> bool:

@@ -6,7 +6,7 @@ Place in the flow: first step of :mod:`cadsweep.intervals`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from math import cos, pi, sqrt
+from math import cos, hypot, pi, sqrt
 
 import numpy as np
 
@@ -92,14 +92,37 @@ def size_for(area: float, length: float, n_hexes: float) -> float:
     return cube if length >= 2.0 * cube else sqrt(2.0 * area / n_hexes)
 
 
-def turning(solid: Solid, edge: Edge) -> float:
-    """Angle by which the direction of an edge turns from its start to its end, radians.
+def turnings(solid: Solid, edges: Iterable[int]) -> dict[int, float]:
+    """Angles by which the directions of edges turn from their starts to their ends, radians.
 
     Seen on the tangents at the ends and the chords over the middle, which all edges have at hand; an
     edge that is much longer than its chords (a helix) is sampled.
     """
-    if edge.kind == "line":
-        return 0.0
+    found = dict.fromkeys(edges, 0.0)
+    bent = [solid.edges[e] for e in found if solid.edges[e].kind != "line"]
+    if not bent:
+        return found
+    begin, end = (solid.vertices[[ends[k] for ends in ((e.start, e.end) for e in bent)]] for k in (0, 1))
+    middles = np.array([edge.midpoint for edge in bent])
+    tangents = np.array([edge.tangents for edge in bent])
+    directions = np.stack([tangents[:, 0], middles - begin, end - middles, tangents[:, 1]], axis=1)
+    lengths = np.linalg.norm(directions, axis=2)
+    whole = np.array([edge.length for edge in bent])
+    units = directions / np.maximum(lengths, 1e-300)[..., None]
+    angles = np.arccos(np.clip((units[:, 1:] * units[:, :-1]).sum(axis=2), -1.0, 1.0)).sum(axis=1)
+    odd = (whole > WINDING * lengths[:, 1:3].sum(axis=1)) | (lengths <= 1e-12 * whole[:, None]).any(axis=1)
+    for edge, angle, is_odd in zip(bent, angles.tolist(), odd.tolist(), strict=True):
+        found[edge.id] = _turning_of_odd(solid, edge) if is_odd else angle
+    return found
+
+
+def turning(solid: Solid, edge: Edge) -> float:
+    """The angle of :func:`turnings` of one edge."""
+    return turnings(solid, [edge.id])[edge.id]
+
+
+def _turning_of_odd(solid: Solid, edge: Edge) -> float:
+    """The same of one that winds, or of which a direction is nought."""
     vertices = solid.vertices
     chords = np.array([edge.midpoint - vertices[edge.start], vertices[edge.end] - edge.midpoint])
     if edge.length > WINDING * np.linalg.norm(chords, axis=1).sum():
@@ -115,8 +138,15 @@ def turns_back(sweep: Sweep, edge: Edge) -> bool:
     """Whether an edge turns by about half a circle and not much more, so that it ends in the direction it came from."""
     if edge.kind == "line":
         return False
-    cosine = float(edge.tangents[0] @ edge.tangents[1] / np.prod(np.linalg.norm(edge.tangents, axis=1)))
-    return cosine < -cos(pi / 6) and turning(sweep.solid, edge) < 1.5 * pi
+    first, last = edge.tangents.tolist()
+    along = sum(a * b for a, b in zip(first, last, strict=True))
+    return along < -cos(pi / 6) * hypot(*first) * hypot(*last) and turning(sweep.solid, edge) < 1.5 * pi
+
+
+def greatest_turn(sweep: Sweep) -> float:
+    """Greatest turn of the way from source to target: over all spans, the most any of their rails turns."""
+    turns = turnings(sweep.solid, (e for loop in sweep.spans for span in loop for e in span))
+    return max(sum(max(turns[e] for e in span) for span in loop) for loop in sweep.spans)
 
 
 def wanted_counts(
@@ -131,7 +161,7 @@ def wanted_counts(
     sized : bool
         The user named `size`; otherwise curved edges are also divided finely enough for the volume.
     """
-    turns = {e: turning(sweep.solid, sweep.solid.edges[e]) for e in edges}
+    turns = turnings(sweep.solid, edges)
     limit = TURN_SIZED if sized else TURN_DEFAULT
     wanted = {e: max(1.0, sweep.solid.edges[e].length / size, turns[e] / limit) for e in edges}
     if not sized:

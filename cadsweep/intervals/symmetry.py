@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import lcm, pi
@@ -25,7 +24,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import scipy
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Face, Solid, quarter_turns
 
 _SAME = 1e-6
@@ -120,14 +119,13 @@ class Symmetry:
     def _find_multiples(self, motions: Sequence[Motion], *, met: bool) -> dict[int, int] | None:
         first, n = len(self.edges), len(self.circles)
         found = [2] * n
+        phases = np.array([circle.phase for circle in self.circles])
         for motion in motions:
             images = motion.image[first:] - first
-            for j, k in enumerate(images.tolist()):
-                off = _carried_off(motion, self.circles[j].phase, self.circles[k].phase, met=met and j == k)
-                part = Fraction(off / (2.0 * pi)).limit_denominator(_FINEST)
-                if abs(off / (2.0 * pi) - part) > _TURN:
-                    return None
-                found[j] = lcm(found[j], part.denominator)
+            parts = _denominators(_carried_off(motion, phases, phases[images], met & (images == np.arange(n))))
+            if (parts == 0).any():
+                return None
+            found = [lcm(count, part) for count, part in zip(found, parts.tolist(), strict=True)]
         mirrors = [motion.image for motion in motions if motion.is_mirror]
         if not mirrors:  # each turn's part of a circle about the middle is even
             turned = [all(motion.image[first + j] == first + j for motion in motions) for j in range(n)]
@@ -163,11 +161,19 @@ class Symmetry:
         return groups
 
 
-def _carried_off(motion: Motion, phase: float, there: float, *, met: bool) -> float:
-    """Angle between a vertex of a circle that a motion carries, and that of the circle there, or (`met`) its axis."""
+def _carried_off(motion: Motion, phases: FloatArray, there: FloatArray, met: BoolArray) -> FloatArray:
+    """Angles between vertices of circles that a motion carries, and those of the circles there, or (`met`) its axis."""
     if not motion.is_mirror:
-        return phase + motion.angle - there
-    return motion.angle - phase if met else 2.0 * motion.angle - phase - there
+        return phases + motion.angle - there
+    return np.where(met, motion.angle - phases, 2.0 * motion.angle - phases - there)
+
+
+def _denominators(angles: FloatArray) -> IntArray:
+    """The least number of parts of a whole turn that each angle is a multiple of; 0 where none up to `_FINEST` is."""
+    shares = (angles / (2.0 * pi))[:, None]
+    parts = np.arange(1, _FINEST + 1)
+    fits = np.abs(shares - np.round(shares * parts) / parts) <= _TURN
+    return np.where(fits.any(axis=1), 1 + np.argmax(fits, axis=1), 0)
 
 
 def _is_whole(number: float) -> bool:
@@ -242,9 +248,13 @@ def symmetric_pairs(symmetry: Symmetry, wanted: Mapping[int, float], same: float
 
 def _frame(normal: FloatArray) -> FloatArray:
     """Two axes (2, 3) of a plane."""
-    x = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    a, b, c = normal.tolist()
+    axis = int(np.argmin(np.abs(normal)))
+    x = np.array([(0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0)][axis])
     x /= np.linalg.norm(x)
-    return np.array([x, np.cross(normal, x)])
+    d, e, f = x.tolist()
+    # Written out: every face asks for it, and ``numpy.cross`` takes ten times as long for two vectors.
+    return np.array([x, (b * f - c * e, c * d - a * f, a * e - b * d)])
 
 
 def _circle(

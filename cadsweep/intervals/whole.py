@@ -33,10 +33,10 @@ from .sizes import (
     TURN_LAYER,
     TURN_SIZED,
     WANTED_HEXES,
+    greatest_turn,
     path_length,
     size_for,
     split_counts,
-    turning,
     wanted_counts,
 )
 
@@ -184,8 +184,8 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) 
     if layers is not None:
         n = float(layers)
     else:
-        turn = max(sum(max(turning(solid, solid.edges[e]) for e in span) for span in loop) for loop in sweep.spans)
-        n = max(path_length(sweep) / size, 1.0 if sized else 2.0, turn / (TURN_SIZED if sized else TURN_LAYER))
+        turns = greatest_turn(sweep) / (TURN_SIZED if sized else TURN_LAYER)
+        n = max(path_length(sweep) / size, 1.0 if sized else 2.0, turns)
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
     return {e: max(1.0, n * solid.edges[e].length / totals[e]) for e in sweep.rails}
 

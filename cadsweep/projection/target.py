@@ -24,6 +24,7 @@ import numpy.typing as npt
 from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..errors import InputError, ProjectionError
+from .corner_kernels import area_along, least_sine
 from .injective import WANTED, rectangles, relax_plane
 from .inputs import checked_ids, checked_loops, checked_points, loop_slices
 from .layers import project_layers
@@ -211,15 +212,9 @@ def worst_corner(
 
     `counted` (q, 4) says which corners count; all where not given.
     """
-    corners = points[quads]
-    following, preceding = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    if normals is None:
-        across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-        about = np.broadcast_to(_unit(across)[:, None], corners.shape)
-    else:
-        about = normals[quads]
-    sines = np.einsum("qci,qci->qc", np.cross(_unit(following), _unit(preceding)), about)
-    return float(np.min(sines if counted is None else sines[counted], initial=1.0))
+    about = np.empty((0, 3)) if normals is None else np.ascontiguousarray(normals)
+    every = np.ones(quads.shape, dtype=np.bool_) if counted is None else counted
+    return float(least_sine(np.ascontiguousarray(points), np.ascontiguousarray(quads), about, every))
 
 
 def _is_affine(source: FloatArray, ring: FloatArray) -> bool:
@@ -239,9 +234,7 @@ def sweep_normals(points: FloatArray, quads: IntArray, surface: Surface, uv: Flo
     """Normals of the surface at its `points`, on the side that most of the quads' area turns to."""
     across_u, across_v = surface.derivatives(surface.project(points) if uv is None else uv)
     normals = _unit(np.cross(across_u, across_v))
-    corners = points[quads]
-    areas = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    side = np.einsum("qi,qi->", areas, normals[quads].mean(axis=1))
+    side = area_along(np.ascontiguousarray(points), np.ascontiguousarray(quads), normals)
     return normals if side >= 0.0 else -normals
 
 

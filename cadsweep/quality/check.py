@@ -27,7 +27,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..cells import BlockStructure
 from ..mesh import HexMesh
-from ..threads import CHUNK, beside, map_chunks
+from ..threads import CHUNK, LIGHT, beside, map_chunks
 from . import conformity
 from .accumulate import QualityAccumulator
 from .block_faces import blocks_boundary
@@ -177,7 +177,7 @@ def make_report(
 
 
 def _coordinate_problems(points: FloatArray) -> list[str]:
-    if all(map_chunks(lambda chunk: bool(np.isfinite(points[chunk]).all()), len(points))):
+    if all(map_chunks(lambda chunk: bool(np.isfinite(points[chunk]).all()), len(points), chunk=LIGHT)):
         return []
     nodes = np.flatnonzero(~np.isfinite(points).all(axis=1))
     return [f"{len(nodes)} nodes have coordinates that are not finite, the first is node {nodes[0]}"]

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray, distinct
+from ..arrays import FloatArray, IntArray, distinct, limits
 from ..brep import Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
@@ -139,7 +139,7 @@ def measure_deviation(
             sags[mine] = np.maximum(sags[mine], off)
             curved[mine] = True
             faces[int(f)] = max(faces.get(int(f), 0.0), float(off.max()))
-    corners = source.points[source.quads]
+    corners = source.points[source.quads[curved]]
     lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).mean(axis=1)
     quads = [
         np.stack([rings[:-1], rings[:-1, after], rings[1:, after], rings[1:]], axis=2).reshape(-1, 4, 3),
@@ -155,9 +155,9 @@ def measure_deviation(
         faces=faces,
         sides=sides,
         rims=rims,
-        cap_middles=corners[curved].mean(axis=1),
+        cap_middles=corners.mean(axis=1),
         cap_sags=sags[curved],
-        cap_lengths=lengths[curved],
+        cap_lengths=lengths,
         volume=volume / solid.volume - 1.0,
         area=area / cad_area - 1.0,
     )
@@ -210,4 +210,4 @@ def quad_sags(surface: Surface, corners: FloatArray) -> FloatArray:
 
 def volume_and_area(points: FloatArray, quads: IntArray) -> tuple[float, float]:
     """Volume inside outward quads (m, 4) of points, exact for bilinear ones, and their area, by their diagonals."""
-    return surface_kernels.volume_and_area(points, quads, points.mean(axis=0))  # type: ignore[no-any-return]
+    return surface_kernels.volume_and_area(points, quads, np.mean(limits(points), axis=0))  # type: ignore[no-any-return]

@@ -35,6 +35,8 @@ def rim_deviations(sweep: Sweep, surfaces: SurfaceMesh, target_points: FloatArra
         The source's nodes on the target cap.
     """
     solid, n = sweep.solid, len(surfaces.source.points)
+    if not any(map(is_rim, solid.edges)):
+        return {}
     ring = np.concatenate(surfaces.source.loops)
     place = np.full(n, -1)
     place[ring] = np.arange(len(ring))

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import IntArray, distinct
 from ..cells import SweptStructure, side_quads
 from ..compiled import compiled
-from ..threads import map_chunks
+from ..threads import LIGHT, map_chunks
 from .conformity import duplicate_rows, scan_hexes
 
 
@@ -88,4 +88,7 @@ def follows_structure(hexes: IntArray, structure: SweptStructure) -> bool:
     if hexes.shape != (structure.n_layers * len(structure.quads), 8):
         return False
     layers = (structure.quads, structure.n_nodes, structure.n_layers, structure.periodic)
-    return all(map_chunks(lambda chunk: bool(_follows_structure(hexes[chunk], chunk.start, *layers)), len(hexes)))
+    follows = map_chunks(
+        lambda chunk: bool(_follows_structure(hexes[chunk], chunk.start, *layers)), len(hexes), chunk=LIGHT
+    )
+    return all(follows)

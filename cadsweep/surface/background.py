@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray, IntArray
-from ..polygons import is_inside
+from ..polygons import is_inside, mean_sides, next_corners
 
 GROWTH = 1.3
 """Length of a segment over that of its neighbour towards what is fine."""
@@ -51,7 +51,7 @@ class Background:
 def count_interpolated(loops: Sequence[FloatArray]) -> float:
     """About how many quads fill a polygon where sizes inside are those of the outline, interpolated."""
     places = np.concatenate(loops)
-    return _count_quads(loops, places, scipy.spatial.Delaunay(places).simplices, segment_lengths(loops))
+    return _count_quads(loops, places, scipy.spatial.Delaunay(places).simplices, mean_sides(loops))
 
 
 def _count_quads(loops: Sequence[FloatArray], places: FloatArray, triangles: IntArray, sizes: FloatArray) -> float:
@@ -62,15 +62,10 @@ def _count_quads(loops: Sequence[FloatArray], places: FloatArray, triangles: Int
     return float((areas / sizes[triangles[inside]].mean(axis=1) ** 2).sum())
 
 
-def segment_lengths(loops: Sequence[FloatArray]) -> FloatArray:
-    """Mean length of the two segments at every node of the loops."""
-    steps = [np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) for loop in loops]
-    return np.concatenate([(step + np.roll(step, 1)) / 2 for step in steps])
-
-
 def typical_length(loops: Sequence[FloatArray]) -> float:
     """Median length of the loops' segments, by length: half of the outline has shorter ones."""
-    steps = np.sort(np.concatenate([np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1) for loop in loops]))
+    starts = np.concatenate(loops)
+    steps = np.sort(np.linalg.norm(starts[next_corners(loops)] - starts, axis=1))
     run = np.cumsum(steps)
     return float(steps[np.searchsorted(run, run[-1] / 2)])
 
@@ -101,7 +96,7 @@ def make_background(
         Its boundary sizes are those of the boundary's segments, or less.
     """
     boundary = np.concatenate(loops)
-    at_boundary = segment_lengths(loops)
+    at_boundary = mean_sides(loops)
     low, high = boundary.min(axis=0), boundary.max(axis=0)
     spacing = max(largest, float(np.sqrt(np.prod(high - low) / (_MOST_NODES / 2))))
     n = np.maximum(2, np.ceil((high - low) / spacing).astype(np.int64)) + 1

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..polygons import is_inside, signed_area
-from .background import GROWTH, Background, make_background
+from .background import GROWTH, Background, count_interpolated, make_background
 from .crossings import loops_cross
 
 _SAMPLES = 24
@@ -42,6 +43,11 @@ class Chart:
     lift: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     isometric: bool = False
     conformal: bool = False
+
+    @cached_property
+    def n_interpolated(self) -> float:
+        """About how many quads fill it where sizes inside are those of its outline, interpolated."""
+        return count_interpolated(self.boundary)
 
     def stretches(self, places: FloatArray) -> FloatArray:
         """Least and greatest length on the surface (m, 2) of a unit step in the chart at places (m, 2)."""

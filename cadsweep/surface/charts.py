@@ -50,13 +50,13 @@ def charts_of(
         Wanted length of the quads.
     """
     points = [known[ids] for ids in nodes]
-    uv = [_loop_uv(face, loop, fractions, p) for loop, p in zip(loops, points, strict=True)]
     if face.kind == "plane":
         # Where the nodes of a plane's outline cross, it is the size that is too coarse; gmsh_quads says so.
-        chart = _seen_along(face, points, uv, exact=True)
+        chart = _seen_along(face, points, [face.surface.project(np.concatenate(points))], exact=True)
         if chart is not None:
             yield chart
         return
+    uv = [_loop_uv(face, loop, fractions, p) for loop, p in zip(loops, points, strict=True)]
     unrolled = _unrolled(face, points, uv)
     if unrolled is not None and is_simple(unrolled.boundary):
         charts = [unrolled]
@@ -99,8 +99,7 @@ def _plane_frame(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _seen_along(face: Face, points: Sequence[FloatArray], uv: Sequence[FloatArray], *, exact: bool) -> Chart | None:
     """The face seen along its mean normal into the solid; `exact` where it is a plane."""
-    area = sum((_vector_area(p) for p in points), start=np.zeros(3))
-    normal = -face.normal if exact else area
+    normal = -face.normal if exact else sum((_vector_area(p) for p in points), start=np.zeros(3))
     norm = np.linalg.norm(normal)
     if norm <= 1e-6 * face.area and not exact:
         return None

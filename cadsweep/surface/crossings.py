@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray
+from ..polygons import next_corners
 
 _ROUNDING = 1e-14
 """Error of a coordinate, as a share of the largest: a few dozen roundings on its way from a curve to the chart."""
@@ -30,15 +31,13 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     bool
     """
     starts = np.concatenate(loops)
-    ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
-    following = np.concatenate(
-        [np.roll(np.arange(len(loop)), -1) + s for loop, s in zip(loops, _firsts(loops), strict=True)]
-    )
+    after = next_corners(loops)
+    ends = starts[after]
     # Segments that meet have middles no farther apart than the longer of them.
     reach = float(np.sqrt(np.max(((ends - starts) ** 2).sum(axis=1))))
     pairs = scipy.spatial.cKDTree((starts + ends) / 2).query_pairs(reach * (1 + 1e-9), output_type="ndarray")
     i, j = pairs[:, 0], pairs[:, 1]
-    apart = (following[i] != j) & (following[j] != i)
+    apart = (after[i] != j) & (after[j] != i)
     i, j = i[apart], j[apart]
     a, b, c, d = starts[i], ends[i], starts[j], ends[j]
     blur = _ROUNDING * float(np.abs(starts).max())
@@ -48,10 +47,6 @@ def loops_cross(loops: Sequence[FloatArray]) -> bool:
     first, last = np.maximum(np.minimum(a, b), np.minimum(c, d)), np.minimum(np.maximum(a, b), np.maximum(c, d))
     overlap = (first <= last + blur).all(axis=1)
     return bool((across & overlap).any())
-
-
-def _firsts(loops: Sequence[FloatArray]) -> list[int]:
-    return [0, *np.cumsum([len(loop) for loop in loops])[:-1].tolist()]
 
 
 def _side(start: FloatArray, end: FloatArray, point: FloatArray, blur: float) -> FloatArray:

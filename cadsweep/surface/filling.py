@@ -23,7 +23,7 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..polygons import signed_area
 from .annulus import THIN, fill_wall, wall_thickness
-from .background import count_interpolated, typical_length
+from .background import typical_length
 from .chart import Chart
 from .disc_lattice import fill_disc
 from .fan import fan_of
@@ -222,7 +222,7 @@ def _too_fine(chart: Chart, setting: Setting) -> bool:
     """Whether a setting makes many times the quads that the outline asks for: most of its segments are very short."""
     size = setting.size_factor * typical_length(chart.boundary)
     area = sum(signed_area(loop) for loop in chart.boundary)
-    return area > _MOST_FINER * size**2 * count_interpolated(chart.boundary)
+    return area > _MOST_FINER * size**2 * chart.n_interpolated
 
 
 def must_grow(outline: Outline) -> bool:
@@ -231,7 +231,7 @@ def must_grow(outline: Outline) -> bool:
     background = None if chart is None else outline.background(chart, outline.nodes)
     if chart is None or background is None:
         return False
-    return count_interpolated(chart.boundary) > _MOST_FINER * background.count_quads(chart.boundary)
+    return chart.n_interpolated > _MOST_FINER * background.count_quads(chart.boundary)
 
 
 def mesh_with_mirrors(outline: Outline) -> FaceQuads:

@@ -16,7 +16,7 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..mesh import WallRows
 from ..sweep import DirectedEdge
-from .background import Background, count_interpolated, make_background, typical_length
+from .background import Background, make_background, typical_length
 from .chart import Chart, surface_background
 from .charts import charts_of
 from .relax import relax_quads
@@ -165,11 +165,22 @@ class Outline:
 
     def background(self, chart: Chart, nodes: Sequence[IntArray]) -> Background | None:
         """Sizes inside a chart; None where those of its outline, interpolated, do as well."""
+        if chart is next(self.charts(self.nodes), None):
+            return self._first_background
+        return self._made_background(chart, nodes)
+
+    @cached_property
+    def _first_background(self) -> Background | None:
+        """Of the first chart, which is asked whether quads must grow, before it is meshed."""
+        chart = next(self.charts(self.nodes))
+        return self._made_background(chart, self.nodes)
+
+    def _made_background(self, chart: Chart, nodes: Sequence[IntArray]) -> Background | None:
         largest = self.largest(nodes)
         if self.sizes is not None or chart.conformal:
             return surface_background(chart, largest, sizes=self.sizes)
         background = make_background(chart.boundary, largest=largest)
-        few = background.count_quads(chart.boundary) < _WORTH * count_interpolated(chart.boundary)
+        few = background.count_quads(chart.boundary) < _WORTH * chart.n_interpolated
         return background if few else None
 
     def opposite_of(self, nodes: IntArray) -> FloatArray:

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import scipy
 
 from ..arrays import FloatArray, IntArray
+from ..polygons import next_corners
 
 _SAME = 1e-9
 """Distance, in sizes of the outline, up to which a node lies where another one is carried."""
@@ -131,7 +131,7 @@ class _Nodes:
             centre=centre,
             near=_SAME * size,
             angles=np.arctan2(off[group, 1], off[group, 0]),
-            following=np.concatenate([np.roll(ids, -1) for ids in _ids(loops)]),
+            following=next_corners(loops),
             tree=scipy.spatial.cKDTree(off),
         )
 
@@ -139,11 +139,6 @@ class _Nodes:
         """The node that each is carried to; None where one is carried to none."""
         far, image = self.tree.query(self.off @ matrix.T)
         return np.asarray(image, dtype=np.int64) if far.max() <= self.near else None
-
-
-def _ids(loops: Sequence[FloatArray]) -> list[IntArray]:
-    ends = np.cumsum([0, *(len(loop) for loop in loops)])
-    return [np.arange(a, b) for a, b in pairwise(ends.tolist())]
 
 
 def _reflection(angle: float) -> FloatArray:

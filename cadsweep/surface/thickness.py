@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..polygons import next_corners
 
 _ALONG = 3
 """Nodes of a loop up to which a segment cuts a corner off and does not cross a wall."""
@@ -45,10 +46,7 @@ def thin_share(points: FloatArray, quads: IntArray, loops: Sequence[IntArray]) -
     across = (loop_of[a] != loop_of[b]) | (gap > _ALONG)
     thin = np.zeros(len(points), dtype=bool)
     thin[a[across]] = thin[b[across]] = True
-    total = crossed = 0.0
-    for loop in loops:
-        steps = np.linalg.norm(points[np.roll(loop, -1)] - points[loop], axis=1)
-        share = (thin[loop].astype(float) + thin[np.roll(loop, -1)]) / 2
-        total += float(steps.sum())
-        crossed += float((steps * share).sum())
-    return crossed / total
+    begin = np.concatenate(loops)
+    end = begin[next_corners(loops)]
+    steps = np.linalg.norm(points[end] - points[begin], axis=1)
+    return float((steps * (thin[begin].astype(float) + thin[end])).sum() / (2.0 * steps.sum()))

@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..polygons import is_inside, signed_area
+from ..polygons import is_inside, mean_sides, next_corners, signed_area
 from .background import GROWTH
 from .chart import Chart, is_simple
 from .embedding import embedded
@@ -82,9 +82,7 @@ class Core:
     def sizes(self) -> FloatArray:
         """Of every node the mean of its segments in the loops, zero where it is in none."""
         found = np.zeros(len(self.points))
-        for ids in self.loops:
-            segments = np.linalg.norm(np.roll(self.points[ids], -1, axis=0) - self.points[ids], axis=1)
-            found[ids] = (segments + np.roll(segments, 1)) / 2.0
+        found[np.concatenate(self.loops)] = mean_sides([self.points[ids] for ids in self.loops])
         return found
 
     def is_centre_inside(self, wedge: Wedge) -> bool:
@@ -219,10 +217,13 @@ def cut_wedge(core: Core, wedge: Wedge, largest: float) -> Domain | None:
     on_last = np.abs(angles - wedge.angle) < _ON_RAY
     domain = Domain(loops=[], new=[])
     chains: dict[int, list[int]] = {}
-    for ids in core.loops:
-        loop = points[ids]
-        middles, _ = wedge.polar((loop + np.roll(loop, -1, axis=0)) / 2)
-        inside = (middles > 0) & (middles < wedge.angle)
+    begin = np.concatenate(core.loops)
+    middles, _ = wedge.polar((points[begin] + points[begin[next_corners(core.loops)]]) / 2)
+    is_inside_wedge = (middles > 0) & (middles < wedge.angle)
+    firsts = np.cumsum([len(ids) for ids in core.loops])[:-1]
+    for ids, inside in zip(core.loops, np.split(is_inside_wedge, firsts), strict=True):
+        if not inside.any():
+            continue
         if inside.all():
             domain.loops.append(ids.tolist())
             continue

@@ -98,6 +98,23 @@ def test_hooks_at_the_ends_of_an_edge_are_no_corners(hook):
     np.testing.assert_allclose(curve.end_tangents, expected, atol=1e-6)
 
 
+def test_a_spline_is_as_long_by_compiled_loops_as_by_numpy():
+    from cadsweep.cad.geometry.curves import EdgeCurve, Reparametrised
+    from cadsweep.cad.geometry.nurbs import BSpline
+
+    poles = np.random.default_rng(5).standard_normal((7, 3)).cumsum(axis=0)
+    knots = np.array([0, 0, 0, 0, 0.2, 0.2, 0.7, 1, 1, 1, 1])
+    weights = np.array([1.0, 3.0, 1.0, 0.2, 1.0, 1.0, 2.0])
+    spline = BSpline(degree=3, knots=knots, poles=poles, weights=weights)
+    by_numpy = Reparametrised(curve=spline, offset=0.0, rate=1.0)
+    compiled, plain = (
+        EdgeCurve(geometry=own, first=0.1, last=0.95, breaks=spline.breaks) for own in (spline, by_numpy)
+    )
+    assert compiled.length == pytest.approx(plain.length, rel=1e-14)
+    at = np.linspace(0.0, 1.0, 11)
+    np.testing.assert_allclose(compiled.parameters(at), plain.parameters(at), atol=1e-13)
+
+
 def test_projection_inverts_evaluation(solid):
     for edge in solid.edges:
         points = edge.curve.evaluate(FRACTIONS)

@@ -8,7 +8,7 @@ from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
 
 import cadsweep as cs
 from cadsweep.cad.edit import arrangement, plane_loops
-from cadsweep.cad.extract.shared import read_edge_curve
+from cadsweep.cad.extract.shared import read_edge_curves
 from cadsweep.cad.geometry.plane_curves import PlaneCurves, near_pairs
 from cadsweep.cad.shapes import EDGE, subshapes
 from cadsweep.pipeline.stacking import find_stacks
@@ -36,7 +36,7 @@ def lines_of(*outlines):
 
 
 def curves_of(edges):
-    return [read_edge_curve(edge, j)[0] for j, edge in enumerate(edges)]
+    return [curve for curve, _ in read_edge_curves(edges)]
 
 
 def branching_lines():

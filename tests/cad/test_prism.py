@@ -11,7 +11,7 @@ from OCP.gp import gp_Ax3, gp_Pln, gp_Vec
 from OCP.TopAbs import TopAbs_Orientation
 
 from cadsweep.cad.extract.prism import extrude_cells
-from cadsweep.cad.extract.shared import read_edge_curve
+from cadsweep.cad.extract.shared import read_edge_curves
 from cadsweep.cad.extract.solids import extract_solid, read_wires
 from cadsweep.cad.geometry.convert import read_surface
 from cadsweep.cad.shapes import EDGE, FACE, SOLID, WIRE, compound, index_map, subshapes, typed
@@ -37,7 +37,7 @@ def as_data(cells, lines):
     """The wires of cells by the numbers of their lines, the lines, and their curves."""
     number = index_map(compound(lines), EDGE)
     wires = [[[(use.number, use.sense) for use in wire] for wire in read_wires(cell, number)] for cell in cells]
-    return wires, lines, [read_edge_curve(line, j) for j, line in enumerate(lines)]
+    return wires, lines, read_edge_curves(lines)
 
 
 def extruded(outline, *, hole=False):

@@ -315,3 +315,21 @@ def test_an_affine_image_of_fair_corners_is_left_exact():
     cap = project_target(mesh.points, mesh.quads, mesh.loops, ring, surface=Plane())
     assert 0.59 < cap.min_quality < 0.7
     assert np.abs(cap.points - mesh.points * [1.3, 1.0, 1.0]).max() < 1e-12
+
+
+def test_the_worst_corner_is_the_least_sine_of_an_angle():
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    quads = np.array([[0, 1, 2, 3]])
+    up = np.tile([0.0, 0.0, 1.0], (4, 1))
+    sheared = square + np.outer(square[:, 1], [1.0, 0.0, 0.0])  # corners of 45 and 135 degrees
+    assert worst_corner(square, quads, up) == pytest.approx(1.0)
+    assert worst_corner(sheared, quads, up) == pytest.approx(np.sqrt(0.5))
+    assert worst_corner(sheared, quads, -up) == pytest.approx(-np.sqrt(0.5))
+    assert worst_corner(sheared, quads, None) == pytest.approx(np.sqrt(0.5))
+    assert worst_corner(sheared, quads, up, np.zeros((1, 4), dtype=bool)) == 1.0
+    kite = square.copy()
+    kite[2] = 0.4, 0.4, 0.0  # re-entrant there
+    alone = np.array([[True, False, False, False]])
+    assert worst_corner(kite, quads, up) < 0.0
+    assert worst_corner(kite, quads, up, alone) == pytest.approx(1.0)
+    assert np.isnan(worst_corner(np.where(square == 1.0, np.nan, square), quads, up))

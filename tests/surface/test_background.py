@@ -5,7 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cadsweep.surface.background import GROWTH, is_inside, limited, make_background, typical_length
+from cadsweep.polygons import is_inside
+from cadsweep.surface.background import GROWTH, limited, make_background, typical_length
+from cadsweep.surface.chart import Chart
 from cadsweep.surface.filling import must_grow
 from cadsweep.surface.flatten import conformal_map, make_locator
 
@@ -135,7 +137,9 @@ def test_quads_grow_away_from_small_dents_whatever_mirrors_there_are(n_dents, gr
     loops = [dented(n_dents)]
     outline = SimpleNamespace(
         nodes=loops,
-        charts=lambda _: iter([SimpleNamespace(boundary=loops)]),
+        charts=lambda _: iter(
+            [Chart(boundary=tuple(loops), boundary_uv=loops[0], lift=lambda places: (places, places))]
+        ),
         background=lambda chart, _: make_background(chart.boundary, largest=10.0),
     )
     assert must_grow(outline) is grow

@@ -20,7 +20,7 @@ from ...errors import CadError
 from ...stack import Arrangement
 from ..extract.prism import extrude_cells
 from ..extract.prism_plane import Overhead
-from ..extract.shared import read_edge_curve
+from ..extract.shared import read_edge_curves
 from ..geometry.convert import read_surface
 from ..geometry.curves import EdgeCurve
 from .plane_loops import Cell, find_cells
@@ -44,7 +44,7 @@ def cells_between(  # noqa: PLR0917
         OpenCASCADE fails, or what it makes is no division of the plane by these lines.
     """
     edges = [piece.shape for piece in pieces]
-    read = [read_edge_curve(edge, j) for j, edge in enumerate(edges)]
+    read = read_edge_curves(edges)
     cells = find_cells(edges, [curve for curve, _ in read], plane, lambda j: _named(solid, pieces[j]))
     beside = _beside(cells, len(edges))
     caps = _caps_over(solid, direction, sides, pieces, beside, len(cells))

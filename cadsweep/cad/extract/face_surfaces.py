@@ -1,13 +1,14 @@
 """The surface of an OpenCASCADE face, and its edges in the surface's parameters.
 
-Place in the flow: :mod:`.solids` asks for every face of a solid. Curves in parameters are read when they are asked for.
+Place in the flow: :mod:`.solids` asks for every face of a solid. Curves in parameters are read when one is asked for,
+all of a group of faces together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from OCP.BRep import BRep_Tool
@@ -15,7 +16,7 @@ from OCP.BRepTools import BRepTools
 from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray
-from ..geometry.convert import distances_from, read_curve_2d
+from ..geometry.convert import distances_from, read_curves_2d
 from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
 from ..geometry.edge_on_face import EdgeOnFace
 from ..geometry.face_surface import FaceSurface
@@ -26,8 +27,48 @@ _INFINITE = 1e100
 """Bounds of a surface's parameters beyond which OpenCASCADE means that there are none."""
 
 
+class _Border(NamedTuple):
+    """An edge of a face, its curve in space, and the periods and the box of the face's parameters."""
+
+    edge: Any
+    face: Any
+    curve: EdgeCurve
+    periods: Sequence[float | None]
+    box: FloatArray
+
+
+class ParameterCurves:
+    """Edges' curves in the parameters of some faces: where one is asked for, all are read, at hardly more cost."""
+
+    def __init__(self) -> None:
+        self._borders: list[_Border] = []
+
+    def add(self, border: _Border) -> Callable[[], tuple[Parametric | None, FloatArray]]:
+        """What reads the border's curve (None: not known) and its shift (2,) into the face's branch."""
+        self._borders.append(border)
+        return partial(self._at, len(self._borders) - 1)
+
+    def _at(self, number: int) -> tuple[Parametric | None, FloatArray]:
+        return self._read[number]
+
+    @cached_property
+    def _read(self) -> list[tuple[Parametric | None, FloatArray]]:
+        found = [BRep_Tool.CurveOnSurface_s(border.edge, border.face, 0.0, 1.0) for border in self._borders]
+        each = iter(read_curves_2d([curve for curve in found if curve is not None]))
+        read = []
+        for border, curve in zip(self._borders, found, strict=True):
+            known = None if curve is None else _in_range(next(each), border.curve, border.edge, border.face)
+            read.append((known, _into_branch(known, border.curve, border.periods, border.box)))
+        return read
+
+
 def read_face_surface(
-    face: Any, edges: Sequence[tuple[Any, int]], curves: Sequence[EdgeCurve], *, geometry: Geometry
+    face: Any,
+    edges: Sequence[tuple[Any, int]],
+    curves: Sequence[EdgeCurve],
+    *,
+    geometry: Geometry,
+    beside: ParameterCurves,
 ) -> FaceSurface:
     """The surface of a face, with the curves of its edges in its parameters.
 
@@ -40,6 +81,8 @@ def read_face_surface(
         Of all edges of the solid.
     geometry : Geometry
         Of the face's surface.
+    beside : ParameterCurves
+        What its edges' curves in the parameters are read together with.
     """
     surface = BRep_Tool.Surface_s(face)
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
@@ -52,7 +95,7 @@ def read_face_surface(
     on_face = {
         number: EdgeOnFace(
             curve=curves[number],
-            read=partial(_in_parameters, edge, face, curves[number], geometry.periods, box),
+            read=beside.add(_Border(edge, face, curves[number], geometry.periods, box)),
         )
         for edge, number in edges
     }
@@ -65,14 +108,6 @@ def read_face_surface(
         curves=on_face,
         second_opinion=distances_from(surface, box),
     )
-
-
-def _in_parameters(
-    edge: Any, face: Any, curve: EdgeCurve, periods: Sequence[float | None], box: FloatArray
-) -> tuple[Parametric | None, FloatArray]:
-    found = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-    known = None if found is None else _in_range(read_curve_2d(found), curve, edge, face)
-    return known, _into_branch(known, curve, periods, box)
 
 
 def _in_range(known: Parametric, curve: EdgeCurve, edge: Any, face: Any) -> Parametric:
@@ -91,7 +126,7 @@ def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], 
     OpenCASCADE leaves the curve of a divided face a period off where the edge crossed the seam.
     """
     shift = np.zeros(2)
-    if known is not None:
+    if known is not None and any(period is not None for period in periods):
         middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
         for j, period in enumerate(periods):
             if period is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ..geometry.angles import MIDDLE
-from ..geometry.curves import EdgeCurve, Ellipse, Line
+from ..geometry.curves import END_FRACTIONS, EdgeCurve, Ellipse, Line, unhooked
 from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Plane
 
@@ -68,11 +68,8 @@ def sample_edges(curves: Sequence[EdgeCurve]) -> EdgeSamples:
         out.end_tangents[straight] = tangents[:, None]
         out.lengths[straight] = speed * (last - first)
     _sample_arcs([(j, curve) for j, curve in enumerate(curves) if is_arc(curve)], out)
-    for j, curve in enumerate(curves):
-        if not isinstance(curve.geometry, Line) and not is_arc(curve):
-            out.parameters[j], out.points[j], out.tangents[j] = curve.frames(AT)
-            out.end_tangents[j] = curve.end_tangents
-            out.lengths[j] = curve.length
+    others = [j for j, curve in enumerate(curves) if not isinstance(curve.geometry, Line) and not is_arc(curve)]
+    _sample_others(others, [curves[j] for j in others], out)
     return out
 
 
@@ -105,6 +102,21 @@ def _sample_arcs(arcs: Sequence[tuple[int, EdgeCurve]], out: EdgeSamples) -> Non
     out.tangents[own] = tangents
     out.end_tangents[own] = tangents[:, ::2]
     out.lengths[own] = speed[:, 0] * (last - first)
+
+
+def _sample_others(own: Sequence[int], curves: Sequence[EdgeCurve], out: EdgeSamples) -> None:
+    """One question to each curve, at its ends, in its middle, and beside its ends, where it may have hooks."""
+    if not own:
+        return
+    asked = np.concatenate([AT[1:2], END_FRACTIONS])
+    frames = [curve.frames(asked) for curve in curves]
+    parameters, points, tangents = (np.array(values) for values in zip(*frames, strict=True))
+    in_order = [1, 0, 2]  # start, middle, end, as `AT` has them
+    out.parameters[own] = parameters[:, in_order]
+    out.points[own] = points[:, in_order]
+    out.tangents[own] = tangents[:, in_order]
+    out.end_tangents[own] = unhooked(curves, tangents[:, 1:3], points[:, 3:])
+    out.lengths[own] = [curve.length for curve in curves]
 
 
 class FaceSamples(NamedTuple):

@@ -17,7 +17,7 @@ from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
-from ..geometry.convert import read_curve, read_surface
+from ..geometry.convert import read_curves, read_surface
 from ..geometry.curves import EdgeCurve
 from ..geometry.surfaces import Geometry
 from ..shapes import EDGE, FACE, VERTEX, index_map, mapped, space_range
@@ -32,7 +32,7 @@ class PartGeometry:
     shape : TopoDS_Shape
         The part: one solid, or a compound of solids that share what they touch in.
     curves : sequence of (EdgeCurve, str), optional
-        Curves and kinds of its edges, where they were read already.
+        Curves and kinds of all its edges, where they were read already.
     closed : float
         Width of gaps between solids that were closed, which leaves edges as far from vertices and faces.
     """
@@ -40,7 +40,7 @@ class PartGeometry:
     def __init__(self, shape: Any, *, curves: Sequence[tuple[EdgeCurve, str]] = (), closed: float = 0.0) -> None:
         self.closed = closed
         self._maps = {kind: index_map(shape, kind) for kind in (VERTEX, EDGE, FACE)}
-        self._curves: dict[int, tuple[EdgeCurve, str]] = dict(enumerate(curves, start=1))
+        self._given = list(curves)
         self._surfaces: dict[int, Geometry] = {}
 
     def keys(self, kind: Any, own: Sequence[Any]) -> IntArray:
@@ -48,12 +48,10 @@ class PartGeometry:
         found = self._maps[kind]
         return np.array([found.FindIndex(s) - 1 for s in own], dtype=np.int64)
 
-    def curve(self, edge: Any, number: int) -> tuple[EdgeCurve, str]:
-        """Curve and kind of an edge, one object for all solids; messages call the edge by `number`."""
-        key = self._maps[EDGE].FindIndex(edge)
-        if key not in self._curves:
-            self._curves[key] = read_edge_curve(edge, number)
-        return self._curves[key]
+    @cached_property
+    def curves(self) -> list[tuple[EdgeCurve, str]]:
+        """Curve and kind of every edge, by key."""
+        return self._given or read_edge_curves(mapped(self._maps[EDGE], EDGE))
 
     def surface(self, face: Any) -> Geometry:
         """Surface of a face, one object for both of its solids."""
@@ -65,7 +63,7 @@ class PartGeometry:
     @cached_property
     def samples(self) -> EdgeSamples:
         """Every edge at its start, middle and end, by key."""
-        return sample_edges([self.curve(edge, j)[0] for j, edge in enumerate(mapped(self._maps[EDGE], EDGE))])
+        return sample_edges([curve for curve, _ in self.curves])
 
     @cached_property
     def ends(self) -> IntArray:
@@ -97,14 +95,16 @@ class PartGeometry:
         return points
 
 
-def read_edge_curve(edge: Any, number: int) -> tuple[EdgeCurve, str]:
-    """Curve and kind of an edge; messages call it by `number`."""
-    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
-    if curve is None:
-        raise CadError(f"Edge {number} has no curve in space. Repair the model in its CAD program and export it again.")
-    first, last = space_range(edge)
-    geometry, kind, breaks, constant_speed = read_curve(curve)
-    return (
-        EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed),
-        kind,
-    )
+def read_edge_curves(edges: Sequence[Any]) -> list[tuple[EdgeCurve, str]]:
+    """Curve and kind of every edge."""
+    found = [BRep_Tool.Curve_s(edge, 0.0, 1.0) for edge in edges]
+    if None in found:
+        raise CadError(
+            f"Edge {found.index(None)} has no curve in space. Repair the model in its CAD program and export it again."
+        )
+    read = []
+    for edge, (geometry, kind, breaks, constant_speed) in zip(edges, read_curves(found), strict=True):
+        first, last = space_range(edge)
+        curve = EdgeCurve(geometry=geometry, first=first, last=last, breaks=breaks, constant_speed=constant_speed)
+        read.append((curve, kind))
+    return read

@@ -11,6 +11,7 @@ Degenerate edges (a cone's apex, a sphere's pole) are left out of the loops.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -34,7 +35,7 @@ from ..geometry.surfaces import Plane
 from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, explore, index_map, mapped, shapes_of
 from .cylinders import Cylinders, find_cylinders
 from .extent import tight_bounds
-from .face_surfaces import read_face_surface
+from .face_surfaces import ParameterCurves, read_face_surface
 from .flat import is_exact, measure_flat
 from .gaps import border_gaps
 from .labels import EdgeLabel, FaceLabel, Labels
@@ -92,7 +93,7 @@ def extract_solid(
             [FaceLabel(f"face {j}") for j in range(n_faces)], [EdgeLabel(f"edge {j}") for j in range(n_edges)]
         )
     vertex_keys, edge_keys = shared.keys(VERTEX, holder.vertices), shared.keys(EDGE, holder.edges)
-    read = [shared.curve(edge, j) for j, edge in enumerate(holder.edges)]
+    read = [shared.curves[key] for key in edge_keys.tolist()]
     curves, kinds = [curve for curve, _ in read], [kind for _, kind in read]
     samples = shared.samples.take(edge_keys)
     local = np.full(len(shared.vertices), -1)
@@ -103,12 +104,7 @@ def extract_solid(
     largest_gap = max(_LARGEST_GAP * size, shared.closed)
     gaps = _end_gaps(samples, shared.vertices[shared.ends[edge_keys]], largest_gap, units)
     wires = [read_wires(face, maps[1]) for face in holder.faces]
-    surfaces = [
-        read_face_surface(
-            face, [(use.edge, use.number) for wire in own for use in wire], curves, geometry=shared.surface(face)
-        )
-        for face, own in zip(holder.faces, wires, strict=True)
-    ]
+    surfaces = _surfaces(holder, wires, curves, shared)
     cylinders = find_cylinders(surfaces)
     at_once = cylinders.samples(surfaces, samples)
     frames = []
@@ -187,6 +183,21 @@ def extract_solid(
         units=units,
         opened=opened,
     )
+
+
+def _surfaces(
+    holder: SolidShape, wires: Sequence[Sequence[Sequence[_Use]]], curves: Sequence[EdgeCurve], shared: PartGeometry
+) -> list[FaceSurface]:
+    """The surface of every face."""
+    # Of planes and cylinders hardly anybody wants to know the curves in their parameters, which splines need.
+    together: defaultdict[str, ParameterCurves] = defaultdict(ParameterCurves)
+    surfaces = []
+    for face, own in zip(holder.faces, wires, strict=True):
+        edges = [(use.edge, use.number) for wire in own for use in wire]
+        kind = _kind(face)
+        beside = ParameterCurves() if kind == "plane" else together[kind]
+        surfaces.append(read_face_surface(face, edges, curves, geometry=shared.surface(face), beside=beside))
+    return surfaces
 
 
 def rekeyed(solid: Solid, shared: PartGeometry) -> Solid:

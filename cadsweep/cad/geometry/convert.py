@@ -6,10 +6,26 @@ numpy counterpart (offsets, parabolas, hyperbolas) are called point by point.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from OCP.Geom import (
+    Geom_BezierCurve,
+    Geom_BSplineCurve,
+    Geom_Circle,
+    Geom_Ellipse,
+    Geom_Line,
+    Geom_TrimmedCurve,
+)
+from OCP.Geom2d import (
+    Geom2d_BezierCurve,
+    Geom2d_BSplineCurve,
+    Geom2d_Circle,
+    Geom2d_Ellipse,
+    Geom2d_Line,
+    Geom2d_TrimmedCurve,
+)
 from OCP.Geom2dAdaptor import Geom2dAdaptor_Curve
 from OCP.Geom2dConvert import Geom2dConvert
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
@@ -21,10 +37,13 @@ from OCP.gp import gp_Pnt, gp_Vec
 from ...arrays import FloatArray
 from . import curves, surfaces
 from .nurbs import BSpline, BSplineSurface
-from .packed import unpack_curve, unpack_surface
+from .packed import CIRCLE, LINE, PackedConic, PackedCurve, unpack_curves, unpack_surface
 
 _C = GeomAbs_CurveType
 _S = GeomAbs_SurfaceType
+_TRIMMED = (Geom_TrimmedCurve, Geom2d_TrimmedCurve)
+_CONICS = (Geom_Line, Geom_Circle, Geom_Ellipse, Geom2d_Line, Geom2d_Circle, Geom2d_Ellipse)
+_SPLINES = (Geom_BSplineCurve, Geom2d_BSplineCurve)
 
 
 class CurveGeometry(NamedTuple):
@@ -38,41 +57,80 @@ class CurveGeometry(NamedTuple):
 
 def read_curve(curve: Any) -> CurveGeometry:
     """Read a ``Geom_Curve``."""
-    return _read_curve(GeomAdaptor_Curve(curve), curve, _row3, GeomConvert.CurveToBSplineCurve_s)
+    return read_curves([curve])[0]
 
 
 def read_curve_2d(curve: Any) -> curves.Parametric:
     """Read a ``Geom2d_Curve``."""
-    return _read_curve(Geom2dAdaptor_Curve(curve), curve, _row2, Geom2dConvert.CurveToBSplineCurve_s).geometry
+    return read_curves_2d([curve])[0]
 
 
-def _read_curve(adaptor: Any, curve: Any, row: Any, to_spline: Any) -> CurveGeometry:
+def read_curves(found: Sequence[Any]) -> list[CurveGeometry]:
+    """Read every ``Geom_Curve``."""
+    return _read_curves(found, 3)
+
+
+def read_curves_2d(found: Sequence[Any]) -> list[curves.Parametric]:
+    """Read every ``Geom2d_Curve``."""
+    return [read.geometry for read in _read_curves(found, 2)]
+
+
+def _read_curves(found: Sequence[Any], dimension: int) -> list[CurveGeometry]:
+    """Lines, conics and splines are read together, each of the others by itself."""
+    usual = [_usual(curve) for curve in found]
+    packed, numbers = unpack_curves([own[0] for own in usual if own is not None], dimension)
+    periods = [own[1] for own in usual if own is not None]
+    made = {n: _of_packed(packed[n], period) for n, period in dict(zip(numbers, periods, strict=True)).items()}
+    each = iter(numbers)
+    return [
+        made[next(each)] if own is not None else _read_unusual(curve, dimension)
+        for curve, own in zip(found, usual, strict=True)
+    ]
+
+
+def _usual(curve: Any) -> tuple[Any, float | None] | None:
+    """The line, conic or open spline that a curve is (a piece of), and its period; None for a curve of another kind."""
+    basis = curve
+    while isinstance(basis, _TRIMMED):
+        basis = basis.BasisCurve()
+    if isinstance(basis, _CONICS):
+        return basis, None
+    if isinstance(basis, Geom_BezierCurve):
+        return GeomConvert.CurveToBSplineCurve_s(curve), None
+    if isinstance(basis, Geom2d_BezierCurve):
+        return Geom2dConvert.CurveToBSplineCurve_s(curve), None
+    if not isinstance(basis, _SPLINES):
+        return None
+    if not basis.IsPeriodic():
+        return basis, None
+    period = basis.Period()
+    basis = basis.Copy()
+    basis.SetNotPeriodic()
+    return basis, period
+
+
+def _of_packed(packed: PackedConic | PackedCurve, period: float | None) -> CurveGeometry:
     none = np.empty(0)
-    kind = adaptor.GetType()
-    if kind == _C.GeomAbs_Line:
-        line = adaptor.Line()
-        return CurveGeometry(
-            curves.Line(origin=row(line.Location()), direction=row(line.Direction())), "line", none, True
-        )
-    if kind in (_C.GeomAbs_Circle, _C.GeomAbs_Ellipse):
-        circular = kind == _C.GeomAbs_Circle
-        conic = adaptor.Circle() if circular else adaptor.Ellipse()
-        radii = (conic.Radius(), conic.Radius()) if circular else (conic.MajorRadius(), conic.MinorRadius())
-        ellipse = curves.Ellipse(
-            center=row(conic.Location()),
-            x_axis=radii[0] * row(conic.XAxis().Direction()),
-            y_axis=radii[1] * row(conic.YAxis().Direction()),
-        )
-        return CurveGeometry(ellipse, "circle" if circular else "ellipse", none, circular)
-    if kind in (_C.GeomAbs_Hyperbola, _C.GeomAbs_Parabola):
-        return CurveGeometry(_open_conic(adaptor, row), "other", none, False)
-    if kind in (_C.GeomAbs_BSplineCurve, _C.GeomAbs_BezierCurve):
-        spline, period = _spline(adaptor.BSpline() if kind == _C.GeomAbs_BSplineCurve else to_spline(curve), row)
-        if period is None:
-            return CurveGeometry(spline, "bspline", spline.breaks, False)
-        breaks = np.concatenate([spline.breaks + k * period for k in (-2, -1, 0, 1, 2)])
-        return CurveGeometry(curves.Periodic(spline=spline, period=period), "bspline", np.unique(breaks), False)
-    return CurveGeometry(curves.Called(function=_curve_function(curve, row)), "other", none, False)
+    if isinstance(packed, PackedConic):
+        if packed.kind == LINE:
+            origin, direction = packed.vectors
+            return CurveGeometry(curves.Line(origin=origin, direction=direction), "line", none, True)
+        (center, x, y), radii = packed.vectors, packed.radii
+        ellipse = curves.Ellipse(center=center, x_axis=radii[0] * x, y_axis=radii[-1] * y)
+        return CurveGeometry(ellipse, "circle" if packed.kind == CIRCLE else "ellipse", none, packed.kind == CIRCLE)
+    spline = BSpline(degree=packed.degree, knots=packed.knots, poles=packed.poles, weights=packed.weights)
+    if period is None:
+        return CurveGeometry(spline, "bspline", spline.breaks, False)
+    breaks = np.concatenate([spline.breaks + k * period for k in (-2, -1, 0, 1, 2)])
+    return CurveGeometry(curves.Periodic(spline=spline, period=period), "bspline", np.unique(breaks), False)
+
+
+def _read_unusual(curve: Any, dimension: int) -> CurveGeometry:
+    row = _row3 if dimension == 3 else _row2
+    adaptor = GeomAdaptor_Curve(curve) if dimension == 3 else Geom2dAdaptor_Curve(curve)
+    if adaptor.GetType() in (_C.GeomAbs_Hyperbola, _C.GeomAbs_Parabola):
+        return CurveGeometry(_open_conic(adaptor, row), "other", np.empty(0), False)
+    return CurveGeometry(curves.Called(function=_curve_function(curve, row)), "other", np.empty(0), False)
 
 
 def _open_conic(adaptor: Any, row: Any) -> curves.Parametric:
@@ -90,15 +148,6 @@ def _open_conic(adaptor: Any, row: Any) -> curves.Parametric:
         x_axis=row(axes.XDirection()) / (4.0 * conic.Focal()),
         y_axis=row(axes.YDirection()),
     )
-
-
-def _spline(curve: Any, row: Any) -> tuple[BSpline, float | None]:
-    period = curve.Period() if curve.IsPeriodic() else None
-    if period is not None:
-        curve = curve.Copy()
-        curve.SetNotPeriodic()
-    degree, knots, poles, weights = unpack_curve(curve, 2 if row is _row2 else 3)
-    return BSpline(degree=degree, knots=knots, poles=poles, weights=weights), period
 
 
 def _curve_function(curve: Any, row: Any) -> Any:

@@ -12,7 +12,7 @@ Not handled: curves whose speed vanishes over an interval.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -31,12 +31,19 @@ _RECENT = 4
 """Questions for parameters that a curve keeps the answers of."""
 _MAX_HALVINGS = 12
 """Halvings of an interval: a speed that 4,096 pieces do not resolve is not smooth."""
+_SAME = 1e-13
+"""Share of the length up to which an interval's is the sum of its halves'."""
 _FEW = 200_000
 """Pairs of a point and a sample up to which all are compared: a tree would take longer to be made."""
 _HOOK = 1e-3
 """Share of an edge's length at its ends in which a turn is no feature of the part."""
 _STRAIGHT = 0.05
 """Radians by which the edge may turn beside a hook."""
+
+
+_HOOK_SHARES = _HOOK * np.array([1.0, 3.0, 10.0])
+END_FRACTIONS = np.concatenate([[0.0, 1.0], _HOOK_SHARES, 1.0 - _HOOK_SHARES])
+"""Both ends of an edge, and three places near each that :func:`unhooked` looks at."""
 
 
 class Parametric(Protocol):
@@ -188,12 +195,15 @@ class EdgeCurve:
         """Interval ends, and the arc length from the start to each of them."""
         inner = self.breaks[(self.breaks > self.first) & (self.breaks < self.last)]
         ends = np.concatenate([[self.first], inner, [self.last]])
+        if self._spline is not None:
+            spline, period = self._spline
+            return spline.arc_table(ends, _RULE, halvings=_MAX_HALVINGS, same=_SAME, period=period)
         ends = np.concatenate([np.linspace(a, b, 3)[:-1] for a, b in pairwise(ends)] + [[ends[-1]]])
         for _ in range(_MAX_HALVINGS):
             middles = (ends[:-1] + ends[1:]) / 2
             whole = self._integrate(ends[:-1], ends[1:])
             halves = self._integrate(ends[:-1], middles) + self._integrate(middles, ends[1:])
-            coarse = np.abs(whole - halves) > 1e-13 * halves.sum()
+            coarse = np.abs(whole - halves) > _SAME * halves.sum()
             if not coarse.any():
                 break
             ends = np.sort(np.concatenate([ends, middles[coarse]]))
@@ -309,17 +319,8 @@ class EdgeCurve:
 
         Intersection curves may end in hooks much smaller than any detail of the part, which are left out.
         """
-        tangents = self.tangents(np.array([0.0, 1.0]))
-        if isinstance(self.geometry, (Line, Ellipse)):
-            return tangents
-        shares = _HOOK * np.array([1.0, 3.0, 10.0])
-        points = self.evaluate(np.concatenate([shares, 1.0 - shares]))
-        steps = np.diff(points.reshape(2, 3, 3), axis=1) * [[[1.0]], [[-1.0]]]
-        steps /= np.maximum(np.linalg.norm(steps, axis=2, keepdims=True), 1e-300)
-        near, far = steps[:, 0], steps[:, 1]
-        straight = np.linalg.norm(near - far, axis=1) < _STRAIGHT
-        hooked = np.linalg.norm(tangents - near, axis=1) > 4 * _STRAIGHT
-        return np.where((straight & hooked)[:, None], near, tangents)
+        _, points, tangents = self.frames(END_FRACTIONS)
+        return unhooked([self], tangents[None, :2], points[None, 2:])[0]
 
     @cached_property
     def _samples(self) -> tuple[FloatArray, FloatArray]:
@@ -390,3 +391,23 @@ class EdgeCurve:
             if moved <= enough:
                 break
         return t
+
+
+def unhooked(curves: Sequence[EdgeCurve], tangents: FloatArray, near: FloatArray) -> FloatArray:
+    """Unit tangents (n, 2, 3) at both ends of edges, without hooks much smaller than any detail of the part.
+
+    Parameters
+    ----------
+    curves : sequence of n EdgeCurve
+    tangents : (n, 2, 3) float64
+        At the very ends.
+    near : (n, 6, 3) float64
+        Points at the fractions of :data:`END_FRACTIONS` beside the ends.
+    """
+    steps = np.diff(near.reshape(-1, 2, 3, 3), axis=2) * [[[1.0]], [[-1.0]]]
+    steps /= np.maximum(np.linalg.norm(steps, axis=3, keepdims=True), 1e-300)
+    first, second = steps[:, :, 0], steps[:, :, 1]
+    straight = np.linalg.norm(first - second, axis=2) < _STRAIGHT
+    hooked = np.linalg.norm(tangents - first, axis=2) > 4 * _STRAIGHT
+    may_hook = np.array([not isinstance(curve.geometry, Line | Ellipse) for curve in curves], dtype=bool)
+    return np.where((straight & hooked & may_hook[:, None])[..., None], first, tangents)

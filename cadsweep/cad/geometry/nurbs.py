@@ -14,7 +14,14 @@ from functools import cached_property
 import numpy as np
 
 from ...arrays import FloatArray
-from .spline_kernels import arc_lengths, arc_parameters, curve_derivatives, nearest_parameters, surface_derivatives
+from .spline_kernels import (
+    arc_lengths,
+    arc_parameters,
+    arc_table,
+    curve_derivatives,
+    nearest_parameters,
+    surface_derivatives,
+)
 
 _MOST_ROUNDS = 30
 """Rounds of a search for the nearest point."""
@@ -41,7 +48,7 @@ class BSpline:
     @property
     def breaks(self) -> FloatArray:
         """Distinct knots: between two of them the curve is smooth."""
-        return np.unique(self.knots)
+        return self.knots[np.append(True, self.knots[1:] > self.knots[:-1])]
 
     @cached_property
     def arrays(self) -> tuple[FloatArray, FloatArray]:
@@ -65,6 +72,19 @@ class BSpline:
         out = np.empty(len(lower))
         arc_lengths(knots, self.degree, poles, period, self.poles.shape[1], rule, _packed(lower), _packed(upper), out)
         return out
+
+    def arc_table(
+        self, stops: FloatArray, rule: FloatArray, *, halvings: int, same: float, period: float = 0.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Interval ends, and the arc length from the first to each of them; smooth between `stops`.
+
+        Intervals are halved at most so many times, until the lengths of their halves add up to theirs but for a share
+        `same` of the whole.
+        """
+        knots, poles = self.arrays
+        limits = np.array([halvings, same])
+        ends, lengths = arc_table(knots, self.degree, poles, period, self.poles.shape[1], rule, _packed(stops), limits)
+        return ends, lengths
 
     def arc_parameters(
         self, table: tuple[FloatArray, FloatArray], wanted: FloatArray, rule: FloatArray, *, period: float = 0.0

@@ -153,6 +153,52 @@ def arc_lengths(knots, degree, poles, period, d, rule, lower, upper, out):  # ty
 
 
 @kernel
+def arc_table(knots, degree, poles, period, d, rule, stops, limits):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """Interval ends and the arc lengths up to them, from stops (s,) between which the curve is smooth.
+
+    `limits` are how often an interval is halved at most, and the share of the length up to which the lengths of an
+    interval and of its halves are the same.
+    """
+    room = np.empty((4, max(degree + 1, poles.shape[1])))
+    ends = np.empty(2 * len(stops) - 1)
+    for k in range(len(stops)):
+        ends[2 * k] = stops[k]
+        if k + 1 < len(stops):
+            ends[2 * k + 1] = stops[k] + (stops[k + 1] - stops[k]) / 2.0
+    whole = np.empty(0)
+    for _ in range(int(limits[0])):
+        n = len(ends) - 1
+        whole, halves = np.empty(n), np.empty(n)
+        for k in range(n):
+            low, high = ends[k], ends[k + 1]
+            middle = (low + high) / 2.0
+            whole[k] = arc_between(knots, degree, poles, period, d, rule, low, high, room)
+            halves[k] = arc_between(knots, degree, poles, period, d, rule, low, middle, room)
+            halves[k] += arc_between(knots, degree, poles, period, d, rule, middle, high, room)
+        coarse = np.abs(whole - halves) > limits[1] * halves.sum()
+        n_coarse = coarse.sum()
+        if n_coarse == 0:
+            break
+        finer = np.empty(len(ends) + n_coarse)
+        finer[0] = ends[0]
+        at = 1
+        for k in range(n):
+            if coarse[k]:
+                finer[at] = (ends[k] + ends[k + 1]) / 2.0
+                at += 1
+            finer[at] = ends[k + 1]
+            at += 1
+        ends = finer
+    lengths = np.zeros(len(ends))
+    for k in range(len(ends) - 1):
+        if len(whole) < len(ends) - 1:  # halved once more after the last sums
+            lengths[k + 1] = lengths[k] + arc_between(knots, degree, poles, period, d, rule, ends[k], ends[k + 1], room)
+        else:
+            lengths[k + 1] = lengths[k] + whole[k]
+    return ends, lengths
+
+
+@kernel
 def arc_parameters(knots, degree, poles, period, d, rule, ends, lengths, wanted, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Parameters ``out`` (m,) at arc lengths (m,), by a table of interval ends and the lengths up to them.
 
