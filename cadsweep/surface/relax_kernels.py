@@ -122,6 +122,21 @@ def best_places(points, normals, quads, sines, starts, around, nodes, offsets, o
 
 
 @kernel
+def run_along(points, fractions):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """How far along a chain of points (n, d) each is, as a fraction (n,) of its length; even where it has none."""
+    total = 0.0
+    fractions[0] = 0.0
+    for k in range(1, points.shape[0]):
+        squared = 0.0
+        for c in range(points.shape[1]):
+            squared += (points[k, c] - points[k - 1, c]) ** 2
+        total += np.sqrt(squared)
+        fractions[k] = total
+    for k in range(1, points.shape[0]):
+        fractions[k] = k / (points.shape[0] - 1) if total == 0.0 else fractions[k] / total
+
+
+@kernel
 def worst_grid_corner(points, normals):  # type: ignore[no-untyped-def]  # pragma: no cover
     """Least sine of the corners of a grid of quads (h + 1, w + 1, 3), seen along normals; -inf where one is nan."""
     rows, columns = points.shape[0], points.shape[1]

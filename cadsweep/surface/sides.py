@@ -17,7 +17,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray
 from ..errors import SurfaceMeshError
 from ..sweep import Sweep
-from .spacing import Fit, divide_lengths, divide_like, finer, image_lengths, rescaled
+from .spacing import Fit, divide_lengths, finer, image_lengths, rescaled
 from .sweep_grid import PlacedEdge, PlacedSide, SweepGrid
 from .transfinite import chain_fractions, fill, join_chains, worst_corner
 
@@ -28,6 +28,8 @@ _N_SAMPLES = 256
 ellipse is then divided to 1e-5 of a segment."""
 _N_FITS = 3
 """Fits of a side's rows to its edges, each from where the last one ended."""
+_SAME = 1e-12
+"""Fraction of an edge by which none of its nodes moves, and it is not placed anew."""
 _SLIDE_TOLERANCE = 1e-3
 """Part of a segment below which nodes of a row are left where they are."""
 
@@ -54,6 +56,7 @@ class RingBuilder:
         self.rings: FloatArray = np.full((layout.n_layers + 1, layout.n_ring, 3), np.nan)
         self.fractions: dict[int, FloatArray] = {}  # by edge, from the edge's start to its end
         self.chords = np.zeros((layout.n_ring, _N_CHORDS, 3))  # unused ones stay nought
+        self.lengths = np.zeros(layout.n_ring)  # of the source loop's segments
         self.notes: list[str] = []
         self.fixed = fixed or {}
         self.graded = {**(graded or {}), **self.fixed}
@@ -75,17 +78,14 @@ class RingBuilder:
                     self._set_edge(placed, np.linspace(0.0, 1.0, placed.n_segments + 1))
                 self._measure_chords(placed)
         moving = [p for p in self.layout.edges.values() if p.along_loop and p.layer > 0]
-        for placed in moving:
-            self._divide(placed, None)
+        self.lengths = image_lengths(self.chords, np.eye(3)[None])[0]
+        self._divide(moving, {})
         self._place_vertices()
         n_edges = self._divide_complete_rings(moving)
         blocks = [self._fill_side(placed) for placed in self.layout.sides]
         if n_edges < len(moving):
             # Edges of columns that share no closed ring of edges: their layers are known only now.
-            linear = self.fit(self.rings[0], self.rings)
-            for placed in moving:
-                self._divide(placed, linear[placed.layer])
-            self._place_vertices()
+            self._divide_as_images(moving)
             blocks = [self._fill_side(placed) for placed in self.layout.sides]
         self._slide_rows(blocks)
 
@@ -110,15 +110,27 @@ class RingBuilder:
         chords = np.diff(points if placed.forward else points[::-1], axis=0)
         self.chords[self.layout.columns(placed.loop, placed.column, n), :m] = chords.reshape(n, m, 3)
 
-    def _divide(self, placed: PlacedEdge, linear_part: FloatArray | None) -> None:
-        if placed.edge in self.fixed:
-            return
-        columns = self.layout.columns(placed.loop, placed.column, placed.n_segments)
-        along = divide_like(self.chords[columns], linear_part)
-        known = self.fractions.get(placed.edge)
-        if known is not None and np.abs((along if placed.forward else (1.0 - along)[::-1]) - known).max() < 1e-12:
-            return
-        self._set_edge(placed, along)
+    def _divide_as_images(self, edges: list[PlacedEdge]) -> None:
+        """Divide edges as the images of the source loop's segments on their layers divide themselves."""
+        layers = sorted({placed.layer for placed in edges})
+        linear = self.fit(self.rings[0], self.rings[layers])
+        self._divide(edges, dict(zip(layers, image_lengths(self.chords, linear), strict=True)))
+        self._place_vertices()
+
+    def _divide(self, edges: list[PlacedEdge], images: Mapping[int, FloatArray]) -> None:
+        """Divide edges as lengths of images (n_ring,) go, by layer; as the source loop's own where none are given."""
+        by_count: dict[int, list[PlacedEdge]] = {}
+        for placed in edges:
+            if placed.edge not in self.fixed:
+                by_count.setdefault(placed.n_segments, []).append(placed)
+        for n, own in by_count.items():  # of one count all at once: a gear has hundreds of edges
+            columns = np.array([self.layout.columns(placed.loop, placed.column, n) for placed in own])
+            wanted = np.array([images.get(p.layer, self.lengths)[c] for p, c in zip(own, columns, strict=True)])
+            for placed, along in zip(own, divide_lengths(self.lengths[columns], wanted), strict=True):
+                fractions = along if placed.forward else (1.0 - along)[::-1]
+                known = self.fractions.get(placed.edge)
+                if known is None or np.abs(fractions - known).max() >= _SAME:
+                    self._set_edge(placed, along)
 
     def _place_vertices(self) -> None:
         for vertex, (column, layer) in self.layout.vertices.items():
@@ -131,14 +143,10 @@ class RingBuilder:
             by_layer.setdefault(placed.layer, []).append(placed)
         n_ring = self.layout.n_ring
         complete = {k: edges for k, edges in by_layer.items() if sum(p.n_segments for p in edges) == n_ring}
-        layers = sorted(complete)
-        for _ in range(_N_FITS if layers else 0):
-            linear = self.fit(self.rings[0], self.rings[layers])
-            for k, part in zip(layers, linear, strict=True):
-                for placed in complete[k]:
-                    self._divide(placed, part)
-            self._place_vertices()
-        return sum(len(edges) for edges in complete.values())
+        found = [placed for edges in complete.values() for placed in edges]
+        for _ in range(_N_FITS if found else 0):
+            self._divide_as_images(found)
+        return len(found)
 
     def _fill_side(self, placed: PlacedSide) -> FloatArray:
         """Fill a side; returns its parameters (h + 1, w + 1, 2)."""

@@ -219,12 +219,12 @@ def divide_like(chords: FloatArray, linear_part: FloatArray | None) -> FloatArra
 
 
 def divide_lengths(lengths: FloatArray, images: FloatArray) -> FloatArray:
-    """Fractions (k, n + 1) of rows of image lengths (k, n), answering to the source's lengths (n,).
+    """Fractions (k, n + 1) of rows of image lengths (k, n), answering to the source's lengths (n,) or (k, n).
 
     A map that flattens the source would let nodes fall together: no segment is stretched much more
     or less than the mean.
     """
-    stretch = images.sum(axis=1, keepdims=True) / lengths.sum()
+    stretch = images.sum(axis=1, keepdims=True) / lengths.sum(axis=-1, keepdims=True)
     flat = stretch <= 0
     images = np.where(flat, lengths, images)
     stretch = np.where(flat, 1.0, stretch)

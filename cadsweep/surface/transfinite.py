@@ -23,7 +23,7 @@ from ..arrays import FloatArray, IntArray
 from ..brep import Surface
 from ..polygons import interior_angles
 from .relax import relax_quads
-from .relax_kernels import worst_grid_corner
+from .relax_kernels import run_along, worst_grid_corner
 
 _Number = TypeVar("_Number", bound=np.generic)
 
@@ -68,12 +68,8 @@ def join_chains(parts: Sequence[npt.NDArray[_Number]]) -> npt.NDArray[_Number]:
 
 def chain_fractions(points: FloatArray) -> FloatArray:
     """Fractions (n,) of chord length along points (n, d)."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    total = steps.sum()
-    if total == 0:
-        return np.linspace(0.0, 1.0, len(points))
-    fractions = np.concatenate([[0.0], np.cumsum(steps)]) / total
-    fractions[-1] = 1.0
+    fractions = np.empty(len(points))
+    run_along(np.ascontiguousarray(points), fractions)
     return fractions
 
 
