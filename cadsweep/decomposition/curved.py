@@ -47,11 +47,13 @@ MOST_BEFORE, MOST_FACES_BEFORE = 40, 3000
 gets its turn."""
 MOST_OPENINGS, MOST_OPENING_FACES = 100, 6000
 """Parts that are looked at in these turns, and faces that are read or cut for them."""
-MOST_FACES_OF_ALL = 12000
-"""Faces that are read or cut best first and in turns together."""
+MOST_FACES_OF_ALL = 7000
+"""Faces that are read or cut best first and in turns together: no part that is known needs more than 5,900."""
 MANY_FACES = 200
 """Faces of a part beyond which fewer are read or cut in all, as the square of them: cutters of a cell of 500 faces take
 seconds, and so does each cut, so that a part that is not cut at once is refused within seconds as well."""
+MANY_FACES_OF_ALL = 260
+"""The same for best first and turns together, so that a part of 600 faces is still cut once."""
 TURN = 20
 """Parts that are looked at in one turn."""
 MOST_CELLS = 80
@@ -202,14 +204,18 @@ class CellSearch:
     refused : Counter
         How often a cutter of each kind parted no cell, or not well.
     share : float
-        Of all counts of faces, that a part of so many is given.
+        Of the counts of faces of each of the two, that a part of so many is given.
+    most_of_all : float
+        Faces that are read or cut for both together.
     ended_early : bool
         The user's time was used up before the count of parts was.
     """
 
     def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS, most_openings: int = 0) -> None:
         self.tools = tools
-        self.share = min(1.0, (MANY_FACES / sum(len(solid.faces) for solid in part.solids)) ** 2)
+        n_faces = sum(len(solid.faces) for solid in part.solids)
+        self.share = min(1.0, (MANY_FACES / n_faces) ** 2)
+        self.most_of_all = min(1.0, (MANY_FACES_OF_ALL / n_faces) ** 2) * MOST_FACES_OF_ALL
         self.most_parts, self.most_faces, self.most_openings = most_parts, self.share * MOST_FACES, most_openings
         self.most_cells = MOST_CELLS + len(part.solids)
         self.n_parts = self.n_faces = 0
@@ -262,7 +268,7 @@ class CellSearch:
         parts, faces = self.n_parts, self.n_faces
         most = self.most_parts, self.most_faces
         self.most_parts = parts + self.most_openings
-        self.most_faces = min(faces + self.share * MOST_OPENING_FACES, self.share * MOST_FACES_OF_ALL)
+        self.most_faces = min(faces + self.share * MOST_OPENING_FACES, self.most_of_all)
         starts: list[Found] = []
         for child in self.children(first):
             self.best = min(self.best, child, key=lambda found: (found.plan is None, found.cost))
@@ -276,7 +282,7 @@ class CellSearch:
             log.debug("a turn for %s", start.cuts[-1])
             yield from self.best_first([(start.cost, 0, start, self.children(start))], TURN)
         self.most_parts = most[0] + self.n_parts - parts
-        self.most_faces = min(most[1] + self.n_faces - faces, self.share * MOST_FACES_OF_ALL)
+        self.most_faces = min(most[1] + self.n_faces - faces, self.most_of_all)
 
     def is_over(self) -> bool:
         """Whether the count of parts, or the user's time, is used up."""
@@ -288,6 +294,8 @@ class CellSearch:
         if len(found.part.solids) >= self.most_cells:
             return
         for cell, faces in self.targets(found):
+            if self.is_over():
+                return  # to make the cutters of a large cell takes seconds
             for cutter in self.tools.find_cutters(found.part, cell, faces):
                 if self.is_over():
                     return

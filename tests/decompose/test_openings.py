@@ -10,7 +10,14 @@ import cadquery as cq
 
 from cadsweep import load
 from cadsweep.brep import Solid
-from cadsweep.decomposition.curved import MANY_FACES, MOST_BEFORE, MOST_FACES_OF_ALL, TURN, CellSearch, Tools
+from cadsweep.decomposition.curved import (
+    MANY_FACES_OF_ALL,
+    MOST_BEFORE,
+    MOST_FACES_OF_ALL,
+    TURN,
+    CellSearch,
+    Tools,
+)
 from cadsweep.errors import PlanError
 
 pytestmark = pytest.mark.cad
@@ -42,10 +49,12 @@ class Parted:
         return replace(self.part, name=self.key)
 
 
-def search_of(cuts_of_the_whole, wanted, most_openings, shape=None):
+def search_of(cuts_of_the_whole, wanted, most_openings, shape=None, asked=None):
     """A search where the wanted names have a plan, and some cut always leads further."""
 
     def find_cutters(part, cell, faces):
+        if asked is not None:
+            asked.append(part.name)
         first = not part.name.startswith("whole:")
         yield from [Cutter(reason=reason, leads=reason == LEADS) for reason in (cuts_of_the_whole if first else ["a"])]
         if part.name.startswith(f"whole: {LEADS}"):
@@ -99,11 +108,26 @@ def test_turns_take_nothing_from_the_search_itself():
     assert with_turns.n_parts <= without.n_parts + 100
 
 
+def perforated(n_rows):
+    return (
+        cq.Workplane()
+        .placeSketch(cq.Sketch().rect(80, 80).rarray(6, 6, n_rows, n_rows).circle(1.5, mode="s"))
+        .extrude(2)
+    )
+
+
 def test_a_part_of_many_faces_is_given_up_after_few_looks():
     """A look takes as long as there are faces, so of twice as many there is less than half as much to look at."""
-    holes = cq.Sketch().rect(60, 60).rarray(4, 4, 14, 14).circle(1.5, mode="s")
-    search = search_of([LEADS, "no"], set(), 100, cq.Workplane().placeSketch(holes).extrude(2))
+    search = search_of([LEADS, "no"], set(), 100, perforated(12))
     n_faces = len(search.best.part.solids[0].faces)
-    assert n_faces > 1.9 * MANY_FACES
+    assert n_faces > 1.1 * MANY_FACES_OF_ALL
     assert next(search.solutions(), None) is None
-    assert search.n_faces <= MOST_FACES_OF_ALL * (MANY_FACES / n_faces) ** 2 + 2 * n_faces
+    assert search.n_faces <= MOST_FACES_OF_ALL * (MANY_FACES_OF_ALL / n_faces) ** 2 + 2 * n_faces
+
+
+def test_no_cutters_are_made_where_none_may_be_tried():
+    asked = []
+    search = search_of([LEADS, "no"], set(), 100, perforated(2), asked=asked)
+    search.most_faces = search.most_of_all = 0
+    assert next(search.solutions(), None) is None
+    assert not asked
