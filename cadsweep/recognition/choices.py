@@ -13,7 +13,7 @@ import logging
 from collections.abc import Iterator
 from heapq import heappop, heappush
 from itertools import count
-from math import inf
+from math import fsum, inf
 from typing import NamedTuple
 
 from .corners import Reading
@@ -76,10 +76,10 @@ def cheapest(left: Narrowed, tries: Tries) -> Iterator[tuple[set[int], Choice]]:
         if taken is not None:
             after = _taken(left, step, *taken)
             if after is not None:
-                n_open = sum(len(after.at.states[f]) - len(left.states[f]) for f in after.reached)
+                n_open = sum(after.at.bits[f].bit_count() - left.bits[f].bit_count() for f in after.reached)
                 heappush(waiting, (_least(left, after), n_open, number, after, None))
             continue
-        own = {f: step.at.states[f] for f in sorted(step.reached)}
+        own = {f: step.at.states_of(f) for f in sorted(step.reached)}
         sides = {f: states[0] for f, states in own.items() if len(states) == 1 and states[0].read is not None}
         if any(before <= sides.items() for before in found):
             continue
@@ -95,7 +95,7 @@ def cheapest(left: Narrowed, tries: Tries) -> Iterator[tuple[set[int], Choice]]:
         least = min(state.cost for state in own[face])
         for state in own[face]:
             heappush(waiting, (cost - least + state.cost, -inf, next(numbers), step, (face, state)))
-    log.debug("choices of %d faces are not followed to the end", len(left.states))
+    log.debug("choices of %d faces are not followed to the end", len(left.bits))
 
 
 class _Step(NamedTuple):
@@ -110,11 +110,13 @@ def _taken(left: Narrowed, step: _Step, face: int, state: State) -> _Step | None
     at = step.at.taken(face, state)
     if at is None:
         return None
-    known = (at.along - step.at.along) | (at.across - step.at.across)
-    return _Step(at, step.reached.union(f for k in known for f in left.at_class[k] if len(left.states[f]) > 1))
+    known = at.said.keys() - step.at.said.keys()
+    beside = (f for k in known for f in at.open.at_class[k] if left.bits[f].bit_count() > 1)
+    return _Step(at, step.reached.union(beside))
 
 
 def _least(left: Narrowed, step: _Step) -> float:
     """What a choice costs at least, compared with what was left at first."""
-    states = sum(min(state.cost for state in step.at.states[f]) for f in step.reached)
-    return states + STEP_COST * (len(step.at.along) - len(left.along))
+    at = step.at
+    n_along = sum(at.said.values()) - sum(left.said.values())
+    return fsum(at.least_of(f) for f in step.reached) + STEP_COST * n_along

@@ -42,3 +42,14 @@ def test_faces_within_the_others_are_not_searched(monkeypatch):
     rounded = cq.Workplane().box(4, 4, 2).edges("|Z").fillet(0.5).faces(">Z").edges().fillet(0.2).val().wrapped
     assert tight_bounds(rounded) == pytest.approx(np.array([[-2, -2, -1], [2, 2, 1]]), abs=5e-7)
     assert len(asked) == 1  # all planes and cylinders at once; none of the four rings at the corners
+
+
+def test_edges_where_cylinders_meet_are_not_searched_inside_of_a_block(monkeypatch):
+    block = cq.Workplane().box(6, 6, 6)
+    for plane in ("XY", "YZ"):
+        block = block.cut(cq.Workplane(plane).circle(1 if plane == "XY" else 1.5).extrude(9, both=True))
+    shape = block.rotate((0, 0, 0), (1, 2, 3), 40).val().wrapped
+    asked = []
+    monkeypatch.setattr(extent, "_optimal", lambda shape: asked.append(shape) or of_whole(shape))
+    assert tight_bounds(shape) == pytest.approx(of_whole(shape), abs=5e-7)
+    assert len(asked) == 1

@@ -7,6 +7,7 @@ import pytest
 
 from cadsweep.cad.geometry import curves, surfaces
 from cadsweep.cad.geometry.face_surface import FaceSurface
+from cadsweep.cad.geometry.feet_kernels import grid_places
 from cadsweep.cad.geometry.nurbs import BSpline, BSplineSurface
 from cadsweep.cad.geometry.record_kernels import curve_points, surface_points
 from cadsweep.cad.geometry.records import curve_record, surface_record
@@ -67,6 +68,18 @@ def test_surface_and_its_partial_derivatives(name):
     found = np.empty((3, len(UV), 3))
     surface_points(surface_record(SURFACES[name]), UV, found)
     np.testing.assert_allclose(found, SURFACES[name].derivatives(UV), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_a_grid_holds_the_surface_place_by_place(name):
+    u, v = np.linspace(0.05, 0.9, 5), np.linspace(0.1, 0.95, 4)
+    uv, places, normals = (np.empty((20, width)) for width in (2, 3, 3))
+    grid_places(surface_record(SURFACES[name]), u, v, uv, places, normals)
+    np.testing.assert_array_equal(uv, [(a, b) for a in u for b in v])
+    found, by_u, by_v = SURFACES[name].derivatives(uv)
+    cross = np.cross(by_u, by_v)
+    np.testing.assert_allclose(places, found, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(normals, cross / np.linalg.norm(cross, axis=1)[:, None], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", SURFACES)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .record_kernels import ROOM, cross_and_norms, surface_point
+from .record_kernels import ROOM, cross_and_norms, row_point, row_room, surface_point, surface_row
 from .records import CONE, TORUS
 from .spline_kernels import kernel
 
@@ -175,11 +175,13 @@ def grid_places(record, u, v, uv, places, normals):  # type: ignore[no-untyped-d
     """
     room, h, found, cross = np.empty(ROOM), np.empty((3, 4)), np.empty((3, 3)), np.empty(3)
     norms = np.empty(len(uv))
-    for i in range(len(u)):
-        for j in range(len(v)):
+    row = row_room(record)
+    for j in range(len(v)):
+        surface_row(record, v[j], room, row)
+        for i in range(len(u)):
             k = i * len(v) + j
             uv[k, 0], uv[k, 1] = u[i], v[j]
-            surface_point(record, u[i], v[j], room, h, found)
+            row_point(record, row, u[i], v[j], room, h, found)
             norms[k], by_u, by_v = cross_and_norms(found, cross)
             if not norms[k] > 1e-9 * by_u * by_v:
                 norms[k] = 0.0

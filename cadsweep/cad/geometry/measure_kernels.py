@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from .record_kernels import ROOM, curve_point, surface_point
+from .record_kernels import ROOM, curve_point, row_point, row_room, surface_row
 from .spline_kernels import callee, kernel
 
 
 @callee
-def _add_inner(record, panels, n_parts, rule, uv, weight, origin, room, h, found, totals):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def _add_inner(record, panels, n_parts, rule, uv, weight, origin, space, totals):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Add `weight` times the integrals over u, from the first panel to `uv`, of the integrands; return their points."""
+    room, h, found, row = space
     u, v = uv[0], uv[1]
     n, n_points = len(panels) - 1, 0
+    surface_row(record, v, room, row)
     for k in range(n * n_parts):
         whole, share = k // n_parts, (k % n_parts) / n_parts
         start = panels[whole] + share * (panels[whole + 1] - panels[whole])
@@ -29,7 +31,7 @@ def _add_inner(record, panels, n_parts, rule, uv, weight, origin, room, h, found
         if width == 0.0:
             continue
         for g in range(rule.shape[1]):
-            surface_point(record, start + width * rule[0, g], v, room, h, found)
+            row_point(record, row, start + width * rule[0, g], v, room, h, found)
             n0 = found[1, 1] * found[2, 2] - found[1, 2] * found[2, 1]
             n1 = found[1, 2] * found[2, 0] - found[1, 0] * found[2, 2]
             n2 = found[1, 0] * found[2, 1] - found[1, 1] * found[2, 0]
@@ -60,7 +62,8 @@ def boundary_sums(surface, rule, n_parts, n_least, edges, loops, stops, first_st
     """
     record, panels, origin = surface
     curves, starts, ends, senses = edges
-    room, h, found, on_curve = np.empty(ROOM), np.empty((3, 4)), np.empty((3, 3)), np.empty((2, 3))
+    room, on_curve = np.empty(ROOM), np.empty((2, 3))
+    space = room, np.empty((3, 4)), np.empty((3, 3)), row_room(record)
     uv, first_of_loop, before = np.empty(2), np.empty(2), np.empty(2)
     n_points = 0
     n = len(starts)
@@ -77,9 +80,7 @@ def boundary_sums(surface, rule, n_parts, n_least, edges, loops, stops, first_st
         if opens:
             first_of_loop[0], first_of_loop[1] = start_u, start_v
         elif close:
-            n_points += _add_gap(
-                record, panels, n_parts, rule, before, start_u, start_v, origin, room, h, found, totals
-            )
+            n_points += _add_gap(record, panels, n_parts, rule, before, start_u, start_v, origin, space, totals)
         for piece in range(pieces):
             low, high = stops[first_stops[j] + piece], stops[first_stops[j] + piece + 1]
             for part in range(parts):
@@ -89,9 +90,7 @@ def boundary_sums(surface, rule, n_parts, n_least, edges, loops, stops, first_st
                     weight = sense * (b - a) * rule[1, g] * on_curve[1, 1]
                     if weight != 0.0:
                         uv[0], uv[1] = on_curve[0, 0] + shift_u, on_curve[0, 1] + shift_v
-                        n_points += _add_inner(
-                            record, panels, n_parts, rule, uv, weight, origin, room, h, found, totals
-                        )
+                        n_points += _add_inner(record, panels, n_parts, rule, uv, weight, origin, space, totals)
         curve_point(curve, last if sense > 0.0 else first, room, on_curve)
         before[0], before[1] = on_curve[0, 0] + shift_u, on_curve[0, 1] + shift_v
         if close and (j + 1 == n or loops[j + 1] != loops[j]):
@@ -104,16 +103,14 @@ def boundary_sums(surface, rule, n_parts, n_least, edges, loops, stops, first_st
                 first_of_loop[0],
                 first_of_loop[1],
                 origin,
-                room,
-                h,
-                found,
+                space,
                 totals,
             )
     return n_points
 
 
 @callee
-def _add_gap(record, panels, n_parts, rule, before, u, v, origin, room, h, found, totals):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+def _add_gap(record, panels, n_parts, rule, before, u, v, origin, space, totals):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Add what the straight line in the parameters from `before` (2,) to u, v gives; return the points it took."""
     gap_u, gap_v = u - before[0], v - before[1]
     n_points = 0
@@ -121,7 +118,5 @@ def _add_gap(record, panels, n_parts, rule, before, u, v, origin, room, h, found
         uv = np.empty(2)
         for g in range(rule.shape[1]):
             uv[0], uv[1] = before[0] + rule[0, g] * gap_u, before[1] + rule[0, g] * gap_v
-            n_points += _add_inner(
-                record, panels, n_parts, rule, uv, rule[1, g] * gap_v, origin, room, h, found, totals
-            )
+            n_points += _add_inner(record, panels, n_parts, rule, uv, rule[1, g] * gap_v, origin, space, totals)
     return n_points

@@ -67,7 +67,7 @@ def _spline_point(record, t, room, out):  # type: ignore[no-untyped-def]  # prag
 
 
 @callee
-def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  # noqa: PLR0912, PLR0917  # pragma: no cover
+def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
     """Point and derivatives by u and v ``out`` (3, 3) of a surface; room for the loops in `room` and `h` (3, 4)."""
     kind = int(record[0])
     if kind == SPLINE_SURFACE:
@@ -78,10 +78,7 @@ def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  
             record[7:v_first], record[v_first:poles], p, q, record[poles:].reshape(n_u, n_v, 4), record[1:3],
             u, v, room, h,
         )  # fmt: skip
-        for c in range(3):
-            out[0, c] = h[0, c] / h[0, 3]
-            out[1, c] = (h[1, c] - h[1, 3] * out[0, c]) / h[0, 3]
-            out[2, c] = (h[2, c] - h[2, 3] * out[0, c]) / h[0, 3]
+        _quotient(h, out)
     elif kind == PLANE:
         for c in range(3):
             out[0, c] = record[3 + c] + u * record[6 + c] + v * record[9 + c]
@@ -119,6 +116,66 @@ def surface_point(record, u, v, room, h, out):  # type: ignore[no-untyped-def]  
         out[1, 2] = record[6] * out[0, 1] - record[7] * out[0, 0]
         for c in range(3):
             out[0, c] += record[3 + c]
+
+
+@callee
+def row_room(record):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Room for :func:`surface_row`."""
+    return np.empty((2, int(record[5]) if int(record[0]) == SPLINE_SURFACE else 0, 4))
+
+
+@callee
+def surface_row(record, v, room, row):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """What all points of a surface with one v share: of a spline the poles of that line, and their derivatives by v."""
+    if int(record[0]) != SPLINE_SURFACE:
+        return
+    p, q, n_u, n_v = int(record[3]), int(record[4]), int(record[5]), int(record[6])
+    v_first = 7 + n_u + p + 1
+    poles = v_first + n_v + q + 1
+    knots = record[v_first:poles]
+    s, span = into_knots(knots, q, n_v, record[2], v)
+    in_v, by_v = room[2], room[3]
+    functions(knots, q, span, s, in_v, by_v)
+    for k in range(n_u):
+        first = poles + (k * n_v + span - q) * 4
+        for c in range(4):
+            point = slope = 0.0
+            for n in range(q + 1):
+                pole = record[first + 4 * n + c]
+                point += in_v[n] * pole
+                slope += by_v[n] * pole
+            row[0, k, c], row[1, k, c] = point, slope
+
+
+@callee
+def row_point(record, row, u, v, room, h, out):  # type: ignore[no-untyped-def]  # noqa: PLR0917  # pragma: no cover
+    """:func:`surface_point` on the line of a surface that :func:`surface_row` has made `row` of."""
+    if int(record[0]) != SPLINE_SURFACE:
+        surface_point(record, u, v, room, h, out)
+        return
+    p, n_u = int(record[3]), int(record[5])
+    knots = record[7 : 7 + n_u + p + 1]
+    t, span = into_knots(knots, p, n_u, record[1], u)
+    in_u, by_u = room[0], room[1]
+    functions(knots, p, span, t, in_u, by_u)
+    for c in range(4):
+        point = along_u = along_v = 0.0
+        for k in range(p + 1):
+            pole = row[0, span - p + k, c]
+            point += in_u[k] * pole
+            along_u += by_u[k] * pole
+            along_v += in_u[k] * row[1, span - p + k, c]
+        h[0, c], h[1, c], h[2, c] = point, along_u, along_v
+    _quotient(h, out)
+
+
+@callee
+def _quotient(h, out):  # type: ignore[no-untyped-def]  # pragma: no cover
+    """Point and derivatives (3, 3) from homogeneous ones (3, 4)."""
+    for c in range(3):
+        out[0, c] = h[0, c] / h[0, 3]
+        out[1, c] = (h[1, c] - h[1, 3] * out[0, c]) / h[0, 3]
+        out[2, c] = (h[2, c] - h[2, 3] * out[0, c]) / h[0, 3]
 
 
 @callee
