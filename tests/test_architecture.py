@@ -30,6 +30,7 @@ FOUNDATION = {
     "libraries",
     "machine",
     "choices",
+    "collector",
     "compiled",
     "threads",
     "progress",

@@ -6,15 +6,16 @@ Place in the flow: the first stage. Reading (``files``, ``scripts``, ``objects``
 
 from __future__ import annotations
 
-import gc
 import logging
 import math
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
 from ..brep import Part
+from ..collector import collector_resting
 from ..errors import CadError, CadSweepError, InputError, no_such_file
 from ..libraries import explain_import_error
 from .read.model import Model
@@ -124,16 +125,13 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
 
 def _import_opencascade() -> None:
     """Import OpenCASCADE, or say in one line what to install."""
-    # It makes some hundred thousand objects that all stay: looking for garbage among them takes a tenth of its time.
-    collecting = gc.isenabled()
-    gc.disable()
+    if "OCP" in sys.modules:
+        return
     try:
-        import OCP  # noqa: F401
+        with collector_resting():
+            import OCP  # noqa: F401
     except (ImportError, OSError) as error:
         raise CadSweepError(explain_import_error("OpenCASCADE", error, distribution="cadquery")) from error
-    finally:
-        if collecting:
-            gc.enable()
 
 
 __all__ = ["CadError", "load", "read_model"]

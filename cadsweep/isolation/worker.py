@@ -27,6 +27,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ..collector import collector_resting
 from ..errors import CadSweepError
 from .channel import Channel
 from .transfer import Packed, pack
@@ -157,7 +158,8 @@ def _answer(request: bytes, report: Reporter, folders: Sequence[Path], data_limi
         task: Task = pickle.loads(request)
         _limit(task.max_bytes, *data_limits)
         module, _, name = task.function.partition(":")
-        function: Any = importlib.import_module(module)
+        with collector_resting():
+            function: Any = importlib.import_module(module)
         for part in name.split("."):
             function = getattr(function, part)
         value = function(*task.args, on_progress=report, **task.kwargs)

@@ -33,6 +33,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ..collector import collector_resting
+
 if TYPE_CHECKING:
     from ..progress import Progress
     from .candidates import SMOOTH_BELOW, smoothed
@@ -88,6 +90,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'cadsweep.pipeline' has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name], __name__), name)
+    with collector_resting():
+        value = getattr(import_module(_HOMES[name], __name__), name)
     globals()[name] = value
     return value
