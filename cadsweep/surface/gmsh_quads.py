@@ -28,8 +28,8 @@ from .triangles import remove_triangles
 
 _TRIANGLE, _QUAD = 2, 3
 _CORNERS = {_QUAD: 4, _TRIANGLE: 3}
-_FULL_QUADS = 3
-"""gmsh's number for recombination by whole quads only."""
+_BLOSSOMS, _FULL_QUADS = 1, 3
+"""gmsh's numbers for recombination by Blossom's matching, and by whole quads only."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +54,11 @@ class Setting:
     even_loops: bool
     good_enough: float
     size_factor: float = 1.0
+
+    @property
+    def is_matching(self) -> bool:
+        """Whether triangles are joined by Blossom's matching, which takes seconds where they are many."""
+        return self.recombination == _BLOSSOMS
 
 
 _SUBDIVISION = Setting(algorithm=8, recombination=3, even_loops=True, good_enough=0.5)

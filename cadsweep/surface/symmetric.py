@@ -27,6 +27,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
+from .background import Background
 from .chart import Chart
 from .fan import fan_of_polygon
 from .gmsh_quads import MANY, Setting, mesh_polygon, settings_for
@@ -50,6 +51,9 @@ _LARGE = 1000
 """Nodes of a wedge from which on each setting takes seconds, and `_ENOUGH` is good."""
 _FAIR = 0.55
 """The same for quads much smaller than the outline's segments: they are many, and do not make fair ones good."""
+_FAIR_OF_LARGE = 0.3
+"""The same for what takes longer in a large wedge than a mesh of the whole, which is tried as well: Blossom's matching,
+and wedges of fewer mirrors."""
 _LEAST = 0.3
 """Sine of the corner in the middle of a wedge below which a mesher's quads of the whole are better."""
 _SHORTEST = 0.25
@@ -78,7 +82,8 @@ def fill_symmetric(outline: Outline) -> FaceQuads | None:
             made = None if domain is None else _best_of(outline, chart, wedge, core, domain, freely=freely)
             if made is not None and (best is None or made.better_than(best)):
                 best = made
-            if best is not None and best.expected >= _ENOUGH:
+            large = domain is not None and domain.n_nodes > _LARGE
+            if best is not None and best.expected >= (_FAIR_OF_LARGE if large else _ENOUGH):
                 return best  # as symmetric as can be
     if best is None:
         return _fill_turned(outline, chart, largest)
@@ -110,13 +115,12 @@ def _best_of(
 ) -> FaceQuads | None:
     """The best quads of a wedge copied: by a mesher (`freely`), or else grids."""
     boundary = np.concatenate(outline.nodes)
-    n_nodes = sum(map(len, domain.loops))
-    good = _ENOUGH if n_nodes > _LARGE else _GOOD_OF_MANY if n_nodes > MANY else _GOOD
     limit = 0.95 * core.sharpest(wedge)
     kept = core.symmetry(wedge)
+    background = outline.background(chart, outline.nodes)
     best: FaceQuads | None = None
-    for size_factor, fill in _fillings(core, domain, freely=freely):
-        if best is not None and best.expected >= min(_FAIR if size_factor < 1 else good, limit):
+    for good, fill in _fillings(core, domain, background, freely=freely):
+        if best is not None and best.expected >= min(good, limit):
             break
         with suppress(SurfaceMeshError):  # the next setting, or another way
             made = carried_by_mirrors(outline, chart, kept, boundary, *_copied(chart, core, wedge, domain, *fill()))
@@ -126,12 +130,14 @@ def _best_of(
 
 
 def _fillings(
-    core: Core, domain: Domain, *, freely: bool
+    core: Core, domain: Domain, background: Background | None, *, freely: bool
 ) -> Iterator[tuple[float, Callable[[], tuple[FloatArray, IntArray]]]]:
-    """Ways to fill the wedge, coarse ones first: their size, in sizes of the outline, and what makes the quads.
+    """Ways to fill the wedge: the worst corner sine from which on each is not worth it, and what makes the quads.
 
     That gives inner places, and quads in ids of the domain's nodes, then the inner ones, or raises SurfaceMeshError.
     """
+    large = domain.n_nodes > _LARGE
+    good = _ENOUGH if large else _GOOD_OF_MANY if domain.n_nodes > MANY else _GOOD
     places = domain.places(core.points)
     loops = [places[ids] for ids in domain.loops]
     number = np.concatenate([np.array(ids, dtype=np.int64) for ids in domain.loops])
@@ -140,13 +146,14 @@ def _fillings(
         return inner, np.concatenate([number, len(places) + np.arange(len(inner), dtype=np.int64)])[quads]
 
     def meshed(setting: Setting) -> tuple[FloatArray, IntArray]:
-        return numbered(*mesh_polygon(loops, setting))
+        return numbered(*mesh_polygon(loops, setting, background=background))
 
     for found in [grid_of_polygon(loops[0]), fan_of_polygon(loops[0])] if len(loops) == 1 and not freely else []:
         if found is not None:
-            yield 1.0, partial(numbered, *found)
+            yield good, partial(numbered, *found)
     for setting in settings_for(loops) if freely else ():
-        yield setting.size_factor, partial(meshed, setting)
+        worth = _FAIR if setting.size_factor < 1 else _FAIR_OF_LARGE if large and setting.is_matching else good
+        yield worth, partial(meshed, setting)
 
 
 def _copied(  # noqa: PLR0917

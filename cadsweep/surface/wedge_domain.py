@@ -47,6 +47,11 @@ class Domain:
     loops: list[list[int]]
     new: list[FloatArray]
 
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of all loops."""
+        return sum(map(len, self.loops))
+
     def places(self, points: FloatArray) -> FloatArray:
         """Of the outline's nodes `points`, then of the new ones, (n, 2)."""
         return np.concatenate([points, np.array(self.new).reshape(-1, 2)])

@@ -11,6 +11,7 @@ from OCP.BRepBndLib import BRepBndLib  # noqa: E402
 
 from cadsweep.cad.extract import extent  # noqa: E402
 from cadsweep.cad.extract.extent import tight_bounds  # noqa: E402
+from cadsweep.cad.shapes import FACE, subshapes  # noqa: E402
 
 from .cad_zoo import zoo  # noqa: E402
 
@@ -53,3 +54,19 @@ def test_edges_where_cylinders_meet_are_not_searched_inside_of_a_block(monkeypat
     monkeypatch.setattr(extent, "_optimal", lambda shape: asked.append(shape) or of_whole(shape))
     assert tight_bounds(shape) == pytest.approx(of_whole(shape), abs=5e-7)
     assert len(asked) == 1
+
+
+def test_faces_of_a_rounded_end_are_not_searched(monkeypatch):
+    asked = []
+    monkeypatch.setattr(extent, "_optimal", lambda shape: asked.append(shape) or of_whole(shape))
+    drum = cq.Workplane().circle(3).extrude(5).edges().fillet(1).rotate((0, 0, 0), (1, 0, 0), 30)
+    assert tight_bounds(drum.val().wrapped) == pytest.approx(of_whole(drum.val().wrapped), abs=5e-7)
+    assert not any(subshapes(shape, FACE) for shape in asked)  # edges alone
+
+
+def test_a_ring_with_a_hole_in_it_is_searched():
+    """The hole takes its outermost place."""
+    ring = cq.Workplane().circle(1).revolve(360, (-3, 0), (-3, 1)).translate((3, 0, 0))
+    cut = ring.cut(cq.Workplane("YZ").circle(0.5).extrude(9))
+    assert tight_bounds(cut.val().wrapped) == pytest.approx(of_whole(cut.val().wrapped), abs=5e-7)
+    assert tight_bounds(cut.val().wrapped)[1, 0] < 4 - 1e-3

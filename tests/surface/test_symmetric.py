@@ -62,6 +62,17 @@ def test_a_plate_with_rounded_corners_and_holes_has_both_mirrors():
         assert off_mirror(top(mesh), angle) < 1e-9
 
 
+def test_quads_grow_between_slots_with_mirrors_as_without():
+    """Sixteen slots in rows, and with the first of them moved a little: no mirrors are left then."""
+    counts = []
+    for off in (0.0, 0.4):
+        places = [(14 * i + (off if i == j == 0 else 0.0), 9 * j) for i in range(4) for j in range(4)]
+        plate = cq.Workplane().rect(56, 36).extrude(3).translate((21, 13.5, 0))
+        plate = plate.cut(cq.Workplane().pushPoints(places).slot2D(9, 3).extrude(3))
+        counts.append(cs.sweep_mesh(plate, layers=1).n_hexes)
+    assert counts[0] < 1.2 * counts[1]
+
+
 def test_one_mirror_is_kept_and_none_is_no_error():
     fish = cq.Workplane().polyline([(0, 0), (8, 9), (25, 9), (36, 0), (25, -9), (8, -9)]).close().extrude(4)
     fish = fish.cut(cq.Workplane().center(12, 0).circle(3).extrude(4))
