@@ -44,6 +44,12 @@ def others(n: int, ids: IntArray) -> IntArray:
     return np.flatnonzero(left)
 
 
+def cross_product(one: FloatArray, other: FloatArray) -> FloatArray:
+    """The cross product of two vectors (3,): ``numpy.cross`` takes ten times as long for them."""
+    (a, b, c), (d, e, f) = one.tolist(), other.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
 def small_ints(ids: npt.NDArray[np.signedinteger]) -> npt.NDArray[np.signedinteger]:
     """Numbers in half the room, where they fit: for files."""
     return ids.astype(np.int32) if ids.size == 0 or ids.max() < 2**31 else ids

@@ -71,3 +71,15 @@ def signed_area(polygon: FloatArray) -> float:
     """Area of a polygon (m, 2), positive where it runs counter-clockwise."""
     x, y = (polygon - polygon.mean(axis=0)).T
     return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+
+
+def signed_areas(corners: FloatArray, stops: IntArray) -> FloatArray:
+    """Areas (n,) of polygons whose corners (m, 2) stand one after the other, each up to its stop (n,)."""
+    starts = np.append(0, stops[:-1])
+    after = np.arange(1, len(corners) + 1)
+    after[stops - 1] = starts
+    # About a corner of each: far from the origin the products would lose their digits.
+    own = corners - np.repeat(corners[starts], stops - starts, axis=0)
+    x, y = own.T
+    following_x, following_y = own[after].T
+    return 0.5 * np.add.reduceat(x * following_y - following_x * y, starts)

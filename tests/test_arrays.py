@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cadsweep.arrays import distinct, limits
+from cadsweep.arrays import cross_product, distinct, limits
 
 
 @pytest.mark.parametrize("kind", [np.int64, np.int32, np.uint64])
@@ -28,3 +28,8 @@ def test_limits_are_the_least_and_greatest_coordinates():
     assert np.array_equal(low, points.min(axis=0))
     assert np.array_equal(high, points.max(axis=0))
     assert np.isnan(limits(np.array([[1.0, np.nan], [2.0, 0.0]]))[0][1])
+
+
+def test_the_cross_product_is_that_of_numpy():
+    one, other = np.random.default_rng(0).normal(size=(2, 3))
+    assert cross_product(one, other).tolist() == np.cross(one, other).tolist()

@@ -49,14 +49,19 @@ def symmetric_counts(
     found: dict[int, Patterned] = {}
     faces = [sweep.solid.faces[f] for f in (*sweep.source, *sweep.target)]  # edges that answer each other want the same
     plane = all(face.kind == "plane" for face in faces)
+    counts = dict(wanted)  # with what is found: faces of one cap share circles
     for face in faces:
         if face.kind == "plane":
-            own = {**wanted, **counts_of(found)}  # faces of one cap share circles
-            found |= _of_face(sweep.solid, face, own, plane=plane)
+            own = _of_face(sweep.solid, face, counts, plane=plane)
+            found |= own
+            counts |= counts_of(own)
+    known = {**(steps or {}), **{e: own.step for e, own in found.items()}}
     for face in faces:
         if face.kind == "plane" and len(face.loops) == 2:
-            known = {**(steps or {}), **{e: own.step for e, own in found.items()}}
-            found |= _beside(sweep.solid, face, {**wanted, **counts_of(found)}, known)
+            own = _beside(sweep.solid, face, counts, known)
+            found |= own
+            counts |= counts_of(own)
+            known |= {e: made.step for e, made in own.items()}
     return found
 
 
@@ -140,12 +145,14 @@ def _centre(places: FloatArray) -> FloatArray:
 def _of_face(solid: Solid, face: Face, wanted: Mapping[int, float], *, plane: bool) -> dict[int, Patterned]:
     """As :func:`symmetric_counts`, of one face; `plane`: all caps are, so that no curved one has the last word."""
     circles = [c for c in _circles(solid, face) if len(c[0]) == 2 and _halves(solid, c[0])]
+    if not circles:
+        return {}
     open_ones = [circle for circle in circles if set(circle[0]) <= set(wanted)]
     rings: dict[int, Patterned] = {}
     for rim, bore in _rings(open_ones, wanted, solid):
         # Nearer to what the rim wants: there are more quads outside than inside.
         rings = dict.fromkeys((*rim, *bore), Patterned((2.0 * wanted[rim[0]] + wanted[bore[0]]) / 3.0, 1))
-    wanted = {**wanted, **counts_of(rings)}
+    wanted = {**wanted, **counts_of(rings)} if rings else wanted
     if plane and len(circles) == len(face.loops) and _concentric(circles, solid):
         # Every turn carries them to themselves: quarters are what a square core has, and what costs next to nothing.
         halves = {e: wanted[e] for edges, *_ in open_ones for e in edges}

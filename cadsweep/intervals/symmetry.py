@@ -24,7 +24,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import scipy
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, cross_product
 from ..brep import Face, Solid, quarter_turns
 
 _SAME = 1e-6
@@ -248,13 +248,9 @@ def symmetric_pairs(symmetry: Symmetry, wanted: Mapping[int, float], same: float
 
 def _frame(normal: FloatArray) -> FloatArray:
     """Two axes (2, 3) of a plane."""
-    a, b, c = normal.tolist()
-    axis = int(np.argmin(np.abs(normal)))
-    x = np.array([(0.0, c, -b), (-c, 0.0, a), (b, -a, 0.0)][axis])
+    x = cross_product(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     x /= np.linalg.norm(x)
-    d, e, f = x.tolist()
-    # Written out: every face asks for it, and ``numpy.cross`` takes ten times as long for two vectors.
-    return np.array([x, (b * f - c * e, c * d - a * f, a * e - b * d)])
+    return np.array([x, cross_product(normal, x)])
 
 
 def _circle(

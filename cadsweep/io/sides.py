@@ -63,9 +63,9 @@ def find_sides(hexes: IntArray, quads: IntArray, n_points: int) -> tuple[IntArra
     marked[quads[:, :4]] = True
     # Only hexes with four marked corners can own a quad: a thin shell of the mesh.
     candidates = np.flatnonzero(_count_marked(hexes, marked) >= 4)
-    shell = hexes[candidates, :8]
-    sides = np.flatnonzero(marked[shell][:, HEX_FACES].all(axis=2).ravel())
-    corners = shell[sides[:, None] // 6, HEX_FACES[sides % 6]]
+    shell = hexes.take(candidates, axis=0)[:, :8]
+    sides = _marked_sides(shell, marked)
+    corners = shell.take(8 * (sides[:, None] // 6) + HEX_FACES.take(sides % 6, axis=0))
     _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
     wanted, offered = codes[: len(quads)], codes[len(quads) :]
     best = np.full(int(np.max(codes, initial=-1)) + 1, -1, dtype=np.int64)
@@ -90,11 +90,17 @@ def count_users(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
     marked = np.zeros(n_points, dtype=bool)
     marked[quads[:, :4]] = True
     shell = hexes[_count_marked(hexes, marked) >= 4, :8]
-    sides = np.flatnonzero(marked[shell][:, HEX_FACES].all(axis=2).ravel())
+    sides = _marked_sides(shell, marked)
     corners = shell[sides[:, None] // 6, HEX_FACES[sides % 6]]
     _, codes = corner_keys(np.concatenate([quads[:, :4], corners]))
     uses = np.bincount(codes[len(quads) :], minlength=int(np.max(codes, initial=-1)) + 1)
     return uses[codes[: len(quads)]]
+
+
+def _marked_sides(hexes: IntArray, marked: np.ndarray) -> IntArray:
+    """Sides all of whose corners are marked, as ``6 * hex + row of HEX_FACES``."""
+    corners = marked.take(hexes).T
+    return np.flatnonzero(np.stack([np.logical_and.reduce(corners[face]) for face in HEX_FACES], axis=1))
 
 
 def _turn_alike(some: IntArray, others: IntArray) -> np.ndarray:
@@ -124,14 +130,13 @@ def corner_keys(corners: IntArray) -> tuple[IntArray, IntArray]:
     """
     if len(corners) == 0:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    ordered = np.sort(corners, axis=1)
-    if int(np.max(ordered[:, 3])) < 1 << 31:  # two ids a key sort twice as fast as one
-        ordered = (ordered[:, [0, 2]] << 32) | ordered[:, [1, 3]]
-    order = np.lexsort(ordered.T[::-1])
-    ordered = ordered[order]
+    columns = _sorted_columns(corners)
+    if int(np.max(columns[3])) < 1 << 31:  # two ids a key sort twice as fast as one
+        columns = [(columns[0] << 32) | columns[1], (columns[2] << 32) | columns[3]]
+    order = np.lexsort(columns[::-1])
     new = np.zeros(len(corners), dtype=bool)
     new[:1] = True
-    for column in ordered.T:  # numpy reduces rows of two slowly
+    for column in (one.take(order) for one in columns):
         new[1:] |= column[1:] != column[:-1]
     codes = np.empty(len(corners), dtype=np.int64)
     codes[order] = np.cumsum(new) - 1
@@ -142,3 +147,11 @@ def cyclic(corners: IntArray) -> IntArray:
     """Turn each quad so that its least corner comes first; the direction stays."""
     first = corners.argmin(axis=1)
     return corners[np.arange(len(corners))[:, None], (first[:, None] + np.arange(4)) % 4]
+
+
+def _sorted_columns(corners: IntArray) -> list[IntArray]:
+    """The four columns of quads whose corners are sorted: ``numpy.sort`` takes four times as long for rows of four."""
+    a, b, c, d = np.ascontiguousarray(corners.T)
+    a, b, c, d = np.minimum(a, b), np.maximum(a, b), np.minimum(c, d), np.maximum(c, d)
+    least, b, c, greatest = np.minimum(a, c), np.minimum(b, d), np.maximum(a, c), np.maximum(b, d)
+    return [least, np.minimum(b, c), np.maximum(b, c), greatest]

@@ -8,6 +8,7 @@ import os
 import pickle
 import select
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -199,6 +200,7 @@ class Worker:
                 caller=os.getpid(),
                 pid_file=str(self._place.pid_file),
                 folders=tuple(str(folder) for folder in self._place.results),
+                arguments=tuple(sys.argv),
                 environment=self._environment,
             )
             try:

@@ -15,7 +15,7 @@ import sys
 from .channel import Channel
 
 _FIRST_WORDS = """import sys
-sys.path[:], sys.argv[:] = {path!r}, {argv!r}
+sys.path[:] = {path!r}
 from cadsweep.isolation.worker import main
 main({incoming}, {outgoing})
 """
@@ -48,7 +48,7 @@ class WorkerProcess:
         self.chatter, worker_words = os.pipe()
         self.channel = Channel(answers, tasks)
         path = [place or os.getcwd() for place in sys.path]
-        words = _FIRST_WORDS.format(path=path, argv=sys.argv, incoming=worker_in, outgoing=worker_out)
+        words = _FIRST_WORDS.format(path=path, incoming=worker_in, outgoing=worker_out)
         try:
             self._process = subprocess.Popen(
                 [*interpreter(), "-c", words],

@@ -75,6 +75,8 @@ class Station:
     pid_file : str
     folders : tuple of str
         Where large results go, best first; the last is the temporary folder.
+    arguments : tuple of str
+        The caller's ``sys.argv``, which may be longer than what a command may be given.
     environment : dict
         Variables that it sets where they are not set.
     """
@@ -82,6 +84,7 @@ class Station:
     caller: int
     pid_file: str
     folders: tuple[str, ...]
+    arguments: tuple[str, ...]
     environment: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -185,6 +188,7 @@ def _settle(station: Station) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    sys.argv[:] = station.arguments
     for name, value in station.environment.items():
         os.environ.setdefault(name, value)
     os.environ["TMPDIR"] = tempfile.tempdir = station.folders[-1]

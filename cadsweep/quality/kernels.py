@@ -10,9 +10,9 @@ Jacobian determinant has degree (2, 2, 2), so its 27 Bernstein coefficients are 
 64 triple products of one edge of each direction. They bound it from below everywhere inside, eight
 of them are its values at the corners, and their mean is its integral, the volume.
 
-Sixty-four hexahedra are worked on together, the innermost loop running over them, so that the
-compiler can use vector instructions. The kernels release the interpreter's lock, and read indices
-without checking them: callers check first.
+Thirty-two hexahedra are worked on together, which the nearest cache holds, the innermost loop running
+over them, so that the compiler can use vector instructions. The kernels release the interpreter's lock,
+and read indices without checking them: callers check first.
 
 References
 ----------
@@ -32,7 +32,7 @@ METRICS = ("scaled_jacobian", "aspect", "skew", "taper", "condition", "warpage",
 ZERO = 4e-15
 """A determinant below `ZERO` times the product of the longest edges counts as not positive (rounding)."""
 
-_LANES = 64
+_LANES = 32
 """Hexahedra that are worked on together."""
 
 _compiled = compiled(cache=True, error_model="numpy", nogil=True)

@@ -121,8 +121,9 @@ def heights_on_edge(edge: Edge, direction: FloatArray, places: FloatArray) -> Fl
     curve = edge.curve
     if edge.kind in _PLANAR:
         some = curve.evaluate(_THREE)
-        heights = some @ direction
-        if float(np.ptp(heights)) <= _LEVEL * max(edge.length, float(np.abs(heights).max())):
+        heights = (some @ direction).tolist()
+        low, high = min(heights), max(heights)
+        if high - low <= _LEVEL * max(edge.length, high, -low):
             return np.full(len(places), heights[1])
     frame = across(direction)
     seen = (some[::2] if edge.kind == "line" else curve.evaluate(_AT)) @ frame.T

@@ -114,9 +114,12 @@ def place_nodes(stack: Stack, levels: Levels, mesh: QuadMesh, places: FloatArray
     known, found = known[:, number[lines]], found[:, number[lines]]
     for side in (below, above):
         side[:, lines] = np.where(known, side[:, lines], found)
+    between: dict[tuple[int, int], list[IntArray]] = {}
     for quads, columns in zip(quads_of, stack.columns, strict=True):
         for a, b in columns:
-            _relax(heights, levels, (levels.caps[a], levels.caps[b]), quads, on_lines)
+            between.setdefault((levels.caps[a], levels.caps[b]), []).append(quads)
+    for ends_at, cells in between.items():
+        _relax(heights, levels, ends_at, cells, on_lines)
     return heights
 
 
@@ -152,21 +155,33 @@ def fill_levels(heights: Heights, means: FloatArray) -> None:
             heights.below[low + 1 : high, nodes] = heights.above[low + 1 : high, nodes] = between
 
 
-def _relax(heights: Heights, levels: Levels, between: tuple[int, int], quads: IntArray, on_lines: np.ndarray) -> None:
-    """Carry what the lines around a column differ by into it."""
+def _relax(
+    heights: Heights, levels: Levels, between: tuple[int, int], cells: list[IntArray], on_lines: np.ndarray
+) -> None:
+    """Carry what the lines around columns of the same levels differ by into them.
+
+    All at once: lines hold the nodes on them, so that no column knows of another.
+    """
     low, high = between
     if high - low < 2:
         return
-    nodes, local = np.unique(quads, return_inverse=True)
-    local = local.reshape(-1, 4)
-    border = on_lines[nodes]
-    below, above = heights.above[low, nodes], heights.below[high, nodes]
     means = levels.heights
     share = (means[low + 1 : high] - means[low]) / (means[high] - means[low])
-    off = (heights.below[low + 1 : high][:, nodes] - below) / (above - below) - share[:, None]
-    if float(np.abs(off[:, border]).max()) <= _SAME or border.all():
+
+    def off(nodes: IntArray) -> FloatArray:
+        below, above = heights.above[low, nodes], heights.below[high, nodes]
+        return (heights.below[low + 1 : high][:, nodes] - below) / (above - below) - share[:, None]
+
+    used = [distinct(quads) for quads in cells]
+    rims = [nodes[on_lines[nodes]] for nodes in used]
+    worst = np.maximum.reduceat(np.abs(off(np.concatenate(rims))).max(axis=0), np.cumsum([0, *map(len, rims[:-1])]))
+    uneven = ~(worst <= _SAME) & (np.array([len(nodes) for nodes in used]) > np.array([len(rim) for rim in rims]))
+    if not uneven.any():
         return
+    nodes, local = np.unique(np.concatenate([cells[c] for c in np.flatnonzero(uneven)]), return_inverse=True)
+    border = on_lines[nodes]
     inner = np.flatnonzero(~border)
-    moved = carried(np.ascontiguousarray(off.T), border, local)[inner].T
-    values = (share[:, None] + moved) * (above - below)[inner] + below[inner]
+    moved = carried(np.ascontiguousarray(off(nodes).T), border, local.reshape(-1, 4))[inner].T
+    below, above = heights.above[low, nodes[inner]], heights.below[high, nodes[inner]]
+    values = (share[:, None] + moved) * (above - below) + below
     heights.below[low + 1 : high, nodes[inner]] = heights.above[low + 1 : high, nodes[inner]] = values

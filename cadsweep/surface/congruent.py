@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, cross_product
 from .outline import FaceQuads, Outline
 
 _SAME = 1e-9
@@ -100,7 +100,7 @@ def _describe(outline: Outline) -> _Described:
     x_axis = points[1] - points[0]
     x_axis = x_axis - (x_axis @ normal) * normal
     x_axis /= np.linalg.norm(x_axis)
-    axes = np.stack([x_axis, np.cross(normal, x_axis)])
+    axes = np.stack([x_axis, cross_product(normal, x_axis)])
     places = (points - points[0]) @ axes.T
     extent = float(np.ptp(places, axis=0).max())
     angles = [angle for loop in outline.loops for angle in outline.angles(loop)]

@@ -34,6 +34,11 @@ def test_tasks_share_a_process_also_after_an_error_on_purpose(worker):
     assert not psutil.pid_exists(first)
 
 
+def test_a_caller_with_more_arguments_than_a_command_may_have_gets_a_worker(worker, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["cadsweep", *(f"part_{k:06d}.step" for k in range(20_000))])
+    assert worker.run("tests.reliability.worker_tasks:n_arguments") == 20_001
+
+
 def test_a_task_finds_the_process_as_the_first_one_found_it(worker, tmp_path):
     (tmp_path / "beside.py").write_text("VALUE = 1\n")
     before = worker.run("tests.reliability.worker_tasks:look_around")

@@ -158,3 +158,7 @@ def hold(n_bytes, on_progress):
     kept = sys.modules.setdefault("kept_memory", [])  # where nothing clears it
     kept.append(np.ones(n_bytes // 8))
     return os.getpid()
+
+
+def n_arguments(on_progress):
+    return len(sys.argv)

@@ -127,8 +127,9 @@ def _into_branch(known: Any, curve: EdgeCurve, periods: Sequence[float | None], 
     """
     shift = np.zeros(2)
     if known is not None and any(period is not None for period in periods):
-        middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0]
-        for j, period in enumerate(periods):
+        middle = known.derivatives(np.array([(curve.first + curve.last) / 2.0]))[0][0].tolist()
+        for j, (low, high) in enumerate(box.T.tolist()):
+            period = periods[j]
             if period is not None:
-                shift[j] = -period * np.round((middle[j] - box[:, j].mean()) / period)
+                shift[j] = -period * round((middle[j] - 0.5 * (low + high)) / period)
     return shift

@@ -9,6 +9,7 @@ Place in the flow: :mod:`.validate` and :mod:`.divide` ask here first, and OpenC
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -20,12 +21,13 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepCheck import BRepCheck_Analyzer, BRepCheck_Shell, BRepCheck_Status
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.Geom import Geom_Plane
+from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Trsf
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
 
 from ...arrays import FloatArray
-from ...polygons import is_inside, signed_area
+from ...polygons import is_inside, signed_areas
 from ..shapes import EDGE, FACE, SHELL, WIRE, explore, near_boxes, subshapes, typed
 
 MANY = 32
@@ -68,13 +70,15 @@ def _are_apart(face: Any) -> bool:
     origin = frame @ _row(position.Location())
     if near_boxes(boxes, rim, 0.0).any() or np.count_nonzero(near_boxes(boxes, boxes, 0.0)) > len(holes):
         return False
-    course = _course(outer, face) @ frame.T - origin
-    if not is_inside([course], boxes.mean(axis=1)).all():
+    courses = [_course(wire, face) for wire in (outer, *holes)]
+    corners = np.array(list(chain.from_iterable(courses))) @ frame.T - origin
+    stops = np.cumsum([len(course) for course in courses])
+    if not is_inside([corners[: stops[0]]], boxes.mean(axis=1)).all():
         return False
-    areas = [signed_area(course), *(signed_area(_course(wire, face) @ frame.T) for wire in holes)]
-    if any(area * areas[0] >= 0.0 for area in areas[1:]):
+    areas = signed_areas(corners, stops)
+    if (areas[1:] * areas[0] >= 0.0).any():
         return False
-    return all(_is_sound_alone(plane, wire, area) for wire, area in zip((outer, *holes), areas, strict=True))
+    return all(_is_sound_alone(plane, wire, area) for wire, area in zip((outer, *holes), areas.tolist(), strict=True))
 
 
 def _is_sound_alone(plane: Any, wire: Any, area: float) -> bool:
@@ -93,8 +97,8 @@ def _boxes(shapes: Sequence[Any]) -> FloatArray:
     return np.array(found).reshape(-1, 2, 3)[:, :, :2]
 
 
-def _course(wire: Any, face: Any) -> FloatArray:
-    """Points (m, 3) along a wire, in its direction."""
+def _course(wire: Any, face: Any) -> list[tuple[float, float, float]]:
+    """Points along a wire, in its direction."""
     points: list[tuple[float, float, float]] = []
     walk = BRepTools_WireExplorer(typed(wire, WIRE), typed(face, FACE))
     while walk.More():
@@ -104,11 +108,12 @@ def _course(wire: Any, face: Any) -> FloatArray:
         if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
             begin, end = end, begin
         # Tuples: an array for each point takes longer than the point.
-        for share in _SHARES:
-            point = curve.Value(begin + share * (end - begin))
-            points.append((point.X(), point.Y(), point.Z()))
+        is_line = curve.GetType() == GeomAbs_CurveType.GeomAbs_Line
+        points += [
+            curve.Value(begin + share * (end - begin)).Coord() for share in (_SHARES[:1] if is_line else _SHARES)
+        ]
         walk.Next()
-    return np.array(points)
+    return points
 
 
 def _row(point: Any) -> FloatArray:

@@ -180,6 +180,9 @@ def _closed_upon_itself(shape: Any) -> tuple[int, Any] | None:
         edge, of_edge = typed(uses.FindKey(j), EDGE), uses.FindFromIndex(j)
         if BRep_Tool.Degenerated_s(edge) or not of_edge.Extent():
             continue
+        is_between_two = of_edge.Extent() == 2 and not of_edge.First().IsSame(of_edge.Last())
+        if is_between_two and not TopExp.FirstVertex_s(edge).IsSame(TopExp.LastVertex_s(edge)):
+            continue
         numbers = [faces.FindIndex(face) for face in listed(of_edge)]
         seams = [n for n in numbers if numbers.count(n) > 1]
         if seams or TopExp.FirstVertex_s(edge).IsSame(TopExp.LastVertex_s(edge)):
@@ -289,32 +292,31 @@ def _curved_area(faces: Sequence[Any], *, precise: bool = False) -> float:
 def _make_exact(shape: Any, old_edges: Any) -> None:
     """Give every new edge that runs along an isoparametric line the exact curve of that line."""
     builder = BRep_Builder()
-    todo = TopTools_IndexedMapOfShape()
+    uses = TopTools_IndexedDataMapOfShapeListOfShape()
+    TopExp.MapShapesAndAncestors_s(shape, EDGE, FACE, uses)
     for edge in subshapes(shape, EDGE):
-        if not old_edges.Contains(edge) and _is_spline(edge):
-            todo.Add(edge)
-    if not todo.Extent():
-        return
-    done = set()
-    for face in subshapes(shape, FACE):
-        surface = BRep_Tool.Surface_s(face)
-        for edge in explore(face, EDGE):
-            if edge in done or not todo.Contains(edge):
-                continue
-            curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
-            pcurve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
-            iso = None if pcurve is None else _isoparametric(surface, pcurve)
-            if iso is None:
-                continue
+        if old_edges.Contains(edge) or not _is_spline(edge):
+            continue
+        iso = _exact_curve(edge, listed(uses.FindFromKey(edge)))
+        if iso is not None:
             first, last = space_range(edge)
-            # Both curves must run alike in the parameter, or the edge is left as it is.
-            tolerance = BRep_Tool.Tolerance_s(edge) + 1e-6
-            at = np.linspace(first, last, 9)
-            if max(iso.Value(float(t)).Distance(curve.Value(float(t))) for t in at) > 10 * tolerance:
-                continue
-            done.add(edge)
             builder.UpdateEdge(edge, iso, TopLoc_Location(), BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, first, last, True)
+
+
+def _exact_curve(edge: Any, faces: Sequence[Any]) -> Any:
+    """The parameter line of one of its faces that an edge runs along; None where there is none."""
+    curve = BRep_Tool.Curve_s(edge, 0.0, 1.0)
+    first, last = space_range(edge)
+    tolerance = BRep_Tool.Tolerance_s(edge) + 1e-6
+    for face in faces:
+        pcurve = BRep_Tool.CurveOnSurface_s(edge, typed(face, FACE), 0.0, 1.0)
+        iso = None if pcurve is None else _isoparametric(BRep_Tool.Surface_s(typed(face, FACE)), pcurve)
+        # Both curves must run alike in the parameter, or the edge is left as it is.
+        at = np.linspace(first, last, 9).tolist()
+        if iso is not None and max(iso.Value(t).Distance(curve.Value(t)) for t in at) <= 10 * tolerance:
+            return iso
+    return None
 
 
 def _is_spline(edge: Any) -> bool:

@@ -98,7 +98,7 @@ def _merged(shape: Any, tolerance: float) -> tuple[Any, ShapeBuild_ReShape]:
 
 def _slivers(shape: Any, tolerance: float) -> tuple[list[Any], list[Any]]:
     """Short edges and narrow faces."""
-    short = [edge for edge in subshapes(shape, EDGE) if _length(edge) < tolerance]
+    short = [edge for edge in subshapes(shape, EDGE) if _is_short(edge, tolerance)]
     narrow = []
     for face in subshapes(shape, FACE):
         edges = subshapes(face, EDGE)
@@ -157,6 +157,13 @@ def _is_torn(solid: Any, tolerance: float) -> bool:
             return True
         known.append(middle)
     return False
+
+
+def _is_short(edge: Any, tolerance: float) -> bool:
+    """Whether an edge is shorter than a tolerance; most are told by their ends, which lie farther apart."""
+    curve = BRepAdaptor_Curve(edge)
+    chord = curve.Value(curve.FirstParameter()).Distance(curve.Value(curve.LastParameter()))
+    return chord < 2.0 * tolerance and _length(edge) < tolerance
 
 
 def _length(edge: Any) -> float:
