@@ -116,8 +116,8 @@ class Zone:
 
     def beside(self, other: Zone, axis: int, tight: float) -> bool:
         """Whether it lies next to another one along a normal."""
-        overlap = np.minimum(self.high, other.high) - np.maximum(self.low, other.low)
-        return bool((np.delete(overlap, axis) > tight).all())
+        overlap = (np.minimum(self.high, other.high) - np.maximum(self.low, other.low)).tolist()
+        return all(overlap[k] > tight for k in range(3) if k != axis)
 
     def needs_apart(self, other: Zone) -> bool:
         """Whether a plane must lie between it and another one."""
@@ -326,7 +326,7 @@ def _gap(zone: Zone, others: Sequence[Zone], side: tuple[int, int, float], tight
     gaps = []
     for other in others:
         is_own = zone.lines & other.lines and axis != zone.way
-        if other is zone or is_own or not zone.beside(other, axis, tight) or not zone.needs_apart(other):
+        if other is zone or is_own or not zone.needs_apart(other) or not zone.beside(other, axis, tight):
             continue
         gap = sign * (float((other.low if sign > 0 else other.high)[axis]) - start)
         if gap > -tight:
