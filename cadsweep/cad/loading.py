@@ -125,7 +125,7 @@ def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model
 
 def _import_opencascade() -> None:
     """Import OpenCASCADE, or say in one line what to install."""
-    if "OCP" in sys.modules:
+    if sys.modules.get("OCP") is not None:
         return
     try:
         with collector_resting():
