@@ -165,15 +165,7 @@ class Narrowed:
 
 
 def narrow(states: Mapping[int, Sequence[State]], pairs: Iterable[tuple[int, int]]) -> Narrowed | None:
-    """Take out what cannot be, whatever is along the sweep; None where nothing can.
-
-    Parameters
-    ----------
-    states : mapping of int to sequence of State
-        By face.
-    pairs : iterable of (int, int)
-        Classes of which one at most is along the sweep.
-    """
+    """Take out what cannot be, whatever is along the sweep; None where nothing can. Arguments as of `Open`."""
     every = Open(states, pairs)
     bits = {f: (1 << len(own)) - 1 for f, own in every.states.items()}
     start = Narrowed(open=every, said={}, bits=bits)

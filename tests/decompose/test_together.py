@@ -6,7 +6,7 @@ pytest.importorskip("OCP")
 
 import numpy as np
 
-from cadsweep.cad.edit.axial import Together
+from cadsweep.cad.edit.together import Together
 
 
 def connected(told):

@@ -38,7 +38,6 @@ TIGHT = 1e-6
 """Share of a length up to which a place lies on its end."""
 AT_TIP = 0.25
 """Distance of a plane from the tip of a slot, in the radius of its end, below which it is as good as tangent there."""
-
 AT_SIDE = 0.1
 """Distance of a plane through a slot's end from the side of the bore, in its radius, below which it is as good as
 tangent there."""
