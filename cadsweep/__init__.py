@@ -8,9 +8,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from . import verbs
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from .app.notebook import open_part as open
     from .asked import EdgeBias, LocalSize, WallLayers
     from .brep import Part
     from .errors import (
@@ -53,10 +55,24 @@ _HOMES = {
     "make_family": "pipeline",
     "refine": "pipeline",
     "sensitivity": "pipeline",
+    "open": "app.notebook",
     "read": "io",
     "stream_mesh": "pipeline",
     "sweep_mesh": "pipeline",
 }
+
+_VERBS = {
+    "check_mesh": "quality",
+    "mesh_summary_html": "report",
+    "part_card": "report",
+    "plot": "view",
+    "plot_report": "view",
+    "report_card": "report",
+    "sweep_card": "report",
+    "to_pyvista": "view",
+    "write": "io",
+}
+"""Rooms of what values do for their users: see :mod:`.verbs`."""
 
 __all__ = [
     "CadError",
@@ -80,6 +96,7 @@ __all__ = [
     "find_sweeps",
     "load",
     "make_family",
+    "open",
     "read",
     "refine",
     "sensitivity",
@@ -91,10 +108,13 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'cadsweep' has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), "open_part" if name == "open" else name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+verbs.look_up_by(lambda verb: getattr(import_module(f".{_VERBS[verb]}", __name__), verb))

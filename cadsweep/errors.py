@@ -7,9 +7,12 @@ wrong, where (face, edge, layer) and what to try. ``assert`` is kept for defects
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
+
+from .brief import in_lines
 
 if TYPE_CHECKING:
     from .arrays import FloatArray
@@ -35,8 +38,25 @@ def no_such_file(path: object) -> str:
 class CadSweepError(Exception):
     """Root of the errors that cadsweep raises on purpose.
 
+    ``str(error)`` has at most three short lines: what cannot be had, where, and what to try.
+
+    Parameters
+    ----------
+    what : str
+        What cannot be had, and why. A message of one sentence may name its place and say what to try by itself.
+    where : str
+        The face or the place.
+    try_ : str
+        What to try: what was seen to help, where that is cheap to see.
+    reasons : sequence of str
+        The long form: what was looked at and why each of it fails, a line each.
+
     Attributes
     ----------
+    what, where, try_, reasons
+        As they were given, unshortened.
+    message : str
+        All but the reasons, unshortened, in one line.
     solids : tuple of str
         The solids of an assembly that are at fault, where that is known.
 
@@ -51,6 +71,36 @@ class CadSweepError(Exception):
     """
 
     solids: tuple[str, ...] = ()
+
+    def __init__(self, what: object = "", *, where: str = "", try_: str = "", reasons: Sequence[str] = ()) -> None:
+        super().__init__(what)
+        self.where = where
+        self.try_ = try_
+        self.reasons = tuple(reasons)
+
+    @property
+    def what(self) -> str:
+        """What cannot be had."""
+        return str(self.args[0])
+
+    @property
+    def message(self) -> str:
+        """All that is said, in one line."""
+        said = [self.what, *([f"at {self.where}"] if self.where else []), *([self.try_] if self.try_ else [])]
+        return " ".join(
+            "; ".join(line.rstrip(".;") if k < len(said) - 1 else line for k, line in enumerate(said)).split()
+        )
+
+    def __str__(self) -> str:
+        return "\n".join(in_lines(self.what, self.where, self.try_))
+
+    def about(self, what: str = "", *, where: str = "", try_: str = "", reasons: Sequence[str] = ()) -> Self:
+        """The same refusal with other words for what is given, and with more reasons."""
+        other = copy(self)
+        other.args = (what or self.what, *self.args[1:])
+        other.where, other.try_ = where or self.where, try_ or self.try_
+        other.reasons = (*self.reasons, *reasons)
+        return other
 
 
 class InputError(CadSweepError, ValueError):
@@ -80,7 +130,7 @@ class UnknownNameError(CadSweepError, KeyError):
     cadsweep.errors.UnknownNameError: the mesh has no boundary 'inlet'; there are source, target, ...
     """
 
-    __str__ = Exception.__str__  # a KeyError quotes its message
+    __str__ = CadSweepError.__str__  # a KeyError quotes its message
 
 
 class CoarseMeshError(InputError):
@@ -108,14 +158,10 @@ class NotSweepableError(CadSweepError):
     ----------
     reasons : tuple of str
         One line per rejected candidate, each naming the candidate's source face and the face or
-        edge that rules it out; then one for each change of the part that did not help either.
+        edge that rules it out; then one for each change of the part that did not help either, for each direction along
+        which it is no stack of columns, and what of it no cuts were found for.
     faces : tuple of int
         Ids of the faces that are most in the way, the worst first.
-    advice : str
-        The sentence that begins the message: the face in the way, its place, and what to do.
-    columns : str
-        Why it is no stack of columns either, along the direction that fits best: the face in the way; empty where that
-        was not tried.
     left : sequence of (m, 3) float64
         Where cuts were tried and none did: the edges of the cell that has no sweep, or of the faces on which cells do
         not agree, as chains of points, model units.
@@ -132,13 +178,16 @@ class NotSweepableError(CadSweepError):
     """
 
     def __init__(
-        self, message: str, *, reasons: Sequence[str] = (), faces: Sequence[int] = (), advice: str = ""
+        self,
+        what: object = "",
+        *,
+        where: str = "",
+        try_: str = "",
+        reasons: Sequence[str] = (),
+        faces: Sequence[int] = (),
     ) -> None:
-        super().__init__(message)
-        self.reasons = tuple(reasons)
+        super().__init__(what, where=where, try_=try_, reasons=reasons)
         self.faces = tuple(int(face) for face in faces)
-        self.advice = advice
-        self.columns = ""
         self.left: tuple[FloatArray, ...] = ()
 
 
@@ -151,8 +200,16 @@ class PlanError(CadSweepError):
         The contradicting faces: cell of the part, and face id in that cell.
     """
 
-    def __init__(self, message: str, *, faces: Sequence[tuple[int, int]] = ()) -> None:
-        super().__init__(message)
+    def __init__(
+        self,
+        what: object = "",
+        *,
+        where: str = "",
+        try_: str = "",
+        reasons: Sequence[str] = (),
+        faces: Sequence[tuple[int, int]] = (),
+    ) -> None:
+        super().__init__(what, where=where, try_=try_, reasons=reasons)
         self.faces = tuple((int(cell), int(face)) for cell, face in faces)
 
 
@@ -176,8 +233,16 @@ class SurfaceMeshError(CadSweepError):
     True
     """
 
-    def __init__(self, message: str, *, edges: Sequence[int] = ()) -> None:
-        super().__init__(message)
+    def __init__(
+        self,
+        what: object = "",
+        *,
+        where: str = "",
+        try_: str = "",
+        reasons: Sequence[str] = (),
+        edges: Sequence[int] = (),
+    ) -> None:
+        super().__init__(what, where=where, try_=try_, reasons=reasons)
         self.edges = tuple(int(e) for e in edges)
 
 
@@ -200,8 +265,8 @@ class ProjectionError(CadSweepError):
     cadsweep.errors.ProjectionError: ...
     """
 
-    def __init__(self, message: str, *, layer: int | None = None, loop: int | None = None) -> None:
-        super().__init__(message)
+    def __init__(self, what: object = "", *, layer: int | None = None, loop: int | None = None) -> None:
+        super().__init__(what)
         self.layer = layer
         self.loop = loop
 
@@ -226,8 +291,17 @@ class InvertedHexError(CadSweepError):
     ((7, 3), -0.2)
     """
 
-    def __init__(self, message: str, *, hexes: Sequence[int] = (), min_scaled_jacobian: float = float("nan")) -> None:
-        super().__init__(message)
+    def __init__(
+        self,
+        what: object = "",
+        *,
+        where: str = "",
+        try_: str = "",
+        reasons: Sequence[str] = (),
+        hexes: Sequence[int] = (),
+        min_scaled_jacobian: float = float("nan"),
+    ) -> None:
+        super().__init__(what, where=where, try_=try_, reasons=reasons)
         self.hexes = tuple(int(h) for h in hexes)
         self.min_scaled_jacobian = float(min_scaled_jacobian)
         self.crossing: tuple[tuple[float, float, float], ...] = ()
@@ -251,6 +325,6 @@ class WorkerError(CadSweepError):
     cadsweep.errors.WorkerError: time-out in stage 'start': ...
     """
 
-    def __init__(self, message: str, *, stage: str = "") -> None:
-        super().__init__(message)
+    def __init__(self, what: object = "", *, stage: str = "") -> None:
+        super().__init__(what)
         self.stage = stage

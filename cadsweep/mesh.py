@@ -14,6 +14,7 @@ from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
 from .errors import UnknownNameError, did_you_mean
 from .record import MeshRecord
+from .verbs import do
 
 if TYPE_CHECKING:
     from .quality import QualityReport
@@ -229,32 +230,23 @@ class HexMesh:
 
     def quality(self) -> QualityReport:
         """Every metric and check of :mod:`cadsweep.quality` on this mesh."""
-        from .quality import check_mesh
-
-        return check_mesh(self)
+        report: QualityReport = do("check_mesh", self)
+        return report
 
     def write(self, path: str | PathLike[str], **options: Any) -> None:
         """Write the mesh; the suffix of `path` names the format (:func:`cadsweep.io.write`)."""
-        from .io import write
-
-        write(self, path, **options)
+        do("write", self, path, **options)
 
     def to_pyvista(self) -> Any:
         """The mesh as a ``pyvista.UnstructuredGrid`` (needs the extra ``view``)."""
-        from .view import to_pyvista
-
-        return to_pyvista(self)
+        return do("to_pyvista", self)
 
     def plot(self, **options: Any) -> Any:
         """Show the mesh in a window, or write a picture (:func:`cadsweep.view.plot`)."""
-        from .view import plot
-
-        return plot(self, **options)
+        return do("plot", self, **options)
 
     def _repr_html_(self) -> str:
-        from .report import mesh_summary_html
-
-        return mesh_summary_html(self)
+        return str(do("mesh_summary_html", self))
 
 
 def _counted(arrays: Mapping[str, IntArray], what: str, most: int = 6) -> str:

@@ -52,6 +52,13 @@ def _name_or_number(name: str, value: Any) -> None:
         raise InputError(f"{name} must be a name or a number, not {value!r}")
 
 
+def _chosen_faces(name: str, value: Any) -> None:
+    for one in value if isinstance(value, list | tuple) else [value]:
+        if one is None:
+            raise InputError(f"{name} must be the id, name or selector of faces or edges, not None")
+        _name_or_number(name, one)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SweepOptions:
     """Options of :func:`cadsweep.sweep_mesh`; every length is in model units.
@@ -107,6 +114,9 @@ class SweepOptions:
     periodic : mapping of str to str
         Faces whose meshes answer each other node by node, under the translation or rotation from the first to the
         second: ``{"left": "right"}``, by name, id or CadQuery selector. Pairs are in ``mesh.periodic``.
+    names : mapping of str to str, int, or sequence of them
+        Names for faces and edges: to each what it is given to, as ``{"inlet": "face 7", "ribs": ["face 3", "face
+        9"]}``; of one solid of several ``"pin: face 7"``. Other options know them, and so does the mesh.
     params : mapping or None
         Parameters of a CadQuery script.
     part : str, int or None
@@ -172,6 +182,7 @@ class SweepOptions:
     biases: Mapping[str, Any] | None = None
     wall_layers: Mapping[str, Any] | None = None
     periodic: Mapping[str, str] | None = None
+    names: Mapping[str, Any] | None = None
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
@@ -228,6 +239,7 @@ class SweepOptions:
         self._check_local_sizes(self.local_sizes)
         _each("biases", self.biases, "the bias", edge_bias)
         _each("periodic", self.periodic, "the periodic partner", _name_or_number)
+        _each("names", self.names, "what has the name", _chosen_faces)
         _each("wall_layers", self.wall_layers, "the wall layers", wall_layers)
         if self.max_hexes is not None and self.max_hexes != math.inf:
             _positive("max_hexes", self.max_hexes)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from .arrays import IntArray
 from .brep import Solid
+from .verbs import do
 
 DirectedEdge = tuple[int, bool]
 """An edge id, and whether the edge is run through from its start to its end."""
@@ -119,9 +120,7 @@ class Sweep:
         )
 
     def _repr_html_(self) -> str:
-        from .report import sweep_card
-
-        return sweep_card(self)
+        return str(do("sweep_card", self))
 
     @property
     def closed(self) -> bool:

@@ -58,7 +58,7 @@ def _make(study: Study, path: Path, max_memory: float, on_progress: Any) -> Path
             )
     except CadSweepError as error:
         raise CadSweepError(
-            f"the first case '{first.name}', whose mesh all cases are to have, cannot be meshed: {error}"
+            f"the first case '{first.name}', whose mesh all cases are to have, cannot be meshed: {error.message}"
         ) from error
     return path
 

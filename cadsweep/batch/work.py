@@ -103,4 +103,4 @@ def run_case(
 
 
 def _failed(error: CadSweepError) -> dict[str, Any]:
-    return {"status": "failed", "error": " ".join(str(error).split()), "error_type": type(error).__name__}
+    return {"status": "failed", "error": error.message, "error_type": type(error).__name__}

@@ -24,7 +24,7 @@ from ..mesh import HexMesh, SurfaceMesh
 from ..record import MeshRecord
 from ..sweep import Sweep
 from .former_faces import own_quads
-from .naming import name_pieces
+from .naming import name_sweep
 
 if TYPE_CHECKING:
     from ..projection import FactoredSweep
@@ -177,7 +177,7 @@ def factor_mesh(
     info: Mapping[str, Any] | None = None,
 ) -> FactoredMesh:
     """Join the placed layers with the names of the CAD faces."""
-    pieces = name_pieces(sweep)
+    pieces = {piece[1:]: names for piece, names in name_sweep(sweep).pieces().items()}
     owner_names = tuple(dict.fromkeys(pieces.values()))
     index = {names: i for i, names in enumerate(owner_names)}
     table = np.zeros(len(sweep.solid.faces), dtype=np.int64)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, small_ints
-from ..projection.storage import sweep_arrays, sweep_of_arrays
+from ..projection import FactoredSweep
 from .cells import CellBlocks, FilledCell, SweptCell
 
 _WORDS = ("format", "functional", "strategy")
@@ -83,7 +83,7 @@ def cells_from_arrays(arrays: Mapping[str, Any]) -> CellBlocks:
 
 
 def _swept_arrays(own: SweptCell, points: FloatArray) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    arrays = sweep_arrays(own.sweep)
+    arrays = own.sweep.to_arrays()
     text = {name: str(arrays.pop(name)) for name in _WORDS}
     nodes = {"bottom": own.bottom, "top": own.top, "rings": own.rings}
     for name, where in _SHARED.items():
@@ -99,7 +99,7 @@ def _swept_cell(cell: int, after: int, own: dict[str, np.ndarray], points: Float
     for name, where in _SHARED.items():
         if name not in own and not (name == "target_points" and "no_target" in own):
             own[name] = points[nodes[where]]
-    return SweptCell(cell=cell, sweep=sweep_of_arrays(own), after=after, **nodes)
+    return SweptCell(cell=cell, sweep=FactoredSweep.of_arrays(own), after=after, **nodes)
 
 
 def _parted(flat: np.ndarray, shapes: Sequence[Sequence[int] | None]) -> list[np.ndarray | None]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..cells import SweptStructure
 from ..errors import InputError, no_such_file
-from ..projection.storage import sweep_arrays, sweep_of_arrays
+from ..projection import FactoredSweep
 from .block import FactoredMesh
 
 _PREFIX = "mesh_"
@@ -46,7 +46,7 @@ def factor_arrays(factored: FactoredMesh) -> dict[str, Any]:
         "offset": factored.offset,
         "text": np.array(json.dumps(text)),
     }
-    return {**sweep_arrays(factored.sweep), **{_PREFIX + name: array for name, array in arrays.items()}}
+    return {**factored.sweep.to_arrays(), **{_PREFIX + name: array for name, array in arrays.items()}}
 
 
 @contextmanager
@@ -75,7 +75,7 @@ def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
 def factored_of_arrays(arrays: dict[str, Any]) -> FactoredMesh:
     """The factors again."""
     text = json.loads(str(arrays[_PREFIX + "text"]))
-    sweep = sweep_of_arrays(arrays)
+    sweep = FactoredSweep.of_arrays(arrays)
     return FactoredMesh(
         sweep=sweep,
         structure=SweptStructure(

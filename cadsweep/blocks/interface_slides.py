@@ -17,8 +17,9 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Curve, Part, Surface
-from .finish import NamedFaces, by_face
+from .finish import by_face
 from .joined import JoinedMesh
+from .naming import NamedFaces
 
 _STEP = 1e-6
 """Fraction of an edge's length over which its tangent is measured."""

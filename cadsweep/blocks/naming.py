@@ -1,69 +1,149 @@
-"""What boundaries are called: names of the user, roles in the sweep, and colours.
+"""What the faces of a part are called in its mesh, and in which colours: names of the user, or roles.
 
-Place in the flow: called by ``block`` and ``reference``, which both know a boundary by the names of its faces.
+Place in the flow: ``pipeline`` names the faces of a complex once its cells have roles; the mesh, what it is checked
+against and its pictures know a boundary by the names of its faces.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..brep import Part
 from ..sweep import Sweep
+from .joined import neighbours_of
+
+Place = tuple[int, int]
+"""A cell, and its id of a face."""
+Piece = tuple[int, int, int]
+"""A cell, its id of a face, and the number of a patch of it; -1 for what of the face is no patch."""
+
+CUT = "cut"
+"""The role of a face where a ring was cut open: it is inside the mesh."""
 
 
-def name_pieces(sweep: Sweep) -> dict[tuple[int, int], tuple[str, ...]]:
-    """Name every face of the solid, and every patch of a face.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NamedFaces:
+    """What the faces of the cells are called.
 
-    They keep the names that their user gave them. The others are ``source``, ``target`` and
-    ``side_1``, ``side_2``, ... in the order of the loops; a cap of several unnamed faces is
-    ``source_1``, ``source_2``, ... Pieces of one divided face share a name.
-
-    Returns
-    -------
-    dict of (int, int) to tuple of str
-        Boundary names of the faces (face id, -1) and of their patches (face id, number).
+    Attributes
+    ----------
+    outside : dict of (cell, face) to tuple of str
+        Boundary names.
+    between : dict of (cell, face) to tuple of str
+        Interface names, of both cells' faces.
+    first : dict of (cell, face) to bool
+        Whether an interface's face is that of the solid which its name begins with.
+    patches : dict of (cell, face, patch) to tuple of str
+        Boundary names of the patches of merged faces.
     """
-    faces = sweep.solid.faces
-    roles = [("source", sweep.source), ("target", sweep.target), ("side", [s.face for s in sweep.linking_sides])]
-    names: dict[tuple[int, int], tuple[str, ...]] = {}
-    pieces: list[tuple[str, list[tuple[tuple[int, int], tuple[str, ...], str]]]] = []
-    for role, ids in roles:
-        own: list[tuple[tuple[int, int], tuple[str, ...], str]] = []
-        for i in ids:
-            own.append(((i, -1), faces[i].names, faces[i].key or f"face {i}"))
-            own += [((i, j), patch.names, patch.key) for j, patch in enumerate(faces[i].former)]
-        pieces.append((role, own))
-    taken = {name for _, own in pieces for _, given, _ in own for name in given}
-    for role, own in pieces:
-        numbers: dict[str, int] = {}
-        for _, given, key in own:
-            if not given:
-                numbers.setdefault(key, len(numbers) + 1)
-        for place, given, key in own:
-            names[place] = given
-            if not given:
-                name = role if role != "side" and len(numbers) == 1 else f"{role}_{numbers[key]}"
-                while name in taken:
-                    name += "_"
-                names[place] = (name,)
-    return names
+
+    outside: dict[Place, tuple[str, ...]]
+    between: dict[Place, tuple[str, ...]]
+    first: dict[Place, bool]
+    patches: dict[Piece, tuple[str, ...]] = field(default_factory=dict)
+
+    def of(self, place: Place) -> tuple[str, ...]:
+        """All names of a face; none of a cut."""
+        return self.outside.get(place) or self.between.get(place) or ()
+
+    def pieces(self) -> dict[Piece, tuple[str, ...]]:
+        """Names of all faces that are no cuts, and of their patches."""
+        return {(*place, -1): own for place, own in (self.outside | self.between).items()} | self.patches
+
+    def by_name(self) -> dict[str, list[Piece]]:
+        """Faces and patches of every boundary and interface."""
+        found: dict[str, list[Piece]] = {}
+        for piece, names in self.pieces().items():
+            for name in names:
+                found.setdefault(name, []).append(piece)
+        return found
 
 
-def pieces_by_name(sweep: Sweep) -> dict[str, list[tuple[int, int]]]:
-    """Faces and patches of every boundary."""
-    found: dict[str, list[tuple[int, int]]] = {}
-    for piece, names in name_pieces(sweep).items():
-        for name in names:
-            found.setdefault(name, []).append(piece)
-    return found
+def name_faces(part: Part, roles: Mapping[Place, str]) -> NamedFaces:
+    """Name every face, and every patch of a merged face.
+
+    They keep the names that their user gave them. The others are called by their role in the filling of their cell
+    (``source``, ``target``, else ``side``), numbered where there are several (sides always), behind the name of their
+    solid where the model has several; pieces of one face of the input share a name. An interface is
+    ``first__second``, after the solids that it is between, in the order of the model.
+
+    Parameters
+    ----------
+    part : Part
+    roles : mapping of (cell, face) to str
+        In the order in which the faces of a cell are numbered; sides that are not there come after.
+    """
+    beyond = neighbours_of(part)
+    named = NamedFaces(outside={}, between={}, first={})
+    faces = [face for solid in part.solids for face in solid.faces]
+    taken = {name for face in faces for names in (face.names, *(own.names for own in face.former)) for name in names}
+    unnamed: dict[tuple[int, str], dict[str, list[Piece]]] = {}
+    role_of: dict[tuple[int, str], str] = {}
+    every = dict.fromkeys(
+        [*roles, *((cell, face.id) for cell, solid in enumerate(part.solids) for face in solid.faces)]
+    )
+    for place in sorted(every, key=lambda own: own[0]):
+        cell, face = place[0], part.solids[place[0]].faces[place[1]]
+        owner, role = part.owners[cell], roles.get(place, "side")
+        other = beyond.get(place)
+        if role == CUT or (other is not None and part.owners[other[0]] == owner):
+            continue
+        if other is not None:
+            theirs = part.owners[other[0]]
+            low, high = sorted((owner, theirs))
+            users = (*face.names, *part.solids[other[0]].faces[other[1]].names)
+            named.between[place] = tuple(dict.fromkeys((f"{part.models[low].name}__{part.models[high].name}", *users)))
+            named.first[place] = owner == low
+            continue
+        pieces = [(-1, face.names, face.key or f"key {int(part.solids[cell].face_keys[face.id])}")]
+        pieces += [(j, patch.names, patch.key) for j, patch in enumerate(face.former)]
+        for j, given, key in pieces:
+            if given:
+                _take(named, (*place, j), given)
+            else:
+                own = role_of.setdefault((owner, key), role)
+                unnamed.setdefault((owner, own), {}).setdefault(key, []).append((*place, j))
+    for (owner, role), by_key in unnamed.items():
+        prefix = f"{part.models[owner].name}_" if len(part.models) > 1 else ""
+        for number, pieces_of_key in enumerate(by_key.values(), start=1):
+            name = prefix + (role if role != "side" and len(by_key) == 1 else f"{role}_{number}")
+            while name in taken:
+                name += "_"
+            for piece in pieces_of_key:
+                _take(named, piece, (name,))
+    return named
 
 
-def find_colors(sweep: Sweep, part: str) -> dict[str, dict[str, str]]:
+def _take(named: NamedFaces, piece: Piece, names: tuple[str, ...]) -> None:
+    """Keep the names of a piece."""
+    if piece[2] < 0:
+        named.outside[piece[:2]] = names
+    else:
+        named.patches[piece] = names
+
+
+def name_sweep(sweep: Sweep) -> NamedFaces:
+    """Name the faces of a solid that is swept by itself; those where a ring was cut open have no names."""
+    caps = {"source": sweep.source, "target": sweep.target}
+    roles = {(0, f): CUT if sweep.closed else role for role, own in caps.items() for f in own}
+    roles |= {(0, side.face): "side" for side in sweep.linking_sides}
+    return name_faces(Part(solids=(sweep.solid,)), roles)
+
+
+def find_colors(part: Part, names: NamedFaces) -> dict[str, dict[str, str]]:
     """Colours of the CAD model: ``boundaries`` and ``parts`` by name, empty where there are none.
 
     A boundary has a colour where all its faces are of that one, and not by being of the part's.
     """
-    solid = sweep.solid
-    boundaries = {}
-    for name, pieces in pieces_by_name(sweep).items():
-        own = {(solid.faces[i] if j < 0 else solid.faces[i].former[j]).color for i, j in pieces}
-        if len(own) == 1 and None not in own:
-            boundaries[name] = str(own.pop())
-    return {"boundaries": boundaries, "parts": {} if solid.color is None else {part: solid.color}}
+    seen: dict[str, set[str | None]] = {}
+    for (cell, f, j), given in names.pieces().items():
+        if (cell, f) in names.outside:
+            face = part.solids[cell].faces[f]
+            for name in given:
+                seen.setdefault(name, set()).add((face if j < 0 else face.former[j]).color)
+    own = {name: next(iter(colors)) for name, colors in seen.items() if len(colors) == 1}
+    return {
+        "boundaries": {name: color for name, color in own.items() if color is not None},
+        "parts": {model.name: model.color for model in part.models if model.color is not None},
+    }

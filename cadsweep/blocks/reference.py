@@ -2,121 +2,199 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
 from ..arrays import FloatArray
-from ..brep import Face, Part, Solid
+from ..brep import Curve, Face, Part, Solid
 from ..quality import CadReference
 from ..sweep import Sweep
-from .naming import name_pieces, pieces_by_name
+from .naming import NamedFaces, Piece, Place, name_sweep
+
+Names = frozenset[str]
+"""All names of a piece of a face."""
 
 
 def make_reference(part: Part, sweep: Sweep) -> CadReference:
-    """Collect what the CAD model says the mesh must be, in model units."""
-    solid = sweep.solid
-    ring = sweep.closed
-    by_name: dict[str, set[int]] = {}
-    mixed: list[set[str]] = []  # names of which the mesh knows no lines between: only their common area is known
-    for name, pieces in pieces_by_name(sweep).items():
-        faces = {i for i, _ in pieces if not (ring and i in (*sweep.source, *sweep.target))}
-        if faces:
-            by_name[name] = faces
-        for i in faces:
-            if sum(1 for face, _ in pieces if face == i) < 1 + len(solid.faces[i].former):
-                mixed.append({name})
-                break
-    parted = set().union(*mixed)
-    for one in solid.faces:
-        joined = {name for name, ids in by_name.items() if one.id in ids}
-        if joined & parted:
-            joined.update(*(names for names in mixed if names & joined))
-            mixed = [names for names in mixed if not names & joined] + [joined]
+    """What the CAD model says of a solid that is swept by itself, in model units."""
+    alone = Part(solids=(sweep.solid,), scale=part.scale, offset=part.offset)
+    return _Reference(alone, name_sweep(sweep), 0, ring=sweep if sweep.closed else None).make()
 
-    def distance(points: FloatArray, name: str, close: float) -> FloatArray:
-        places, close = (points - part.offset) / part.scale, close / part.scale
-        surfaces = [solid.faces[face].surface for face in by_name[name]]
+
+def make_references(part: Part, names: NamedFaces) -> dict[str, CadReference]:
+    """What the CAD model says of every solid, by name, in model units."""
+    return {
+        model.name: _Reference(part, names, owner).make()
+        for owner, model in enumerate(part.models)
+        if owner in part.owners
+    }
+
+
+class _Reference:
+    """The outside of one solid of the model, put together from its cells' faces that are no cuts."""
+
+    def __init__(self, part: Part, names: NamedFaces, owner: int, *, ring: Sweep | None = None) -> None:
+        """`ring`: the sweep of a solid that was cut open, whose caps are in one place."""
+        self.part = part
+        self.owner = owner
+        self.ring = ring
+        self.between = names.between
+        self.cells = [cell for cell, own in enumerate(part.owners) if own == owner]
+        self.pieces: dict[Piece, tuple[str, ...]] = {
+            piece: given for piece, given in names.pieces().items() if piece[0] in self.cells
+        }
+        self.places = list(dict.fromkeys(piece[:2] for piece in self.pieces))
+        self.by_name: dict[str, dict[Place, int]] = {}  # how many pieces of each face
+        for piece, given in self.pieces.items():
+            for name in given:
+                own = self.by_name.setdefault(name, {})
+                own[piece[:2]] = own.get(piece[:2], 0) + 1
+
+    def face(self, place: Place) -> Face:
+        """A face of a cell."""
+        return self.part.solids[place[0]].faces[place[1]]
+
+    def make(self) -> CadReference:
+        """Collect the figures."""
+        solids = [self.part.solids[cell] for cell in self.cells]
+        scale = self.part.scale
+        size = max(solid.size for solid in solids)
+        gap = max((max(solid.tolerance, *(edge.gap for edge in solid.edges)) for solid in solids), default=0.0)
+        areas = {place: self.face(place).area * scale**2 for place in self.places}
+        doubts = {place: area_doubt(self.part.solids[place[0]], self.face(place)) * scale**2 for place in self.places}
+        joint = [tuple(sorted(names)) for names in self.mixed()]
+        alone = [name for name in self.by_name if not any(name in names for names in joint)]
+
+        def total(figures: Mapping[Place, float], names: Iterable[str]) -> float:
+            return sum(figures[place] for place in dict.fromkeys(p for name in names for p in self.by_name[name]))
+
+        return CadReference(
+            volume=self.part.models[self.owner].volume * scale**3,
+            volume_doubt=(sum(volume_doubt(solid) for solid in solids) + self.moved_volume()) * scale**3,
+            areas={name: total(areas, [name]) for name in alone},
+            area_doubts={name: total(doubts, [name]) for name in alone},
+            joint_areas={names: total(areas, names) for names in joint},
+            joint_doubts={names: total(doubts, names) for names in joint},
+            euler=self.euler(),
+            distance=self.distance,
+            rim_distance=self.rim_distance(),
+            tolerance=max(1e-6, 2.0 * gap / size),
+        )
+
+    def mixed(self) -> list[set[str]]:
+        """Names of which the mesh knows no lines between, as in a merged face: only their common area is known."""
+        found = [
+            {name}
+            for name, places in self.by_name.items()
+            if any(n < 1 + len(self.face(place).former) for place, n in places.items())
+        ]
+        parted = set[str]().union(*found)
+        for place in self.places if parted else ():
+            joined = {name for name, places in self.by_name.items() if place in places}
+            if joined & parted:
+                joined.update(*(names for names in found if names & joined))
+                found = [names for names in found if not names & joined] + [joined]
+        return found
+
+    def moved_volume(self) -> float:
+        """What faces in contact sweep over at most, working units, where imprinting has closed gaps."""
+        return self.part.touch * sum(self.face(place).area for place in self.places if place in self.between)
+
+    def euler(self) -> int:
+        """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""
+        if self.ring is not None:
+            return 0  # a ring cut open is a ball; closed, it is a torus
+        vertices, edges, faces = set[int](), set[int](), 0
+        for cell, face in self.places:
+            solid = self.part.solids[cell]
+            own = solid.faces[face]
+            faces += 2 - len(own.loops)
+            for e in own.edges:
+                edges.add(int(solid.edge_keys[e]))
+                vertices.update(int(solid.vertex_keys[v]) for v in (solid.edges[e].start, solid.edges[e].end))
+        return len(vertices) - len(edges) + faces
+
+    def to_working(self, points: FloatArray) -> FloatArray:
+        """Model points in working units."""
+        return (points - self.part.offset) / self.part.scale
+
+    def distance(self, points: FloatArray, name: str, close: float) -> FloatArray:
+        """Distances of points from the faces of a boundary or an interface."""
+        places, close = self.to_working(points), close / self.part.scale
+        surfaces = [self.face(place).surface for place in self.by_name[name]]
         enough = close if np.isfinite(close) else -1.0
         nearest = np.full(len(places), np.inf)
-        for surface in surfaces:
-            left = np.flatnonzero(nearest > enough)
-            nearest[left] = np.minimum(nearest[left], surface.distance(places[left]))
         # The slower ways are for what is far from all faces: of the pieces of a divided one, a node lies on one alone.
-        for surface in surfaces if (nearest > close).any() else ():
-            left = np.flatnonzero(nearest > close)
-            nearest[left] = np.minimum(nearest[left], surface.distance(places[left], close=close))
-        return nearest * part.scale
+        for ways, limit in (({}, enough), ({"close": close}, close)):
+            for surface in surfaces if (nearest > limit).any() else ():
+                left = np.flatnonzero(nearest > limit)
+                nearest[left] = np.minimum(nearest[left], surface.distance(places[left], **ways))
+        return nearest * self.part.scale
 
-    def total(figures: Sequence[float], names: Iterable[str]) -> float:
-        return sum(figures[i] for i in {i for name in names for i in by_name[name]}) * part.scale**2
+    def rim_distance(self) -> Callable[[FloatArray, frozenset[Names]], FloatArray]:
+        """Distances from the edges between owners of quads, and from the vertices where more of them meet.
 
-    areas, doubts = [face.area for face in solid.faces], [area_doubt(solid, face) for face in solid.faces]
-    alone = [name for name in by_name if name not in parted]
-    joint = [tuple(sorted(names)) for names in mixed]
-    gap = max((edge.gap for edge in solid.edges), default=0.0)
+        An owner is known by its set of names. Between those that share a face there may be no edge: they count as one.
+        """
+        group_of = self.groups()
+        own_group = {place: group_of[frozenset(self.pieces[(*place, -1)])] for place in self.places}
+        around: dict[int, set[int]] = {}
+        curves: dict[int, Curve] = {}
+        corners: dict[int, set[int]] = {}
+        vertices: dict[int, FloatArray] = {}
+        twins = self.twins()
+        for place, group in own_group.items():
+            solid = self.part.solids[place[0]]
+            for e in solid.faces[place[1]].edges:
+                edge, key = solid.edges[e], int(solid.edge_keys[e])
+                curves[key] = edge.curve
+                for one in (key, twins.get(key, key)):
+                    around.setdefault(one, set()).add(group)
+        for place in self.places:
+            solid = self.part.solids[place[0]]
+            for e in solid.faces[place[1]].edges:
+                edge, key = solid.edges[e], int(solid.edge_keys[e])
+                for v in (edge.start, edge.end):
+                    corners.setdefault(int(solid.vertex_keys[v]), set()).update(around[key])
+                    vertices[int(solid.vertex_keys[v])] = solid.vertices[v]
+        between: dict[frozenset[int], list[Curve]] = {}
+        for key, meeting in around.items():
+            if key in curves:
+                between.setdefault(frozenset(meeting), []).append(curves[key])
 
-    return CadReference(
-        volume=solid.volume * part.scale**3,
-        volume_doubt=volume_doubt(solid) * part.scale**3,
-        areas={name: total(areas, [name]) for name in alone},
-        area_doubts={name: total(doubts, [name]) for name in alone},
-        joint_areas={names: total(areas, names) for names in joint},
-        joint_doubts={names: total(doubts, names) for names in joint},
-        euler=0 if ring else euler_characteristic(solid),  # a ring cut open is a ball; closed, it is a torus
-        distance=distance,
-        rim_distance=_make_rim_distance(part, sweep, set().union(*by_name.values())),
-        tolerance=max(1e-6, 2.0 * max(solid.tolerance, gap) / solid.size),
-    )
+        def distance(points: FloatArray, owners: frozenset[Names]) -> FloatArray:
+            meeting = frozenset(group_of[owner] for owner in owners)
+            if len(meeting) == 1:
+                return np.zeros(len(points))
+            places = self.to_working(points)
+            away = [curve.distance(places) for curve in between.get(meeting, ())]
+            if not away:
+                away = [np.linalg.norm(places - vertices[v], axis=1) for v, met in corners.items() if meeting <= met]
+            return np.min([np.full(len(places), np.inf), *away], axis=0) * self.part.scale
 
+        return distance
 
-def _make_rim_distance(
-    part: Part, sweep: Sweep, faces: set[int]
-) -> Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray]:
-    """Distances from the edges between two owners of quads, and from the vertices where more of them meet.
+    def groups(self) -> dict[Names, int]:
+        """A number for every owner; the same for those that share a face."""
+        owners: dict[Place, set[Names]] = {}
+        for piece, given in self.pieces.items():
+            owners.setdefault(piece[:2], set()).add(frozenset(given))
+        group_of: dict[Names, int] = {}
+        members: list[set[Names]] = []
+        for own in owners.values():
+            met = {group_of[owner] for owner in own if owner in group_of}
+            members.append(own.union(*(members[j] for j in met)))
+            group_of |= dict.fromkeys(members[-1], len(members) - 1)
+        return group_of
 
-    An owner is known by its set of names. Between those that share a face there may be no edge: they count as one.
-    """
-    solid = sweep.solid
-    owners: dict[int, set[frozenset[str]]] = {}
-    for (face, _), names in name_pieces(sweep).items():
-        if face in faces:
-            owners.setdefault(face, set()).add(frozenset(names))
-    group_of: dict[frozenset[str], int] = {}
-    members: list[set[frozenset[str]]] = []
-    for own in owners.values():
-        met = {group_of[owner] for owner in own if owner in group_of}
-        members.append(own.union(*(members[j] for j in met)))
-        group_of |= dict.fromkeys(members[-1], len(members) - 1)
-    groups = {face: group_of[next(iter(own))] for face, own in owners.items()}
-    edges: dict[frozenset[int], list[int]] = {}
-    vertices: dict[int, set[int]] = {}
-    twins = {t: e for e, (t, _) in sweep.target_edges.items()} if sweep.closed else {}
-    twins |= {e: t for t, e in twins.items()}  # of a ring cut open, the sides beside both edges of a pair meet there
-    for edge in solid.edges:
-        beside = [*edge.faces, *(solid.edges[twins[edge.id]].faces if edge.id in twins else ())]
-        around = frozenset(groups[face] for face in beside if face in groups)
-        edges.setdefault(around, []).append(edge.id)
-        for vertex in (edge.start, edge.end):
-            vertices.setdefault(vertex, set()).update(around)
-
-    at_group: dict[int, set[int]] = {}
-    for vertex, meeting in vertices.items():
-        for group in meeting:
-            at_group.setdefault(group, set()).add(vertex)
-
-    def rim_distance(points: FloatArray, meeting_owners: frozenset[frozenset[str]]) -> FloatArray:
-        meeting = frozenset(group_of[owner] for owner in meeting_owners)
-        if len(meeting) == 1:
-            return np.zeros(len(points))
-        places = (points - part.offset) / part.scale
-        away = [solid.edges[e].curve.distance(places) for e in edges.get(meeting, ())]
-        if not away:
-            corners = sorted(set.intersection(*(at_group.get(group, set()) for group in meeting)))
-            away = [np.linalg.norm(places - solid.vertices[v], axis=1) for v in corners]
-        return np.min([np.full(len(places), np.inf), *away], axis=0) * part.scale
-
-    return rim_distance
+    def twins(self) -> dict[int, int]:
+        """Edges, by key, in one place: of a ring cut open, the sides beside both edges of a pair meet there."""
+        if self.ring is None:
+            return {}
+        keys = self.ring.solid.edge_keys.tolist()
+        found = {keys[t]: keys[e] for e, (t, _) in self.ring.target_edges.items()}
+        return found | {e: t for t, e in found.items()}
 
 
 def volume_doubt(solid: Solid) -> float:
@@ -136,8 +214,3 @@ def volume_doubt(solid: Solid) -> float:
 def area_doubt(solid: Solid, face: Face) -> float:
     """How uncertain the area of a face is, working units: the strips between its border and its edges."""
     return sum(solid.edges[e].gap * solid.edges[e].length for e in face.edges)
-
-
-def euler_characteristic(solid: Solid) -> int:
-    """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""
-    return len(solid.vertices) - len(solid.edges) + sum(2 - len(face.loops) for face in solid.faces)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray
+from ..verbs import do
 from .geometry import Units
 from .solid import Solid
 
@@ -141,9 +142,7 @@ class Part:
         return f"Part {self.name}: {n_faces} faces, volume {volume:.6g}\n  {count}{cells}: {solids}"
 
     def _repr_html_(self) -> str:
-        from ..report import part_card
-
-        return part_card(self)
+        return str(do("part_card", self))
 
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring points (..., 3) from working to model units; exact where nothing was shifted."""

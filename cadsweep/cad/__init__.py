@@ -12,6 +12,7 @@ from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces, select_vertices
+from .trial import noting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -42,11 +43,13 @@ __all__ = [
     "find_mergeable",
     "find_touching",
     "from_inside",
+    "give_names",
     "imprint",
     "join_halves",
     "load",
     "merge_faces",
     "name_of_cut",
+    "noting",
     "part_apart",
     "rearrange",
     "select_edges",
@@ -166,6 +169,13 @@ def find_mergeable(part: "Part", *, across_kinks: bool = False) -> list[tuple[in
     return find(part, across_kinks=across_kinks)
 
 
+def give_names(part: "Part", names: "Mapping[str, Any]") -> "Part":
+    """Name faces and edges of a loaded part (:func:`cadsweep.cad.names.giving.give_names`)."""
+    from .names.giving import give_names as give
+
+    return give(part, names)
+
+
 def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":
     """Make one part of separate solids (:func:`cadsweep.cad.imprinting.joining.imprint`)."""
     from .imprinting.joining import imprint as join
@@ -236,8 +246,8 @@ def suppress(part: "Part", words: "Sequence[str]") -> "Part":
     return remove(part, words)
 
 
-def small_features(part: "Part") -> str:
-    """Say what small features a part has (:func:`cadsweep.cad.edit.defeaturing.small_features`)."""
+def small_features(part: "Part") -> list[str]:
+    """The words for what small features a part has (:func:`cadsweep.cad.edit.defeaturing.small_features`)."""
     from .edit.defeaturing import small_features as say
 
     return say(part)

@@ -88,17 +88,25 @@ def describe_failure(error: CadSweepError) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``type``: the class of the error; ``message``: all of it, one line; ``hint``: the part that says what to try, or
-        what has to be, empty where there is none; ``faces``: ids of the faces that are in the way, the worst first, or
-        of all that it names.
+        ``type``: the class of the error; ``message``: all of it, one line; ``what``, ``where``: what cannot be had, and
+        the face or the place, empty where the message has it; ``hint``: the part that says what to try, or what has to
+        be, empty where there is none; ``faces``: ids of the faces that are in the way, the worst first, or of all that
+        it names; ``reasons``: the long form, a line for each face, direction, cell and cut that was looked at.
     """
-    message = in_command_words(" ".join(str(error).split()))
-    answer = {"type": type(error).__name__, "message": message, "hint": _hint(getattr(error, "advice", "") or message)}
+    message = in_command_words(error.message)
+    answer = {
+        "type": type(error).__name__,
+        "message": message,
+        "what": in_command_words(error.what),
+        "where": error.where,
+        "hint": in_command_words(error.try_) or _hint(message),
+        "reasons": [in_command_words(reason) for reason in error.reasons],
+    }
     given = getattr(error, "faces", ())
     faces = [face for face in given if not isinstance(face, tuple)]
     faces = faces or sorted({int(face) for _, face in given})
     if not faces:
-        said = " ".join([_CHOICES.sub("", message), *getattr(error, "reasons", ())])
+        said = " ".join([_CHOICES.sub("", message), *error.reasons])
         faces = sorted({int(number) for match in _FACE.finditer(said) for number in re.findall(r"\d+", match[1])})
     return {**answer, "faces": faces}
 
@@ -106,7 +114,8 @@ def describe_failure(error: CadSweepError) -> dict[str, Any]:
 def describe_misuse(message: str) -> dict[str, Any]:
     """An error in how the command was called, as ``--json`` prints it."""
     message = " ".join(message.split())
-    return {"type": "UsageError", "message": message, "hint": _hint(message), "faces": []}
+    told = {"type": "UsageError", "message": message, "what": message, "where": "", "hint": _hint(message)}
+    return {**told, "faces": [], "reasons": []}
 
 
 def _hint(message: str) -> str:

@@ -25,6 +25,7 @@ COMMANDS = {
     "check": "looking",
     "view": "looking",
     "report": "looking",
+    "open": "page",
 }
 
 
@@ -47,7 +48,9 @@ class LazyGroup(click.Group):
 
         if cmd_name not in COMMANDS:
             return None
-        return getattr(import_module(f".{COMMANDS[cmd_name]}", __package__), cmd_name)
+        module = import_module(f".{COMMANDS[cmd_name]}", __package__)
+        found: click.Command = getattr(module, {"open": "open_page"}.get(cmd_name, cmd_name))
+        return found
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -113,10 +116,9 @@ def _run(args: Sequence[str] | None) -> int:
 
 
 def _fail(message: str) -> int:
-    """One line, whatever the message holds, in the words of the command line."""
+    """At most three short lines, in the words of the command line."""
     from .failure import in_command_words
 
-    message = in_command_words(message)
     with contextlib.suppress(OSError):
-        click.echo("cadsweep: " + " ".join(message.split()), err=True)
+        click.echo("cadsweep: " + in_command_words(message), err=True)
     return 1

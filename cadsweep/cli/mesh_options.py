@@ -185,6 +185,14 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Faces whose meshes answer each other node by node: left=right; repeatable.",
         ),
         click.option(
+            "--name",
+            "names",
+            type=Assignment(),
+            multiple=True,
+            metavar="NAME=FACE",
+            help="Name a face or an edge, by id or CadQuery selector: 'inlet=face 7'; repeatable, also for one name.",
+        ),
+        click.option(
             "--param",
             "params",
             type=Assignment(),
@@ -253,6 +261,10 @@ def checked_options(source: str, given: dict[str, Any]) -> dict[str, Any]:
     given["biases"] = dict(given["biases"]) or None
     given["local_sizes"] = list(given["local_sizes"]) or None
     given["periodic"] = dict(given["periodic"]) or None
+    named: dict[str, list[str]] = {}
+    for name, chosen in given["names"]:
+        named.setdefault(name, []).append(chosen)
+    given["names"] = named or None
     given["wall_layers"] = dict(given["wall_layers"]) or None
     if given.pop("yes"):
         if given["max_hexes"] is not None:

@@ -152,9 +152,7 @@ def _what_it_can(data: dict[str, Any], index: int) -> str:
         return f"sweep from {_names(sweeps[0]['source'])} to {_names(sweeps[0]['target'])}{more}"
     if stacks:
         return f"columns along {', '.join(f'{c:.3g}' for c in stacks[0]['direction'])}"
-    advice = data["solids"][index]["error"].split("; no pair of its")[0]
-    told = in_command_words(advice.removeprefix(f"'{data['solids'][index]['name']}' is no sweep "))
-    return f"neither sweep nor columns, cuts are tried: {told}"
+    return f"neither sweep nor columns, cuts are tried: {in_command_words(data['solids'][index]['error'])}"
 
 
 def _print_plan(console: Any, plan: dict[str, Any]) -> None:

@@ -194,7 +194,7 @@ def describe_part(
         try:
             found, error = find_sweeps(solid, source=chosen[0], target=chosen[1]), None
         except NotSweepableError as refusal:
-            found, error = refusal, str(refusal)
+            found, error = refusal, refusal.message
         tables = describe(solid, found)
         if error is None and caps == (None, None):
             for other in other_directions(loaded, found):
@@ -344,17 +344,18 @@ def _write_refusal(refusal: CadSweepError, source: str, output: str, options: di
     except CadSweepError:
         return  # it is the model that cannot be read: there is nothing to show
     told = describe_failure(refusal)
-    reasons = getattr(refusal, "reasons", ())
     write_refusal(
         part,
         output,
-        reason=told["message"],
+        reason=told["what"],
         faces_in_question=told["faces"],
-        reasons=reasons,
+        where=told["where"],
+        hint=told["hint"] if refusal.try_ else "",
+        reasons=told["reasons"],
         command=command,
         left=getattr(refusal, "left", ()),
     )
-    refusal.args = (f"{refusal}; {output} shows the faces in question",)
+    refusal.args = (f"{refusal.what}; {Path(output).name} shows the faces in question",)
 
 
 def plain(value: Any) -> Any:

@@ -78,4 +78,4 @@ def run(
                 remove=[] if output is None else leftovers(output),
             )
         except WorkerError as error:  # it cannot know what it was at work on
-            raise WorkerError(f"{source}: {error}", stage=error.stage) from error
+            raise WorkerError(f"{source}: {error.message}", stage=error.stage) from error

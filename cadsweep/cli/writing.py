@@ -28,17 +28,18 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Of .msh files; 4.1 unless said.",
         ),
         click.option(
-            "--element-type", "element", metavar="TYPE", help="Of .inp files: C3D8I, C3D8R, C3D20R, DC3D8, ..."
+            "--element-type",
+            "element",
+            metavar="TYPE",
+            help="Of .inp files: C3D8I, C3D8R, C3D20R, DC3D8, ...; of .k and .cdb files a number.",
         ),
-        click.option("--first-node", type=click.IntRange(1, 10**9), help="Number of the first node, of .inp files."),
-        click.option(
-            "--first-element", type=click.IntRange(1, 10**9), help="Number of the first element, of .inp files."
-        ),
-        click.option("--prefix", metavar="TEXT", help="Before the names of sets and surfaces, of .inp files."),
+        click.option("--first-node", type=click.IntRange(1, 10**9), help="Number of the first node, of a deck."),
+        click.option("--first-element", type=click.IntRange(1, 10**9), help="Number of the first element, of a deck."),
+        click.option("--prefix", metavar="TEXT", help="Before the names of sets and surfaces, of a deck."),
         click.option(
             "--ties/--no-ties",
             default=None,
-            help="Tie contacts of solids that share no nodes, in .inp files; they are, unless said.",
+            help="Tie contacts of solids that share no nodes, in decks that can; they are, unless said.",
         ),
         click.option(
             "--patch-type",

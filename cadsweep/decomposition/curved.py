@@ -354,7 +354,7 @@ class CellSearch:
             try:
                 plan = self.tools.make_plan(part, candidates)
             except PlanError as error:
-                conflict, message = error.faces, str(error)
+                conflict, message = error.faces, error.message
                 cost += CONTRADICTION * max(1, len(error.faces) // 2)
         self.tools.on_progress(len(blocked) or len({c for c, _ in conflict}))
         log.debug(

@@ -41,7 +41,7 @@ def explain(search: Search, refused: NotSweepableError) -> NotSweepableError:
         cuts=[cut.reason for cut in best.cuts],
         n_tried=search.n_states,
     )
-    return _after_advice(left, left.say() + _ended(search.ended_early), refused)
+    return _with_left(left, (), refused, search.ended_early)
 
 
 def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepableError:
@@ -56,23 +56,19 @@ def explain_cells(search: CellSearch, refused: NotSweepableError) -> NotSweepabl
         cuts=[cut.reason for cut in best.cuts],
         n_tried=search.n_parts,
     )
-    failed = [reason for reason, _ in search.refused.most_common(MOST_NAMED)]
-    more = f"; these part no cell, or leave slivers: {'; '.join(failed)}" if failed else ""
-    return _after_advice(left, left.say() + more + _ended(search.ended_early), refused)
+    failed = [f"parts no cell, or leaves slivers: {reason}" for reason, _ in search.refused.most_common()]
+    return _with_left(left, failed, refused, search.ended_early)
 
 
-def _ended(early: bool) -> str:
-    return "; the search was ended by decompose_time: more of it may find cuts" if early else ""
-
-
-def _after_advice(left: _Left, message: str, refused: NotSweepableError) -> NotSweepableError:
-    """The refusal that begins with what to do about the part as it is, and knows what is left of it."""
-    lead = f"{refused.advice}; " if refused.advice else ""
-    columns = f"; {refused.columns}" if refused.columns else ""
-    found = NotSweepableError(
-        lead + message + columns, reasons=refused.reasons, faces=refused.faces, advice=refused.advice
+def _with_left(left: _Left, more: Sequence[str], refused: NotSweepableError, ended_early: bool) -> NotSweepableError:
+    """The refusal of a part that no cuts help either, which knows what is left of it."""
+    name = f"'{left.name}'" if left.name else "the solid"
+    early = ", ended by decompose_time" if ended_early else ""
+    found = refused.about(
+        f"{name} cannot be meshed: no sweep, no columns and no cuts fit it (sets of cuts tried: {left.n_tried}{early})",
+        where=refused.where or left.place(),
+        reasons=[*left.say(), *more],
     )
-    found.columns = refused.columns
     found.left = left.outline()
     return found
 
@@ -88,25 +84,26 @@ class _Left:
     cuts: Sequence[str]
     n_tried: int
 
-    def say(self) -> str:
-        """One line: the cell or the faces, the edges, the cuts."""
-        name = f"'{self.name}'" if self.name else "the solid"
-        cuts = list(dict.fromkeys(self.cuts))[:MOST_NAMED]
+    def place(self) -> str:
+        """The cell that has no sweep, or the faces on which cells do not agree."""
+        if self.blocked:
+            cell = self.cells[self.blocked[0]]
+            return f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces"
+        faces = dict.fromkeys(self.cells[cell].faces[face].label() for cell, face in self.conflict)
+        return " and ".join(list(faces)[:2]) or "every face between the cells"
+
+    def say(self) -> list[str]:
+        """What the best cuts are, and for each cell why it has no sweep, or where cells do not agree."""
+        cuts = list(dict.fromkeys(self.cuts))
         made = f" after cuts along {'; '.join(cuts)}" if cuts else ""
-        tried = f"{self.n_tried} sets of cuts were tried, the best leave {len(self.cells)} cells{made}"
+        lines = [f"{self.n_tried} sets of cuts were tried, the best leave {len(self.cells)} cells{made}"]
         if not self.blocked:
-            faces = dict.fromkeys(self.cells[cell].faces[face].label() for cell, face in self.conflict)
-            where = " and ".join(list(faces)[:2]) or "every face between them"
-            return (
-                f"{name} cannot be swept, and no cuts were found that agree: all cells can be filled, but not so that "
-                f"their meshes meet on {where}; {tried}; cut it there: cuts=, or --cut"
-            )
-        cell = self.cells[self.blocked[0]]
-        where = f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces has no sweep"
-        return (
-            f"{name} cannot be swept, and no cuts were found: {where}{_in_the_way(cell)}; {tried}; cut it there: "
-            "cuts=, or --cut"
-        )
+            lines.append(f"all cells can be filled, but not so that their meshes meet on {self.place()}")
+        for number in self.blocked:
+            cell = self.cells[number]
+            where = f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces"
+            lines.append(f"{where} has no sweep{_in_the_way(cell)}")
+        return lines
 
     def outline(self) -> tuple[FloatArray, ...]:
         """The edges of the first cell without sweep, or of the faces on which cells do not agree; model units."""

@@ -78,14 +78,12 @@ def assign_intervals(
         Counts demanded around the loops contradict each other.
     """
     solid = sweep.solid
-    wide = max(float(np.linalg.norm(np.ptp(solid.vertices, axis=0))), solid.size)
-    scale = solid.units.scale
     if size is not None:
-        size = _check_size(size, wide, scale, lambda: "size")
+        size = _check_size(size, lambda: "size")
     if layers is not None:
         layers = _check_count("layers", layers)
     sizes = {
-        int(e): _check_size(s, wide, scale, partial(_size_of, solid.edges[_check_edge(sweep, e)]))
+        int(e): _check_size(s, partial(_size_of, solid.edges[_check_edge(sweep, e)]))
         for e, s in (edge_sizes or {}).items()
     }
     demands = [_check_demand(sweep, edges, n) for edges, n in (edge_counts or {}).items()]
@@ -167,13 +165,9 @@ def _size_of(edge: Edge) -> str:
     return f"the size of {edge.label()},"
 
 
-def _check_size(size: Any, wide: float, scale: float, what: Callable[[], str]) -> float:
+def _check_size(size: Any, what: Callable[[], str]) -> float:
     if isinstance(size, bool) or not isinstance(size, Real) or not isfinite(float(size)) or float(size) <= 0.0:
         raise InputError(f"{what()} must be a positive length, not {size!r}")
-    if float(size) > wide:
-        raise InputError(
-            f"{what()} {float(size) * scale:g} is larger than the whole part, whose diagonal is {wide * scale:.4g}"
-        )
     return float(size)
 
 

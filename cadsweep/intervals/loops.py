@@ -73,9 +73,13 @@ def assign_loops(
     guilty = find_conflict(demands, lambda some: _settle(sweep, wanted, wished, some) is not None)
     if guilty:
         raise SurfaceMeshError(
-            f"no mesh of quads has the counts demanded: {name_demands(sweep.solid, guilty)}; edges that answer each "
-            "other on the caps and the stations must have equal counts, opposite sides of a linking side equal sums, "
-            "and the loops of the source cap even ones; change or drop one of them"
+            "no mesh of quads has the counts demanded",
+            where=name_demands(sweep.solid, guilty),
+            try_="change or drop one of them: edges that answer each other need equal counts, loops of a cap even ones",
+            reasons=[
+                "edges that answer each other on the caps and the stations must have equal counts, opposite sides of a "
+                "linking side equal sums, and the loops of the source cap even ones"
+            ],
         )
     classes, sums = _tie(sweep, wanted, wished, align=False)
     first = {c: e for e, c in reversed(classes.items())}

@@ -78,10 +78,11 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
         guilty = find_conflict(wishes.demands, lambda some: settled(some) is not None)
         if guilty:
             named = "; ".join(demand.label for demand in guilty)
-            raise SurfaceMeshError(f"no mesh of the whole part has the counts demanded: {named}; drop one of them")
+            raise SurfaceMeshError(
+                "no mesh of the whole part has the counts demanded", where=named, try_="drop one of them"
+            )
         raise SurfaceMeshError(
-            "no counts of segments fit all cells of the part: the sides of some cell cannot have equal sums; "
-            "try --interfaces separate, or other cuts"
+            "no counts of segments fit all cells of the part: the sides of some cell cannot have equal sums"
         )
     return [_intervals_of(cell, counts, sizes[i]) for i, cell in enumerate(cells)]
 

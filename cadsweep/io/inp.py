@@ -31,14 +31,13 @@ from typing import BinaryIO
 import numpy as np
 
 from ..arrays import IntArray, distinct
-from ..contacts import solids_of
 from ..errors import InputError
 from ..mesh import HexMesh
-from .cgns_zones import turned_quads
 from .compare import Groups, all_boundaries, all_parts
+from .decks import check_numbering, material_sets, other_sides, rows_of
 from .labels import LabelledMesh
 from .sides import find_sides, quads_of_sides
-from .text import write_rows
+from .text import parse_numbers, write_list, write_rows
 from .ties import Tie, find_ties
 
 _FITTING = {8: "C3D8, C3D8I, C3D8R", 20: "C3D20, C3D20R"}
@@ -82,15 +81,11 @@ def write(
     kind = TYPES[size] if element is None else element.upper()
     if _size_of(kind) != size:
         raise InputError(f"an element of type {element} has not the {size} nodes of this mesh; {_FITTING[size]} have")
-    for what, first in (("node", first_node), ("element", first_element)):
-        if not 1 <= int(first) <= 10**9:
-            raise InputError(f"the first {what} is a number from 1 to 1e9, not {first}")
-    if not re.fullmatch(r"[A-Za-z_]\w*|", prefix):
-        raise InputError(f"the prefix {prefix!r} is no beginning of a name: a letter or _, then letters, digits and _")
+    check_numbering(prefix=prefix, first_node=first_node, first_element=first_element)
     n = len(mesh.points)
     stream.write(_HEAD + b": nodes, elements, node sets and surfaces; to be included in a deck\n*NODE\n")
-    numbers = np.array([_number(x) for x in mesh.points.reshape(-1).tolist()], dtype=object).reshape(n, 3)
-    write_rows(stream, "%d, %s, %s, %s\n", np.arange(first_node, n + first_node), numbers)
+    real = f"%.{_MAX_NUMBER}r"
+    write_rows(stream, f"%d, {real}, {real}, {real}\n", np.arange(first_node, n + first_node), mesh.points)
     # 16 entries a line at the most: C3D20 goes over two.
     row = "%d" + ", %d" * min(size, _PER_LINE - 1) + (",\n%d" + ", %d" * (size - _PER_LINE) if size > 15 else "") + "\n"
     for block, names in enumerate(mesh.volumes.members):
@@ -100,7 +95,7 @@ def write(
     for block, names in enumerate(mesh.volumes.members):
         for name in names[1:]:
             _write_list(stream, f"*ELSET, ELSET={prefix}{name}", mesh.volumes.cells(block) + first_element)
-    for name, ids in _material_sets(mesh).items():
+    for name, ids in material_sets(mesh).items():
         _write_list(stream, f"*ELSET, ELSET={prefix}{name}", ids + first_element)
     of, sides = mesh.sides if len(mesh.quads) else (np.empty(0, int), np.empty(0, int))
     for name in mesh.faces.names:
@@ -108,7 +103,7 @@ def write(
         _write_list(stream, f"*NSET, NSET={prefix}{name}", distinct(mesh.quads[ids]) + first_node)
         stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
         write_rows(stream, "%d, S%d\n", of[ids] + first_element, sides[ids] + 1)
-    for name, quads in _other_sides(mesh).items():
+    for name, quads in other_sides(mesh).items():
         owners, own = find_sides(mesh.hexes, quads, n)
         stream.write(f"*SURFACE, NAME={prefix}{name}, TYPE=ELEMENT\n".encode())
         write_rows(stream, "%d, S%d\n", owners + first_element, own + 1)
@@ -124,21 +119,6 @@ def _write_ties(stream: BinaryIO, ties: Sequence[Tie], prefix: str) -> None:
         stream.write(f"{head}{prefix}{tie.dependent}, {prefix}{tie.independent}\n".encode())
 
 
-def _material_sets(mesh: LabelledMesh) -> dict[str, IntArray]:
-    """Hexes of every material by the name of its set."""
-    return {f"material_{name}": ids for name, ids in mesh.info.get("materials", {}).items()}
-
-
-def _other_sides(mesh: LabelledMesh) -> dict[str, IntArray]:
-    """Quads of interfaces as the second part sees them, by the turned name."""
-    found: dict[str, IntArray] = {}
-    for name in mesh.faces.names:
-        solids = solids_of(name, mesh.volumes.names)
-        if solids is not None and (turned := "__".join(solids[::-1])) not in mesh.faces.names:
-            found[turned] = turned_quads(mesh.quads[mesh.faces.named(name)])
-    return found
-
-
 def kept_groups(
     mesh: LabelledMesh,
     *,
@@ -150,25 +130,17 @@ def kept_groups(
 ) -> Groups:
     """All groups, interfaces from both sides, materials; with their prefix."""
     del element, first_node, first_element, ties
-    boundaries = {**all_boundaries(mesh), **_other_sides(mesh)}
-    parts = {**all_parts(mesh), **_material_sets(mesh)}
+    boundaries = {**all_boundaries(mesh), **other_sides(mesh)}
+    parts = {**all_parts(mesh), **material_sets(mesh)}
     return {prefix + k: v for k, v in boundaries.items()}, {prefix + k: v for k, v in parts.items()}
 
 
-def _number(value: float) -> str:
-    text = repr(value)
-    digits = 16
-    while len(text) > _MAX_NUMBER:
-        text = f"{value:.{digits}g}"
-        digits -= 1
-    return text
-
-
 def _write_list(stream: BinaryIO, head: str, ids: IntArray) -> None:
-    lines = [ids[j : j + _PER_LINE].tolist() for j in range(0, len(ids), _PER_LINE)]
+    stream.write(f"{head}\n".encode())
+    whole = (len(ids) - 1) // _PER_LINE * _PER_LINE
     # A comma at the end of a line says that the list goes on in some dialects; none reads a missing one wrong.
-    body = ",\n".join(", ".join(map(str, line)) for line in lines)
-    stream.write(f"{head}\n{body}\n".encode())
+    write_list(stream, "%d", ids[:whole], per_line=_PER_LINE, between=", ", end=",\n")
+    write_list(stream, "%d", ids[whole:], per_line=_PER_LINE, between=", ")
 
 
 def read(stream: BinaryIO) -> HexMesh:
@@ -252,13 +224,11 @@ class _Deck:
         elements = np.concatenate([rows for _, rows in self.elements])
         elements = elements[np.argsort(elements[:, 0], kind="stable")]
         points = np.concatenate(self.points)[order]
-        hexes = _rows_of(tags[order], elements[:, 1:])
-        parts = {n: np.sort(_rows_of(elements[:, 0], np.concatenate(ids))) for n, ids in self.elsets.items()}
+        hexes = rows_of(tags[order], elements[:, 1:])
+        parts = {n: np.sort(rows_of(elements[:, 0], np.concatenate(ids))) for n, ids in self.elsets.items()}
         boundaries = {}
         for name, pairs in self.surfaces.items():
-            of = [
-                parts[word] if word in parts else _rows_of(elements[:, 0], np.array([int(word)])) for word, _ in pairs
-            ]
+            of = [parts[word] if word in parts else rows_of(elements[:, 0], np.array([int(word)])) for word, _ in pairs]
             sides = np.repeat([side - 1 for _, side in pairs], [len(ids) for ids in of])
             boundaries[name] = quads_of_sides(hexes, np.concatenate(of), sides)
         return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
@@ -276,14 +246,4 @@ def _size_of(kind: str) -> int:
 
 
 def _numbers(body: str) -> np.ndarray:
-    try:
-        return np.array(body.replace(",", " ").replace("D", "E").split(), dtype=np.float64)
-    except ValueError as error:
-        raise InputError(f"a number is no number ({error})") from None
-
-
-def _rows_of(tags: IntArray, wanted: IntArray) -> IntArray:
-    place = np.minimum(np.searchsorted(tags, wanted), len(tags) - 1)
-    if (tags[place] != wanted).any():
-        raise InputError("it names a node or an element that is not there")
-    return place
+    return parse_numbers(body.upper().replace("D", "E").encode("ascii", "replace"))

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..blocks.block import FactoredMesh
-from ..blocks.finish import NamedFaces, by_face
+from ..blocks.finish import by_face
 from ..blocks.joined import JoinedMesh
-from ..blocks.naming import name_pieces
+from ..blocks.naming import NamedFaces, name_sweep
 from ..brep import Curve, Part, Surface
 from ..mesh import SurfaceMesh
 from ..segments import segments_by_edge
@@ -37,7 +37,7 @@ def project_to_edges(part: Part, sweep: Sweep, surfaces: SurfaceMesh) -> list[tu
 def project_to_faces(part: Part, sweep: Sweep, factored: FactoredMesh) -> list[tuple[IntArray, Projection]]:
     """Quads (q, 4) of each owner on the boundary, with the projection to the nearest of its faces, model units."""
     faces: dict[tuple[str, ...], list[int]] = {}
-    for (face, _), names in name_pieces(sweep).items():
+    for (_, face, _), names in name_sweep(sweep).pieces().items():
         faces.setdefault(names, []).append(face)
     return [(quads, _on_faces(part, sweep, sorted(set(faces[names])))) for names, quads in factored.owned_quads()]
 

@@ -36,6 +36,10 @@ MOST_HEXES = 200_000
 """Hexahedra up to which a part is divided finer by itself."""
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
+LOST_SIZED = 0.04
+"""Part of volume and area that a mesh may lose or gain where a size is asked for: what is coarser is divided finer."""
+FINER = "divided finer than the size asked for, {size:g}, where the part would have lost its shape"
+"""The note on such a mesh."""
 MOST_ROUNDS = 8
 """Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers, and for
 meshers whose quads are not as small as they are asked for."""
@@ -83,7 +87,7 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
     hints = resolve_hints(part, sweep, options)
     graded = frozenset(hints.divisions)
     limit = _limit(part, sweep, options)
-    best = last = _make(part, sweep, options, run, hints, streamed=streamed)
+    best = last = first = _make(part, sweep, options, run, hints, streamed=streamed)
     in_vain = 0
     stop = "finer segments and quads bring it no nearer"
     for rounds in range(MOST_ROUNDS if limit is not None else 0):
@@ -98,7 +102,7 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             fixed=() if _layers_follow(options) else sweep.rails,
             graded=graded,
             # The places of rows along walls, and of nodes that answer others, are settled elsewhere.
-            curved=not (options.wall_layers or options.periodic),
+            curved=np.isfinite(limit.distance) and not (options.wall_layers or options.periodic),
         )
         if wishes is None:
             break
@@ -108,7 +112,7 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             stop = f"nearer would take more than {MOST_HEXES:,} hexahedra; say a tolerance or a size"
             break
         except SurfaceMeshError as error:
-            stop = f"finer quads could not be made: {error}"
+            stop = f"finer quads could not be made: {error.message}"
             break
         gain = _shortfall(made.deviation, limit) / _shortfall(best.deviation, limit)
         last, hints = made, wishes
@@ -118,6 +122,9 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             break
     if limit is None:
         return best
+    if options.size is not None and options.tolerance is None:  # near enough, or refused
+        finer = [FINER.format(size=options.size)] if best is not first else []
+        return replace(best, notes=(*best.notes, *finer))
     return replace(
         best,
         notes=(*best.notes, *_unmet(part, best.deviation, limit, options, stop)),
@@ -140,9 +147,13 @@ def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 
     CoarseMeshError
         Another sweep or other quads would be as coarse: it is the sizes.
     """
-    allowed = options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine
-    if not allowed and max(abs(deviation.volume) - doubt, abs(deviation.area)) > COARSE:
+    if not is_loose(options) and max(abs(deviation.volume) - doubt, abs(deviation.area)) > COARSE:
         raise coarse(f"its volume is {deviation.volume:+.1%} off the CAD's and its area {deviation.area:+.1%}")
+
+
+def is_loose(options: SweepOptions) -> bool:
+    """Whether a mesh may be another part's: the user allows it, or it is still to be curved or refined."""
+    return bool(options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine)
 
 
 def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
@@ -204,9 +215,11 @@ def _shortfall(deviation: Deviation, limit: _Limit) -> float:
 def _limit(part: Part, sweep: Sweep, options: SweepOptions) -> _Limit | None:
     if options.tolerance is not None:
         return _Limit(distance=options.tolerance / part.scale, lost=np.inf, most=None)
-    if options.size is not None:
-        return None
     doubt = volume_doubt(sweep.solid) / sweep.solid.volume
+    if options.size is not None:  # an upper bound: the part keeps its shape, and no more is asked for
+        if is_loose(options):
+            return None
+        return _Limit(distance=np.inf, lost=max(LOST_SIZED, doubt), most=max(MOST_HEXES, estimate.MOST_HEXES))
     return _Limit(distance=MOST_OFF * sweep.solid.size, lost=max(MOST_LOST, doubt), most=MOST_HEXES)
 
 

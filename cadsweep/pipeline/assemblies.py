@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from dataclasses import replace
 
 from .. import cad
@@ -21,12 +20,16 @@ from .complexes import plan_cells
 from .groups import as_blocks, blocks_together, make_group, put_together
 from .local_sizes import for_all_solids
 from .origin import AnyMesh
-from .run import Run
+from .remedies import MOST_HEXES
+from .run import Run, silent
 from .several import mesh_complex
 from .shared_hints import check_words, has_face, local_biases, local_hints, resolve_wishes
 from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
+
+MOST_APART = 2
+"""Solids at fault that are meshed by themselves to see whether that helps."""
 
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
@@ -76,8 +79,9 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
         except CadSweepError as error:
             if isinstance(error, InputError):
                 raise  # what the user asked for, and no solid, is at fault
+            apart = not alone and _helps_apart(own, error.solids, options, mesh_one)
             at_fault = error.solids or ((own.models[0].name,) if alone else ())
-            raise _proposing(error, at_fault, [model.name for model in part.models]) from error
+            raise _proposing(error, at_fault, [model.name for model in part.models], apart=apart) from error
         made.append((own, mesh))
     if run.in_blocks:
         return blocks_together(part, [(own, as_blocks(mesh)) for own, mesh in made], asked, run)
@@ -105,14 +109,30 @@ def _check_periodic(part: Part, options: SweepOptions) -> None:
             )
 
 
-def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]) -> CadSweepError:
+def _helps_apart(part: Part, names: Sequence[str], options: SweepOptions, mesh_one: MeshOne) -> bool:
+    """Whether the solids that are at fault have meshes of their own, without the outlines of their contacts."""
+    if options.interfaces != "shared" or not 0 < len(names) <= MOST_APART:
+        return False
+    alone = separated(part)
+    own = SweepOptions(decompose=False, max_hexes=MOST_HEXES)
+    for cells in touching_groups(alone):
+        one = subset(alone, cells)
+        if one.models[0].name in names:
+            try:
+                _mesh_separate(one, own, Run(on_progress=silent), mesh_one)
+            except CadSweepError as error:
+                log.info("nor by itself: %s", error)
+                return False
+    return True
+
+
+def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str], *, apart: bool) -> CadSweepError:
     """The same error, with what to mesh instead."""
-    said = say_leave_out(solids, among)
+    ways = (say_leave_out(solids, among), "interfaces='separate' meshes all, without shared nodes" if apart else "")
+    said = ", or ".join(way for way in ways if way)
     if not said:
         return error
-    found = copy(error)
-    found.args = (f"{error}; {said}",)
-    return found
+    return error.about(try_=said, reasons=[error.try_] if error.try_ else ())
 
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:

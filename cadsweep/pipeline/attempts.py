@@ -64,9 +64,8 @@ class Search:
         """Why there is no sweep: the part's own reasons, then those of what was tried besides."""
         first, *others = self.refused.items()
         told = next((error for name, error in others if name == OPEN), first[1])
-        reasons = [*first[1].reasons, *(f"{name}: {error}" for name, error in others if error is not told)]
-        said = told if isinstance(told, NotSweepableError) else first[1]
-        return NotSweepableError(str(told), reasons=reasons, faces=said.faces, advice=said.advice)
+        reasons = [*first[1].reasons, *(f"{name}: {error.message}" for name, error in others if error is not told)]
+        return NotSweepableError(told.what, where=told.where, try_=told.try_, reasons=reasons, faces=told.faces)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -93,8 +93,12 @@ def crossing_of(solid: Solid, failure: CadSweepError, *, coincident: Collection[
     if crossing is None:
         return None
     first, second = (solid.faces[f].label() for f in crossing)
-    what = f"{first} crosses itself" if crossing[0] == crossing[1] else f"{first} and {second} cross each other"
-    error = CadError(f"{what}, so the model runs into itself and no mesh of it is valid. Repair it in its CAD program.")
+    alone = crossing[0] == crossing[1]
+    error = CadError(
+        "the model runs into itself, so that no mesh of it is valid",
+        where=f"{first}, which crosses itself" if alone else f"{first} and {second}, which cross each other",
+        try_="repair it in its CAD program",
+    )
     error.__cause__ = failure
     return error
 
@@ -106,23 +110,25 @@ def touching_of(solid: Solid, failure: CadSweepError) -> CadError | None:
         return None
     first, second = (solid.faces[f].label() for f in touching[:2])
     error = CadError(
-        f"{first} and {second} touch at ({solid.units.place(touching[2])}) without an edge in common: the wall between "
-        "them runs out to nothing, and no hexahedra fit into it. Move one of them, so that they cross or keep apart."
+        f"two faces touch at ({solid.units.place(touching[2])}) without an edge in common: no hexahedra fit into the "
+        "wall between them, which runs out to nothing",
+        where=f"{first} and {second}",
+        try_="move one of them, so that they cross or keep apart",
     )
     error.__cause__ = failure
     return error
 
 
 def pointed_of(solid: Solid) -> str:
-    """Say which face of a solid runs out to a point that no hexahedron fits into; empty where none does."""
+    """The face of a solid that runs out to a point which no hexahedron fits into, and where; empty where none does."""
     for face in solid.faces:
         for loop in face.loops:
             for (e, forward), angle in zip(loop.directed, loop.angles, strict=True):
                 if angle < POINTED:
                     place = solid.vertices[solid.edges[e].start if forward else solid.edges[e].end]
                     return (
-                        f"{face.label()} runs out to a point at ({solid.units.place(place)}), where two of its edges "
-                        "are tangent to each other: no hexahedra fit into it, so move one of the features there"
+                        f"{face.label()}, which runs out to a point at ({solid.units.place(place)}) between two edges "
+                        "that are tangent to each other"
                     )
     return ""
 
@@ -162,7 +168,7 @@ def first_good(
     if not tried:
         raise explained(sweeps[0], failures[0])
     best = max(tried, key=lambda made: made.rank)
-    given_up = [f"a better ranked sweep was given up: {error}" for error in failures]
+    given_up = [f"a better ranked sweep was given up: {error.message}" for error in failures]
     if not tried[0].is_near and tried[0].report.valid and best is not tried[0]:
         given_up.append(
             f"a better ranked sweep was passed over: it stays {tried[0].shortfall:.2g} times as far off as is asked for"

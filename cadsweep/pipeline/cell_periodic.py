@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,11 +16,9 @@ from .. import cad
 from ..blocks.joined import neighbours_of
 from ..brep import Edge, Part
 from ..errors import InputError, SurfaceMeshError
-from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..surface import Motion, Partners
-from .origin import CellsOrigin
-from .periodic import SAME, edge_images, motions_between, pair_nodes
+from .periodic import SAME, edge_images, motions_between
 from .subsets import subset
 
 Place = tuple[int, int]
@@ -176,36 +174,3 @@ def _divided_differently(part: Part, match: CellMatch, key: int) -> SurfaceMeshE
                     f"({where}): cut there, too, with cuts"
                 )
     raise AssertionError("the edge is on one of the faces")
-
-
-def with_cell_pairs(mesh: HexMesh) -> HexMesh:
-    """The mesh of cells with the pairs of nodes of its matched faces.
-
-    Raises
-    ------
-    SurfaceMeshError
-        A node has no partner.
-    """
-    origin = mesh.origin
-    if not isinstance(origin, CellsOrigin) or not origin.options.periodic:
-        return mesh
-    part = origin.part
-    pairs = {}
-    for match in find_cell_matches(part, origin.model, origin.options):
-        names = tuple(_boundary(mesh, origin.names.outside, own) for own in match.places)
-        nodes = [np.unique(np.concatenate([mesh.boundaries[name] for name in own])) for own in names]
-        motion = match.motion.in_units(part.scale, part.offset)
-        key = "__".join("_and_".join(own) for own in names)
-        pairs[key] = pair_nodes(mesh.points, (nodes[0], nodes[1]), motion, match.words)
-    return replace(mesh, periodic=pairs)
-
-
-def _boundary(mesh: HexMesh, names: dict[Place, tuple[str, ...]], places: frozenset[Place]) -> tuple[str, ...]:
-    """Fewest boundaries that are these faces and no others."""
-    covered: dict[str, set[Place]] = {}
-    for place, labels in names.items():
-        for name in labels:
-            covered.setdefault(name, set()).add(place)
-    inside = {name: found for name, found in covered.items() if name in mesh.boundaries and found <= places}
-    whole = [name for name, found in inside.items() if found == places]
-    return (whole[0],) if whole else tuple(inside)

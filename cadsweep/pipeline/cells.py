@@ -143,7 +143,7 @@ def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
     found = copy(error)
     found.solids = (name,)
     if len(part.models) > 1:
-        found.args = (f"'{name}': {error}",)
+        found.args = (f"'{name}': {error.what}",)
     return found
 
 

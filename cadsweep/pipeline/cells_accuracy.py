@@ -17,8 +17,10 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..blocks.cells import CellBlocks
-from ..blocks.finish import NamedFaces, by_face, make_references
+from ..blocks.finish import by_face
 from ..blocks.joined import JoinedMesh, neighbours_of
+from ..blocks.naming import NamedFaces
+from ..blocks.reference import make_references
 from ..brep import Part, Surface
 from ..errors import SurfaceMeshError
 from ..intervals import Wishes
@@ -29,7 +31,9 @@ from ..quality.rims import is_rim, off_edges
 from ..sweep import Intervals
 from .accuracy import (
     COARSE,
+    FINER,
     LEAST_GAIN,
+    LOST_SIZED,
     MARGIN,
     MOST_HEXES,
     MOST_LOST,
@@ -37,6 +41,7 @@ from .accuracy import (
     MOST_ROUNDS,
     ROUNDS_IN_VAIN,
     coarse,
+    is_loose,
     missed_tolerance,
 )
 from .cap_sizes import InsideSizes, least_of
@@ -93,7 +98,7 @@ def accurate_cells(  # noqa: PLR0917
         As by :func:`~.cells.mesh_cells`.
     """
     first = mesh_cells(part, plan, options, run, wishes, model)
-    if options.tolerance is None and options.size is not None:
+    if keeps_shape(part, first[0], options):
         return first, None
 
     caps = caps_of(part, plan)
@@ -123,6 +128,13 @@ def accurate_cells(  # noqa: PLR0917
         n_hexes=lambda made, factor: made[0].n_hexes * factor,
     )
     return (blocks, counts, [*said, *notes]), found
+
+
+def keeps_shape(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) -> bool:
+    """Whether a mesh of the size that is asked for is near enough as it is, no tolerance being asked for."""
+    if options.tolerance is not None or options.size is None:
+        return False
+    return is_loose(options) or all(max(map(abs, lost)) <= LOST_SIZED for lost in _lost(part, joined).values())
 
 
 def come_nearer(
@@ -164,7 +176,7 @@ def come_nearer(
         try:
             last = make(wishes)
         except SurfaceMeshError as error:
-            notes.append(f"finer quads for a nearer boundary could not be made: {error}")
+            notes.append(f"finer quads for a nearer boundary could not be made: {error.message}")
             break
         present = measured(last)
         gain = present.shortfall / found.shortfall
@@ -173,6 +185,8 @@ def come_nearer(
         in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
         if in_vain == ROUNDS_IN_VAIN:
             break
+    if best is not first and options.tolerance is None and options.size is not None:
+        notes.append(FINER.format(size=options.size))
     return best, found, [*notes, *_missed(part, found, options)]
 
 
@@ -192,7 +206,7 @@ def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: Name
     CoarseMeshError
         Names the solid that is farthest off.
     """
-    if options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine:
+    if is_loose(options):
         return
     worst, said = COARSE, ""
     several = len(part.models) > 1
@@ -240,11 +254,14 @@ def measure(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) 
     """How far a mesh is off what is asked for, and which faces are to blame."""
     off = _sags(part, joined)
     lost = _lost(part, joined) if options.tolerance is None else {}
+    sized = options.tolerance is None and options.size is not None
+    most_lost = LOST_SIZED if sized else MOST_LOST
     shortfall = 0.0
     needed: dict[tuple[int, int], float] = {}
     for (cell, face), sag in off.items():
         limit = MOST_OFF * part.solids[cell].size if options.tolerance is None else options.tolerance / part.scale
-        whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / MOST_LOST
+        limit = np.inf if sized else limit
+        whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / most_lost
         much = max(sag / limit, whole)
         shortfall = max(shortfall, much)
         if much > 1.0:

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
+from ..blocks.naming import NamedFaces
 from ..brep import Part
 from ..errors import CadError
 from ..mesh import HexMesh

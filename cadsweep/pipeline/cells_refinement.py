@@ -16,19 +16,19 @@ from typing import Any
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
-from ..blocks.finish import NamedFaces
 from ..blocks.halved_cells import halve_joined, split_quads
 from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
+from ..blocks.naming import NamedFaces
 from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..order2.curving import curves_of, surfaces_of
 from ..order2.elevate import find_rows, place_lattice
 from ..projection.target import GOOD_ENOUGH
-from .cell_periodic import with_cell_pairs
 from .cells_accuracy import boundary_distance
 from .origin import CellsOrigin
+from .pairs import with_pairs
 from .refusing import refusal
 from .run import Run
 from .several import checked_cells
@@ -74,7 +74,7 @@ def refine_cells(mesh: HexMesh, levels: int, run: Run) -> tuple[HexMesh, IntArra
         if not report.valid and not origin.options.allow_inverted:
             raise refusal(report)
         joined = fine.origin.joined
-    return with_cell_pairs(replace(fine, origin=replace(origin, joined=joined))), parents
+    return with_pairs(replace(fine, origin=replace(origin, joined=joined))), parents
 
 
 def _new_slides(

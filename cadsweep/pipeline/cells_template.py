@@ -151,7 +151,7 @@ def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
 
 def _factored(origin: CellsOrigin) -> FactoredCells | None:
     """The factors of a mesh, with the nodes that are elsewhere by now; None where it is not made of any."""
-    if origin.cells is None:
+    if not isinstance(origin.cells, CellBlocks):
         return None
     first = origin.cells.joined()
     if not np.array_equal(first.hexes, origin.joined.hexes):

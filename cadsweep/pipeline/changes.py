@@ -70,7 +70,10 @@ def open_ring(part: Part, source: Any, target: Any) -> Opened | None:
             name = only_solid(part).name
             named = f"'{name}'" if name else "the solid"
             raise NotSweepableError(
-                f"{named} is a closed ring, and {gaps[0]}; cut it into two solids and mesh each", reasons=gaps
+                f"{named} is a closed ring whose section does not meet itself",
+                where=gaps[0],
+                try_="cut it into two solids and mesh each",
+                reasons=gaps,
             )
     return None
 

@@ -122,7 +122,8 @@ def _refused(
     part: Part, candidates: Sequence[Sequence[Sweep]], error: PlanError | None, found: Found | None = None
 ) -> NotSweepableError:
     """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
-    tried = f" (after {len(found.cuts)} cuts: {'; '.join(map(str, found.cuts[:4]))})" if found and found.cuts else ""
+    cuts = [f"cut along {cut}" for cut in (found.cuts if found else ())]
+    tried = f" after {len(cuts)} cuts" if cuts else ""
     stuck = [cell for cell, own in enumerate(candidates) if not own]
     refusal: NotSweepableError | None = None
     for cell in stuck:
@@ -131,22 +132,30 @@ def _refused(
         except NotSweepableError as reason:
             name = part.models[part.owners[cell]].name
             others = _contacts(part, cell)
-            beside = f"; it touches {', '.join(others)}" if others else ""
-            apart = "; interfaces='separate' meshes it without the contact's outline" if others else ""
-            message = f"'{name}' cannot be swept{beside}{tried}: {reason}{apart}"
+            beside = f", which touches {', '.join(others)}" if others else ""
             reasons = [f"{name}: {r}" for r in reason.reasons]
             known = [part.solids[cell].faces[f].known for f in reason.faces]
             refusal = NotSweepableError(
-                message, reasons=reasons, faces=[f for f in known if f >= 0], advice=reason.advice
+                f"'{name}'{beside}, cannot be swept{tried}" if others else f"'{name}' cannot be swept{tried}",
+                where=reason.where,
+                reasons=[f"{name}: {reason.what}", *(f"{name} touches {other}" for other in others), *cuts, *reasons],
+                faces=[f for f in known if f >= 0],
             )
             refusal.left = decomposition.outline_of(part.solids[cell].edges)
             break
     if refusal is None:
-        message = str(error) if error is not None else (found.message if found else "")
-        refusal = NotSweepableError(f"{message}{tried}; try interfaces='separate'", reasons=[message])
-        stuck = [cell for cell, _ in (error.faces if error is not None else found.conflict if found else ())]
+        at = error.faces if error is not None else found.conflict if found else ()
+        what, message = (error.what, error.message) if error is not None else 2 * (found.message if found else "",)
+        where = error.where if error is not None else _place(part, at)
+        refusal = NotSweepableError(f"{what}{tried}", where=where, reasons=[message, *cuts])
+        stuck = [cell for cell, _ in at]
     refusal.solids = tuple(dict.fromkeys(part.models[part.owners[cell]].name for cell in stuck))
     return refusal
+
+
+def _place(part: Part, faces: Sequence[tuple[int, int]]) -> str:
+    """The first of the faces on which cells do not agree."""
+    return next((part.solids[cell].faces[face].label() for cell, face in faces), "")
 
 
 def _contacts(part: Part, cell: int) -> list[str]:

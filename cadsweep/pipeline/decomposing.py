@@ -288,7 +288,7 @@ def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] |
             except NotSweepableError:
                 pass
             except CadError as error:
-                part = replace(part, notes=(*part.notes, str(error)))
+                part = replace(part, notes=(*part.notes, error.message))
             if is_planar(part):
                 try:
                     return _planar_cells(part, refused)

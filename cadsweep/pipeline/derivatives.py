@@ -136,7 +136,7 @@ def sensitivity(
             except CadSweepError as error:
                 raise CadSweepError(
                     f"no derivative by '{wrt}': at {wrt} = {at:.6g} the part cannot have the mesh that it has at "
-                    f"{value:.6g} ({error}); try a smaller step"
+                    f"{value:.6g} ({error.message}); try a smaller step"
                 ) from error
         differences.append((ends[0] - ends[1]) / (2.0 * h))
     coarse, fine = differences

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..blocks.block import FactoredMesh, factor_mesh
-from ..blocks.naming import find_colors
+from ..blocks.naming import find_colors, name_sweep
 from ..blocks.reference import volume_doubt
-from ..brep import Part
+from ..brep import ModelSolid, Part
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
@@ -57,6 +57,8 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, s
         if known is not None:
             placed = place(known=known, residual_tolerance=row_tolerance(surfaces))
     name = sweep.solid.name or part.name
+    model = ModelSolid(name=name, volume=sweep.solid.volume, color=sweep.solid.color)
+    alone = Part(solids=(sweep.solid,), models=(model,))
     factored = factor_mesh(
         sweep,
         surfaces,
@@ -73,7 +75,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, s
             "cad_volume_doubt": volume_doubt(sweep.solid) * part.scale**3,
             "sweeps": [_describe(sweep, counts) | {"solid": name}],
             "names": dict(part.names),
-            "colors": find_colors(sweep, name),
+            "colors": find_colors(alone, name_sweep(sweep)),
             "distance": boundary.deviation.distance * part.scale,
             "notes": [*part.notes, *sweep.notes, *boundary.notes, *surfaces.notes, *target.notes],
             "seconds": run.seconds,

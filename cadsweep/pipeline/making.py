@@ -17,7 +17,7 @@ from ..sweep import Sweep
 from .candidates import Made, checked, refuse
 from .factoring import factor_sweep
 from .origin import Origin
-from .periodic import with_pairs
+from .pairs import with_pairs
 from .run import Run, measured
 
 

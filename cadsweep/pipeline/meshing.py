@@ -47,7 +47,8 @@ def sweep_mesh(
     **options
         The fields of :class:`cadsweep.options.SweepOptions`: ``size``, ``tolerance``, ``layers``, ``bias``,
         ``fractions``, ``functional``, ``strategy``, ``residual``, ``smoothing``, ``source``, ``target``,
-        ``sizes``, ``counts``, ``rail_layers``, ``biases``, ``wall_layers``, ``periodic``, ``local_sizes``, ``params``,
+        ``sizes``, ``counts``, ``rail_layers``, ``biases``, ``wall_layers``, ``periodic``, ``local_sizes``, ``names``,
+        ``params``,
         ``part``, ``order``, ``nodes``, ``allow_inverted``, ``allow_coarse``, ``max_hexes``, ``max_memory``, ``refine``.
 
     Returns

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
-from ..blocks.finish import NamedFaces
 from ..blocks.joined import JoinedMesh
+from ..blocks.naming import NamedFaces, name_sweep
+from ..blocks.reference import make_reference, make_references
 from ..brep import Part
+from ..entity.entities import Entities
 from ..errors import InputError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
+from ..quality import CadReference
 from ..sweep import Sweep
 
 
@@ -36,6 +41,33 @@ class Origin:
     factored: FactoredMesh
     options: SweepOptions
 
+    @cached_property
+    def entities(self) -> Entities:
+        """Where the nodes are."""
+        from ..entity.swept import sweep_entities  # most meshes are never asked
+
+        return sweep_entities(self.part, self.sweep, self.surfaces, self.factored)
+
+    @property
+    def names(self) -> NamedFaces:
+        """Names of the faces that are no cuts."""
+        return name_sweep(self.sweep)
+
+    @property
+    def model(self) -> Part:
+        """The part as it was swept: what was done to it another one is put through, too."""
+        return self.part
+
+    @property
+    def factors(self) -> FactoredMesh:
+        """What the mesh is multiplied out of."""
+        return self.factored
+
+    @property
+    def references(self) -> CadReference:
+        """What the CAD model says that the mesh must be."""
+        return make_reference(self.part, self.sweep)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellsOrigin:
@@ -51,8 +83,10 @@ class CellsOrigin:
         Its nodes are those of the mesh, working units.
     names : NamedFaces
     options : SweepOptions
-    cells : CellBlocks or None
+    cells : CellBlocks, FactoredMesh or None
         The factors of which `joined` was multiplied out before its nodes were smoothed, where it was.
+    sweep : Sweep or None
+        How the one cell is swept, of a mesh that was refined or carried from one of one sweep.
     """
 
     model: Part
@@ -60,7 +94,23 @@ class CellsOrigin:
     joined: JoinedMesh
     names: NamedFaces
     options: SweepOptions
-    cells: CellBlocks | None = None
+    cells: CellBlocks | FactoredMesh | None = None
+    sweep: Sweep | None = None
+
+    @cached_property
+    def entities(self) -> Entities:
+        """Where the nodes are."""
+        return Entities(part=self.part, joined=self.joined, names=self.names)
+
+    @property
+    def factors(self) -> CellBlocks | FactoredMesh | None:
+        """What the mesh is multiplied out of, but for nodes that were smoothed; None where it is not."""
+        return self.cells
+
+    @property
+    def references(self) -> CadReference | Mapping[str, CadReference]:
+        """What the CAD model says that the mesh must be."""
+        return make_references(self.part, self.names) if self.sweep is None else make_reference(self.part, self.sweep)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,17 +7,15 @@ equal counts, and the nodes of the second are the images of those of the first.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from .. import cad
 from ..arrays import FloatArray, IntArray
-from ..blocks.naming import pieces_by_name
 from ..brep import Edge, Face, Part, Solid
 from ..errors import InputError, SurfaceMeshError
-from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..surface import Division, Motion, turned
 from ..sweep import Intervals, Sweep
@@ -189,38 +187,6 @@ def cap_motion(sweep: Sweep, matches: Sequence[Match]) -> Motion | None:
         if match.faces[0] == frozenset(sweep.target):
             return match.motion.inverse()
     return None
-
-
-def with_pairs(mesh: HexMesh) -> HexMesh:
-    """The mesh with the pairs of nodes of its matched faces.
-
-    Raises
-    ------
-    SurfaceMeshError
-        A node has no partner.
-    """
-    origin = mesh.origin
-    if origin is None or not origin.options.periodic:
-        return mesh
-    part, sweep = origin.part, origin.sweep
-    pairs = {}
-    for match in find_matches(part, sweep, origin.options):
-        names = tuple(_boundary(mesh, sweep, faces) for faces in match.faces)
-        nodes = [np.unique(np.concatenate([mesh.boundaries[name] for name in own])) for own in names]
-        motion = match.motion.in_units(part.scale, part.offset)
-        pairs["__".join("_and_".join(own) for own in names)] = pair_nodes(
-            mesh.points, (nodes[0], nodes[1]), motion, match.words
-        )
-    return replace(mesh, periodic=pairs)
-
-
-def _boundary(mesh: HexMesh, sweep: Sweep, faces: frozenset[int]) -> tuple[str, ...]:
-    """Fewest boundaries that are these faces and no others."""
-    own = {name: {f for f, _ in pieces} for name, pieces in pieces_by_name(sweep).items() if name in mesh.boundaries}
-    whole = [name for name, covered in own.items() if covered == set(faces)]
-    if whole:
-        return (whole[0],)
-    return tuple(name for name, covered in own.items() if covered <= set(faces))
 
 
 def pair_nodes(

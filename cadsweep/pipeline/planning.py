@@ -34,7 +34,7 @@ def describe_plan(part: Part, run: Run) -> dict[str, Any]:
         try:
             planned = plan_cells(own, run)
         except NotSweepableError as error:
-            found["refused"].append(str(error))
+            found["refused"].append(error.message)
             continue
         found["cells"] += [_row(planned.part, planned.plan, cell) for cell in planned.plan.order]
     return found

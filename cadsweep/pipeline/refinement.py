@@ -37,7 +37,7 @@ from ..segments import ring_segments
 from .cells_refinement import refine_cells
 from .groups import put_together
 from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
-from .periodic import with_pairs
+from .pairs import with_pairs
 from .refined_caps import share_out
 from .refusing import refusal
 from .run import Run, silent

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..blocks.naming import pieces_by_name
+from ..blocks.naming import name_sweep
 from ..brep import Face, Part
 from ..errors import CadError, CadSweepError, InvertedHexError
 from ..quality import BoundaryCrossing, QualityReport, find_crossings, scaled_jacobians
@@ -45,13 +45,16 @@ def explain_crossings(
             named = " and ".join(f"'{name}'" for name in dict.fromkeys(crossing.names))
             where = ", ".join(f"{c:.5g}" for c in crossing.place)
             return CadError(
-                f"the model runs into itself: {who} near ({where}), where the mesh has {named}. "
-                "No mesh of it is valid: repair it in its CAD program."
+                "the model runs into itself, so that no mesh of it is valid",
+                where=f"({where}), where the mesh has {named}: {who}",
+                try_="repair it in its CAD program",
             )
-    said = "; ".join(str(crossing) for crossing in crossings[:3])
+    said = [str(crossing) for crossing in crossings]
     return InvertedHexError(
-        f"no valid mesh: it runs into itself: {said}. The model's own faces keep apart there, by less than the facets "
-        "of the mesh lie off them: try a smaller size or more layers, or leave a wider gap in the model",
+        "no valid mesh: it runs into itself where the model's own faces keep apart, by less than facets lie off them",
+        where=said[0],
+        try_="a smaller size or more layers, or leave a wider gap in the model",
+        reasons=said,
         hexes=[],
         min_scaled_jacobian=worst,
     )
@@ -62,7 +65,8 @@ def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None
     if report.crossings and not report.n_inverted and part is not None and sweep is not None:
         return explain_crossings(part, sweep, report.crossings, report.min_scaled_jacobian)
     error = InvertedHexError(
-        f"no valid mesh: {'; '.join(report.problems[:3])}; try another size, more layers, or another source face",
+        f"no valid mesh: {report.problems[0] if report.problems else 'its hexahedra are inverted'}",
+        reasons=report.problems,
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
@@ -82,10 +86,11 @@ def poor_carried(points: FloatArray, hexes: IntArray) -> float:
 
 def carried_refusal(report: QualityReport, name: str) -> InvertedHexError:
     """Say why a part cannot have the mesh of another."""
-    problems = "; ".join(report.problems[:3])
     return InvertedHexError(
-        f"'{name}' cannot have the same mesh: carried here it is not valid ({problems}); mesh it by itself, "
-        "or start from a part that is nearer to it",
+        f"'{name}' cannot have the same mesh: carried here it is not valid",
+        where=report.problems[0] if report.problems else "",
+        try_="mesh it by itself, or start from a part that is nearer to it",
+        reasons=report.problems,
         hexes=[hexahedron.id for hexahedron in report.worst],
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
@@ -93,9 +98,9 @@ def carried_refusal(report: QualityReport, name: str) -> InvertedHexError:
 
 def _crossing_faces(part: Part, sweep: Sweep, crossing: BoundaryCrossing) -> tuple[Face, Face] | None:
     """The CAD faces that cross where two boundaries do; None where only their facets do."""
-    by_name = pieces_by_name(sweep)
+    by_name = name_sweep(sweep).by_name()
     faces = {
-        name: [sweep.solid.faces[i] for i in dict.fromkeys(face for face, _ in by_name.get(name, ()))]
+        name: [sweep.solid.faces[i] for i in dict.fromkeys(face for _, face, _ in by_name.get(name, ()))]
         for name in crossing.names
     }
     if not all(faces.values()):

@@ -18,7 +18,10 @@ from __future__ import annotations
 import logging
 from contextlib import suppress
 from dataclasses import replace
+from math import pi
 from typing import Any
+
+import numpy as np
 
 from .. import cad
 from ..blocks.block_mesh import BlockMesh
@@ -34,6 +37,7 @@ from ..errors import (
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..recognition.reasons import TANGENT
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
@@ -43,6 +47,11 @@ from .parts import load
 from .run import Run
 
 log = logging.getLogger(__name__)
+
+NO_REMEDY = "leave the feature with that face out of the model; cuts and suppressing it were tried, and do not help"
+"""What a refusal says where nothing helps that could be tried."""
+NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
+"""The same of a solid without an inner corner."""
 
 GOOD_STACK = 0.3
 """Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
@@ -69,6 +78,8 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
             touch=options.touch,
             on_progress=lambda share: run.on_progress("cad", share),
         )
+        if options.names:
+            part = cad.give_names(part, options.names)
         return cad.suppress(part, options.suppress) if options.suppress else part
 
 
@@ -89,11 +100,21 @@ def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
 
 
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
-    """Mesh a part by the first way that applies, in memory or in blocks."""
+    """Mesh a part by the first way that applies, in memory or in blocks; its notes say what OpenCASCADE failed in."""
+    with cad.noting() as given_up:
+        mesh = _mesh_part(source, options, run)
+    if not given_up:
+        return mesh
+    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], *given_up]})
+
+
+def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     part = open_part(source, options, run)
     options = with_largest_size(part, options)
+    part = _noting_large(part, options)
     chosen = options.only is not None or options.skip is not None
-    options = replace(options, params=None, part=None, suppress=None)  # they are about the source, which is open now
+    # These are about the source, which is open now.
+    options = replace(options, params=None, part=None, names=None, suppress=None)
     if options.cuts:
         from .decomposing import mesh_user_cut
 
@@ -105,8 +126,36 @@ def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     return mesh_solid(part, options, run)
 
 
+def _noting_large(part: Part, options: SweepOptions) -> Part:
+    """The part, with a note where a size is asked for that is larger than all of it: the unit may be another."""
+    corners = np.concatenate([solid.vertices for solid in part.solids])
+    wide = max(float(np.linalg.norm(np.ptp(corners, axis=0))), *(solid.size for solid in part.solids)) * part.scale
+    if options.size is None or options.size <= wide:
+        return part
+    note = f"size {options.size:g} is larger than the whole part, whose diagonal is {wide:.4g}: is the unit right?"
+    return replace(part, notes=(*part.notes, note))
+
+
 def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
-    """Mesh a part of one solid by the first way that does well, or by the best of all."""
+    """Mesh a part of one solid by the first way that does well, or by the best of all.
+
+    Raises
+    ------
+    CadSweepError
+        None makes a mesh; says what would.
+    """
+    try:
+        return _by_ways(part, options, run)
+    except NotSweepableError as refused:
+        raise _proposing(part, options, refused) from refused
+    except (InvertedHexError, SurfaceMeshError) as refused:
+        from .remedies import find_remedy
+
+        raise refused.about(try_=find_remedy(part, options, refused, _mesh_plainly) or refused.try_) from refused
+
+
+def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
+    """As :func:`mesh_solid`, with a refusal that proposes nothing."""
     refused: CadSweepError | None = None
     best: AnyMesh | None = None
     share = 1.0
@@ -135,7 +184,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     assert refused is not None
     if not options.decompose:
         _refuse_touching(part, refused)
-    raise _proposing(part, refused) if isinstance(refused, NotSweepableError) else refused
+    raise refused
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -171,22 +220,33 @@ def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepEr
     return refused
 
 
-def _proposing(part: Part, refused: NotSweepableError) -> CadSweepError:
-    """The refusal, with where a face has no corner and small features to leave out; or that the model is at fault."""
+def _proposing(part: Part, options: SweepOptions, refused: NotSweepableError) -> CadSweepError:
+    """The refusal, with the corner that no hexahedron fits into and what helps; or that the model is at fault."""
+    from .remedies import find_remedy
+
     crossed = crossing_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
     if crossed is not None:
         return crossed
-    small, pointed = cad.small_features(part), pointed_of(part.solids[0])
-    if not small and not pointed:
-        return refused
-    found = NotSweepableError(
-        f"{f'{pointed}; ' if pointed else ''}{refused}{f'; or {small}' if small else ''}",
-        reasons=refused.reasons,
-        faces=refused.faces,
-        advice=refused.advice,
-    )
-    found.solids, found.left, found.columns = refused.solids, refused.left, refused.columns
-    return found
+    pointed = pointed_of(part.solids[0])
+    helps = find_remedy(part, options, refused, _mesh_plainly)
+    known = refused.about(where=pointed, reasons=[refused.where]) if pointed else refused
+    if helps:
+        return known.about(try_=helps)
+    if refused.try_:
+        return known
+    if pointed:
+        return known.about(try_="move one of the features there, so that they cross or keep apart")
+    is_convex = max(edge.dihedral for edge in part.solids[0].edges) < pi + TANGENT
+    return known.about(try_=NO_FEATURE if is_convex else NO_REMEDY)
+
+
+def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
+    """By one sweep, by columns, or by the cuts that are given: without a search."""
+    if options.cuts:
+        from .decomposing import mesh_user_cut
+
+        return mesh_user_cut(part, options, run)
+    return _by_ways(part, options, run)
 
 
 def _worst(mesh: AnyMesh) -> float:

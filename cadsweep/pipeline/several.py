@@ -15,17 +15,11 @@ import numpy as np
 from .. import smoothing
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
-from ..blocks.finish import (
-    NamedFaces,
-    by_face,
-    find_colors,
-    make_references,
-    name_faces,
-    to_block_mesh,
-    to_hex_mesh,
-)
+from ..blocks.finish import by_face, to_block_mesh, to_hex_mesh
 from ..blocks.interface_slides import find_interface_slides
 from ..blocks.joined import JoinedMesh
+from ..blocks.naming import NamedFaces, find_colors, name_faces
+from ..blocks.reference import make_references
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..errors import InvertedHexError
@@ -41,11 +35,11 @@ from ..smoothing import Blocks, Slides
 from ..sweep import Intervals
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
-from .cell_periodic import with_cell_pairs
 from .cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
 from .origin import CellsOrigin, made_of
+from .pairs import with_pairs
 from .refusing import refusal
 from .run import Run, measured
 
@@ -79,7 +73,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
             if divided is None:
                 raise
             wishes, finer = divided, [FINER]
-    return mesh if isinstance(mesh, BlockMesh) else with_cell_pairs(made_of(mesh, found.model))
+    return mesh if isinstance(mesh, BlockMesh) else with_pairs(made_of(mesh, found.model))
 
 
 def _finished(  # noqa: PLR0917

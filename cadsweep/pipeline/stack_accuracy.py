@@ -19,7 +19,7 @@ from ..mesh import QuadMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..stack_mesh import Placed
-from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, measure
+from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, keeps_shape, measure
 from .run import Run
 from .stack_hints import StackHints
 
@@ -50,7 +50,7 @@ def accurate_stack(  # noqa: PLR0917
         The first mesh cannot be made.
     """
     first = make(hints)
-    if options.tolerance is None and options.size is not None:
+    if keeps_shape(part, first.joined, options):
         return first, None
 
     def measured(made: MadeStack) -> Found:

@@ -26,8 +26,8 @@ from ..stack_mesh import StackMesh
 from ..sweep import Intervals, Sweep
 from .biases import splits_of
 from .candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
-from .cell_periodic import with_cell_pairs
 from .origin import AnyMesh
+from .pairs import with_pairs
 from .parts import only_solid
 from .periodic import side_motions, tied_counts, with_images
 from .run import Run
@@ -85,7 +85,7 @@ def _search(solid: Solid) -> tuple[list[_Known], list[str]]:
         try:
             candidates.append(stacks.read_sides(normals, direction))
         except NotSweepableError as error:
-            refused.append((direction, str(error)))
+            refused.append((direction, error.message))
     refused.sort(key=lambda pair: -stacks.count_fitting(normals, pair[0]))
     candidates.sort(key=lambda sides: (-round(sides.steepest, 6), len(sides.caps)))
     found: list[_Known] = []
@@ -98,7 +98,7 @@ def _search(solid: Solid) -> tuple[list[_Known], list[str]]:
             stack = stacks.make_stack(solid, sides, stations, cad.arrange(solid, sides.direction, sides.caps, lines))
             sheets = stacks.find_sheets(stack)
         except CadSweepError as error:
-            reasons.append(_reason(sides.direction, str(error)))
+            reasons.append(_reason(sides.direction, error.message))
             continue
         found.append(_Known(stack, sheets))
     found.sort(key=lambda known: (-known.stack.score, known.stack.n_columns))
@@ -166,13 +166,8 @@ def _find_instead(part: Part, refused: NotSweepableError) -> list[_Known]:
     try:
         return _find(part)
     except NotSweepableError as error:
-        columns = f"nor is it a stack of columns: {error.reasons[0]}"
-        reasons = [*refused.reasons, *error.reasons]
-        neither = NotSweepableError(
-            f"{refused}; {columns}", reasons=reasons, faces=refused.faces, advice=refused.advice
-        )
-        neither.columns = columns
-        raise neither from refused
+        columns = [f"no stack of columns {reason}" for reason in error.reasons]
+        raise refused.about(reasons=columns) from refused
 
 
 def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
@@ -211,9 +206,9 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     if not tried:
         raise failures[0] if isinstance(refused, NotSweepableError) else refused
     best = max(tried, key=lambda mesh: (mesh.info["quality"].valid, mesh.info["quality"].min_scaled_jacobian))
-    notes = [*best.info["notes"], *(f"a better ranked stack was given up: {error}" for error in failures)]
+    notes = [*best.info["notes"], *(f"a better ranked stack was given up: {error.message}" for error in failures)]
     if not isinstance(refused, NotSweepableError):
-        notes.append(f"meshed as columns between caps, as its sweeps were given up: {refused}")
+        notes.append(f"meshed as columns between caps, as its sweeps were given up: {refused.message}")
     return replace(best, info={**best.info, "notes": notes})
 
 
@@ -306,7 +301,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         ],
     )
     if isinstance(mesh, HexMesh):
-        mesh = with_cell_pairs(mesh)
+        mesh = with_pairs(mesh)
     report, notes = mesh.info["quality"], list(mesh.info["notes"])
     off = report.volume / mesh.info["cad_volume"] - 1.0
     if abs(off) > COARSE:

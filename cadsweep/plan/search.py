@@ -130,8 +130,8 @@ def _no_way(part: Part, cell: int, candidates: Sequence[Fill]) -> PlanError:
     assert isinstance(sweep, Sweep), "blocks at the corners are a way"
     caps = [*sweep.source, *sweep.target]
     return PlanError(
-        f"{name}: both caps of its sweep from {solid.faces[sweep.source[0]].label()} to "
-        f"{solid.faces[sweep.target[0]].label()} are divided, and the lines on them do not answer each other",
+        f"{name}: both caps of its sweep are divided, and the lines on them do not answer each other",
+        where=f"{solid.faces[sweep.source[0]].label()} and {solid.faces[sweep.target[0]].label()}",
         faces=[(cell, f) for f in caps],
     )
 
@@ -331,8 +331,8 @@ class _Search:
         seen = [self.words(a, fa), self.words(b, fb)]
         tried = f" within {self.n_steps} tries" if exhausted else ""
         return PlanError(
-            f"no sweeps of {_name(solids[a], a)} and {_name(solids[b], b)} agree{tried} on the face between them, "
-            f"{solids[a].faces[fa].label()}: to the first it is {seen[0]}, to the second {seen[1]}",
+            f"no sweeps of {_name(solids[a], a)} and {_name(solids[b], b)} agree{tried} on the face between them",
+            where=f"{solids[a].faces[fa].label()}: to the first it is {seen[0]}, to the second {seen[1]}",
             faces=faces,
         )
 

@@ -10,15 +10,16 @@ slab.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray, IntArray, small_ints
 from ..errors import InputError
-from . import kernels
+from . import kernels, storage
 
 _SLAB_BYTES = 1 << 20
 """Points that are made at a time: about what the second cache holds."""
@@ -179,9 +180,7 @@ class FactoredSweep:
 
         Of the basis only the residual modes and the caps' centres are written; the rest follows from the caps.
         """
-        from .storage import save_sweep
-
-        save_sweep(self, path)
+        storage.write(self.to_arrays(), path)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> FactoredSweep:
@@ -192,9 +191,63 @@ class FactoredSweep:
         InputError
             The file is not one of ours, or is damaged.
         """
-        from .storage import load_sweep
+        try:
+            return cls.of_arrays(storage.read(path))
+        except KeyError as error:
+            raise InputError(f"{path}: the array {error} is missing") from error
 
-        return load_sweep(path)
+    def to_arrays(self) -> dict[str, np.ndarray]:
+        """Arrays from which :meth:`of_arrays` makes the same sweep again."""
+        n = self.source_points.shape[1]
+        # The first columns of the basis are cap points minus a centre; the centre is the ring's own mean, kept as bits.
+        arrays = {
+            "format": np.array(storage.FORMAT),
+            "source_points": self.source_points,
+            "source_center": self.source_center,
+            "quads": small_ints(self.quads),
+            "ring_nodes": small_ints(self.ring_nodes),
+            "loop_lengths": np.array([len(loop) for loop in self.loops]),
+            "rings": self.rings,
+            "coefficients": self.coefficients,
+            "modes": self.basis[:, self.basis.shape[1] - self.n_modes :],
+            "ranks": self.ranks,
+            "conditions": self.conditions,
+            "weights": self.weights,
+            "remainder": np.array(self.remainder),
+            "functional": np.array(self.functional),
+            "strategy": np.array(self.strategy),
+        }
+        if self.target_points is not None:
+            arrays["target_points"] = self.target_points
+        if self.target_center is not None:
+            arrays["target_center"] = self.target_center
+        assert n in (2, 3)
+        return arrays
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, np.ndarray]) -> FactoredSweep:
+        """The sweep whose :meth:`to_arrays` these are; a KeyError names one that is missing."""
+        ends = np.cumsum(arrays["loop_lengths"])
+        target, target_center = arrays.get("target_points"), arrays.get("target_center")
+        modes = arrays["modes"]
+        return cls(
+            basis=make_basis(arrays["source_points"], arrays["source_center"], target, target_center, modes),
+            coefficients=arrays["coefficients"],
+            rings=arrays["rings"],
+            loops=tuple(np.split(arrays["ring_nodes"].astype(np.int64), ends[:-1])),
+            quads=arrays["quads"].astype(np.int64),
+            source_points=arrays["source_points"],
+            source_center=arrays["source_center"],
+            target_points=target,
+            target_center=target_center,
+            ranks=arrays["ranks"],
+            conditions=arrays["conditions"],
+            weights=arrays["weights"],
+            n_modes=modes.shape[1],
+            remainder=float(arrays["remainder"]),
+            functional=str(arrays["functional"]),
+            strategy=str(arrays["strategy"]),
+        )
 
 
 def make_basis(

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
+from ..verbs import do
 from .limits import BoundaryLimit
 from .overlap import BoundaryCrossing
 
@@ -211,14 +212,10 @@ class QualityReport:
 
     def plot(self, **options: Any) -> Any:
         """Draw the histogram of a metric over the range of its data (:func:`cadsweep.view.plot_report`)."""
-        from ..view import plot_report
-
-        return plot_report(self, **options)
+        return do("plot_report", self, **options)
 
     def _repr_html_(self) -> str:
-        from ..report import report_card
-
-        return report_card(self)
+        return str(do("report_card", self))
 
     def __str__(self) -> str:
         lines = [

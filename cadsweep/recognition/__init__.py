@@ -6,10 +6,10 @@ Place in the flow: takes a :class:`~cadsweep.brep.Solid` from ``cad``, gives a l
 
 from .alike import sweeps_of_each
 from .corner_blocks import find_corner_blocks
+from .description import describe
 from .edges import describe_edges
 from .find import find_sweeps, search_sweeps
 from .growth import find_roundings, worst_rim
-from .reasons import describe
 from .revolution import find_axis
 from .rings import may_be_ring, why_not_closed
 

@@ -24,7 +24,7 @@ from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
 from .growth import with_grown
 from .layout import Layout, choose_bands, lay_out
-from .reasons import MOST_FACES, advice, explain, headline, in_the_way
+from .reasons import explain, no_sweep
 from .score import score_layout, score_sweep
 
 log = logging.getLogger(__name__)
@@ -90,9 +90,7 @@ def find_sweeps(
     sweeps = found.sweeps
     if not sweeps:
         reasons = explain(solid, found.search, found.failures)
-        texts = [reason.text for reason in reasons]
-        faces = in_the_way(solid, reasons)[:MOST_FACES]
-        raise NotSweepableError(headline(solid, reasons), reasons=texts, faces=faces, advice=advice(solid, reasons))
+        raise no_sweep(solid, reasons)
     if not source and not target:
         return [s for s in sweeps if s.score >= POOR * sweeps[0].score]
     hinted = [s for s in (_hinted(s, set(source or ()), set(target or ())) for s in sweeps) if s is not None]
@@ -106,8 +104,11 @@ def find_sweeps(
         reasons = [r for r in explain(solid, found.search, found.failures) if r.face in asked]
         others = "; ".join(_pair(s) for s in sweeps[:4])
         raise NotSweepableError(
-            f"no sweep has the {wanted}: {reasons[0].text}; the sweeps found are: {others}",
+            f"no sweep has the {wanted}",
+            where=reasons[0].text,
+            try_=f"one of the sweeps found: {others}",
             reasons=[reason.text for reason in reasons],
+            faces=sorted(asked),
         )
     return hinted
 
@@ -169,7 +170,7 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
             try:
                 layouts = lay_out(solid, bands)
             except NotSweepableError as reason:
-                found.failures.append((bands, str(reason)))
+                found.failures.append((bands, reason.message))
                 continue
             for layout in layouts:
                 best = 1.0
@@ -180,7 +181,7 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
                     try:
                         built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
                     except NotSweepableError as reason:
-                        found.failures.append((bands, str(reason)))
+                        found.failures.append((bands, reason.message))
                         continue
                     score = min(best, score_sweep(built, score_layout(solid, each)))
                     best = SMALLER * score

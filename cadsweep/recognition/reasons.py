@@ -11,14 +11,12 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Solid
 from ..errors import NotSweepableError
-from ..sweep import Sweep
 from .bands import Band, BandSearch
 from .corners import STRICT, why_no_rectangle
 from .revolution import find_axis
@@ -114,21 +112,15 @@ def in_the_way(solid: Solid, reasons: Sequence[Reason]) -> list[int]:
     return sorted(counts, key=lambda f: (-counts[f], faces[f].kind == "plane", faces[f].area, f))
 
 
-def what_to_do(solid: Solid, face: int) -> str:
-    """What a user can do about a face in the way."""
-    there = solid.faces[face]
-    if there.kind in ("sphere", "cone") or min(len(loop.edges) for loop in there.loops) < 4:
-        return (
-            "leave the feature that it belongs to out of the model, or end the part before it: hexahedra would "
-            "collapse there"
+def planes_beside(solid: Solid, face: int) -> list[int]:
+    """Plane faces that fold away from a face and go on into the solid: what may part it there."""
+    folds = [e for e in solid.faces[face].edges if solid.edges[e].dihedral > pi + TANGENT]
+    return list(
+        dict.fromkeys(
+            f for e in folds for f in solid.edges[e].faces
+            if solid.faces[f].kind == "plane" and solid.faces[f].known >= 0 and not _only_touches(solid, f)
         )
-    folds = [e for e in there.edges if solid.edges[e].dihedral > pi + TANGENT]
-    planes = [
-        solid.faces[f].known for e in folds for f in solid.edges[e].faces
-        if solid.faces[f].kind == "plane" and solid.faces[f].known >= 0 and not _only_touches(solid, f)
-    ]  # fmt: skip
-    cut = f"cut the part there yourself (cuts=['face {planes[0]}'])" if planes else "cut the part beside it yourself"
-    return f"leave the feature that it belongs to out of the model, or {cut}"
+    )  # fmt: skip
 
 
 def _only_touches(solid: Solid, face: int) -> bool:
@@ -149,31 +141,35 @@ def _runs_out(solid: Solid, source: int, side: int) -> bool:
     return all(abs(solid.edges[e].dihedral - pi) < TANGENT for k, e in enumerate(loop.edges) if k != beside[0])
 
 
-def headline(solid: Solid, reasons: Sequence[Reason]) -> str:
-    """One line that says that and why the solid cannot be swept."""
+def no_sweep(solid: Solid, reasons: Sequence[Reason]) -> NotSweepableError:
+    """The refusal of a solid: the face that is most in the way, and why each face is no cap."""
     name = f"'{solid.name}'" if solid.name else "the solid"
+    texts = [reason.text for reason in reasons]
+    worst = in_the_way(solid, reasons)
     axis = find_axis(solid)
     if axis is not None and not _on_axis(solid, *axis):
         point = solid.units.place(axis[0])
         direction = ", ".join(f"{round(x, 9) + 0.0:.4g}" for x in axis[1])
-        return (
-            f"{name} is a closed ring, turned about the axis through ({point}) along ({direction}), and has no caps; "
-            "cut it into two solids by a plane through the axis, or turn it by less than 360 degrees"
+        return NotSweepableError(
+            f"{name} is a closed ring and has no caps",
+            where=f"the axis through ({point}) along ({direction}) that it is turned about",
+            try_="cut it into two solids by a plane through the axis, or turn it by less than 360 degrees",
+            reasons=texts,
+            faces=worst[:MOST_FACES],
         )
-    planes = {face.id: face.kind == "plane" for face in solid.faces}
-    telling = max(reasons, key=lambda r: (r.weight, planes[r.face], solid.faces[r.face].area))
     n = len(reasons)
-    lead = advice(solid, reasons) or f"{name} is no sweep"
-    return f"{lead}; no pair of its {n} faces can be the caps, for one, {telling.text}"
-
-
-def advice(solid: Solid, reasons: Sequence[Reason]) -> str:
-    """One sentence: the face that is most in the way, where it is, and what to do; empty where no single face is."""
-    worst = in_the_way(solid, reasons)
-    if not worst:
-        return ""
-    name = f"'{solid.name}'" if solid.name else "the solid"
-    return f"{name} is no sweep because of {solid.faces[worst[0]].label()}; {what_to_do(solid, worst[0])}"
+    if worst:
+        blamed = sum(worst[0] in reason.blamed for reason in reasons)
+        where = f"{solid.faces[worst[0]].label()}, which rules out {blamed} of them"
+    else:
+        planes = {face.id: face.kind == "plane" for face in solid.faces}
+        where = max(reasons, key=lambda r: (r.weight, planes[r.face], solid.faces[r.face].area)).text
+    return NotSweepableError(
+        f"{name} is no sweep: no pair of its {n} faces can be the caps",
+        where=where,
+        reasons=texts,
+        faces=worst[:MOST_FACES],
+    )
 
 
 def _on_axis(solid: Solid, point: FloatArray, direction: FloatArray) -> bool:
@@ -185,61 +181,3 @@ def _on_axis(solid: Solid, point: FloatArray, direction: FloatArray) -> bool:
         for face in solid.faces
     )
     return bool(np.min(distance) < 1e-6 * solid.size) or any(discs)
-
-
-def describe(solid: Solid, result: Sequence[Sweep] | NotSweepableError) -> dict[str, list[dict[str, Any]]]:
-    """Return the tables of ``cadsweep info``.
-
-    Parameters
-    ----------
-    solid : Solid
-    result : sequence of Sweep, or NotSweepableError
-        What :func:`cadsweep.recognition.find_sweeps` returned or raised.
-
-    Returns
-    -------
-    dict
-        ``faces``: id, name, groups (its other names), color, type, area, center, role (``source``, ``target``,
-        ``linking side``, or ``-``) in the best sweep. ``sweeps``: source, target, n_linking_sides, n_stations, length,
-        score, notes. ``rejected``: face, reason.
-    """
-    from .find import search_sweeps
-
-    sweeps = [] if isinstance(result, NotSweepableError) else list(result)
-    roles: dict[int, str] = {}
-    for sweep in sweeps[:1]:
-        roles |= dict.fromkeys(sweep.source, "source") | dict.fromkeys(sweep.target, "target")
-        roles |= {side.face: "linking side" for side in sweep.linking_sides}
-    faces = [
-        {
-            "id": face.id,
-            "name": face.name or "",
-            "groups": list(face.groups),
-            "color": face.color,
-            "type": face.kind,
-            "area": face.area,
-            "center": tuple(float(c) for c in face.center),
-            "role": roles.get(face.id, "-"),
-        }
-        for face in solid.faces
-    ]
-    rows = [
-        {
-            "source": list(sweep.source),
-            "target": list(sweep.target),
-            "n_linking_sides": len(sweep.linking_sides),
-            "n_stations": len(sweep.stations),
-            "length": max(sum(lengths) for lengths in sweep.span_lengths),
-            "score": sweep.score,
-            "notes": list(sweep.notes),
-        }
-        for sweep in sweeps
-    ]
-    caps = {f for sweep in sweeps for f in sweep.source + sweep.target}
-    found = search_sweeps(solid)
-    rejected = [
-        {"face": reason.face, "reason": reason.text}
-        for reason in explain(solid, found.search, found.failures)
-        if reason.face not in caps
-    ]
-    return {"faces": faces, "sweeps": rows, "rejected": rejected}

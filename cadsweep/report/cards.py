@@ -1,6 +1,6 @@
 """What is said of a mesh, a part, a sweep, a report in a few lines of HTML: the cards of notebooks.
 
-Place in the flow: called by the ``_repr_html_`` of the values themselves, which import it when called.
+Place in the flow: called by the ``_repr_html_`` of the values themselves, through :mod:`cadsweep.verbs`.
 """
 
 from __future__ import annotations

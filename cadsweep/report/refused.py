@@ -28,6 +28,8 @@ def write_refusal(
     path: str | PathLike[str],
     *,
     reason: str,
+    where: str = "",
+    hint: str = "",
     faces_in_question: Collection[int],
     reasons: Sequence[str] = (),
     command: str | None = None,
@@ -42,10 +44,13 @@ def write_refusal(
         Suffix ``.html``.
     reason : str
         What the refusal says.
+    where, hint : str
+        The face or the place in the way, and what to try.
     faces_in_question : collection of int
         Ids of the faces that are coloured, of the solids that `reason` names.
     reasons : sequence of str
-        What every face lacks, a line each.
+        Why each face is no cap, each direction gives no columns, and each cell of the best cuts has no sweep, a line
+        each.
     command : str, optional
         What was tried; shown on the page.
     left : sequence of (m, 3) float64
@@ -76,15 +81,34 @@ def write_refusal(
         (escape((f"{part.solids[j].name}: " if several else "") + part.solids[j].faces[f].label()), "")
         for j, f in sorted(chosen)
     ]
+    told = "".join(f"<p>{word}: {escape(text)}</p>" for word, text in (("Where", where), ("Try", hint)) if text)
     made = f"<p>Tried: <code>{escape(command)}</code>, cadsweep {__version__}.</p>" if command else ""
     sections = [
-        f'<h1>{escape(part.name)}</h1><p class="invalid">No mesh: {escape(reason)}</p>{made}',
+        f'<h1>{escape(part.name)}</h1><p class="invalid">No mesh: {escape(reason)}</p>{told}{made}',
         '<div class="bar" id="bar"></div><div id="view"></div>',
         "<p>Drag to turn, scroll to zoom, click a name in the legend to hide it.</p>",
         f"<h2>Faces in question</h2>{table(rows)}" if rows else "",
-        listed("What each face lacks as a cap", reasons) + listed("Notes", part.notes),
+        "".join(listed(title, lines) for title, lines in _sorted(reasons)) + listed("Notes", part.notes),
     ]
     return write_page(Path(path), f"{part.name}: no mesh", sections, _scene(part, chosen, left))
+
+
+_TITLES = (
+    ("What each face lacks as a cap", ("face ",)),
+    ("Why it is no stack of columns", ("no stack of columns",)),
+    ("What the best cuts leave, and why", ("sets of cuts", "a cell at", "all cells can be filled")),
+)
+"""Headings of reasons, and words that the lines below each have or begin with."""
+
+
+def _sorted(reasons: Sequence[str]) -> list[tuple[str, list[str]]]:
+    """Reasons under the headings that they belong to; what belongs to none under one of its own, the last."""
+    left, found = list(reasons), []
+    for title, words in _TITLES:
+        own = [line for line in left if any(word in line[:40] for word in words)]
+        left = [line for line in left if line not in own]
+        found.append((title, own))
+    return [(title, lines) for title, lines in [*found, ("What else was tried", left)] if lines]
 
 
 def _chosen(part: Part, reason: str, wanted: Collection[int]) -> set[tuple[int, int]]:

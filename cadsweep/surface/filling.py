@@ -200,7 +200,7 @@ def mesh_freely(outline: Outline) -> FaceQuads:
             try:
                 inner, quads = mesh_polygon(chart.boundary, setting, outline.opposite_of(boundary), background)
             except SurfaceMeshError as error:
-                reasons.append(str(error))
+                reasons.append(error.message)
                 continue
             made = outline.lift(chart, inner, quads, boundary)
             if best is None or made.better_than(best):

@@ -10,7 +10,8 @@ and the first one on the side, and as its quad's corners at the rim. So the row 
         |   |   |   |          |  |          has one quad alone, and its
         i---i---i---i          i--o          neighbours share an inner node
 
-Not handled: re-entrant corners sharper than some 240 degrees, and rows that meet each other.
+Not handled: re-entrant corners sharper than some 240 degrees, rows that meet each other, and corners fewer than three
+segments apart, whose neighbours would share two inner nodes.
 """
 
 from __future__ import annotations
@@ -81,6 +82,8 @@ def lay_rows(
     frames = [_inward(loop) for loop in loops]
     if any(is_smooth and (angle > _REENTRANT).any() for (_, angle), is_smooth in zip(frames, smooth, strict=True)):
         return None
+    if any(_crowded(angle) for (_, angle), is_smooth in zip(frames, smooth, strict=True) if is_smooth):
+        return None
     for share in _SHARES:
         inner: list[FloatArray] = []
         quads: list[IntArray] = []
@@ -132,6 +135,13 @@ def _depths(loop: FloatArray, inward: FloatArray, normals_at: Callable[[FloatArr
     for _ in range(_SMOOTHINGS):
         depth = (np.roll(depth, 1) + 2 * depth + np.roll(depth, -1)) / 4
     return depth
+
+
+def _crowded(angle: FloatArray) -> bool:
+    """Whether corners with one quad stand so near to each other that both would have a neighbour's inner node."""
+    corners = np.flatnonzero(angle < _END)
+    apart = np.diff(corners, append=corners[:1] + len(angle))
+    return bool((apart < 3).any())
 
 
 def _shared(places: FloatArray, angle: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -175,7 +175,7 @@ def _fillings_inside(
         try:
             yield mesh_polygon(left, setting, angles, background)
         except SurfaceMeshError as error:
-            reasons.append(str(error))
+            reasons.append(error.message)
 
 
 def _is_round(loop: FloatArray, opposite: FloatArray) -> bool:

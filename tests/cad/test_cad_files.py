@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import sys
 
 import pytest
@@ -238,8 +239,9 @@ def test_wrong_parameters_list_the_right_ones(params, script):
 )
 def test_scripts_that_fail_say_where(text, reason, script):
     path = script(text)
-    with pytest.raises((InputError, CadError), match=reason) as refusal:
+    with pytest.raises((InputError, CadError)) as refusal:
         load(path)
+    assert re.search(reason, refusal.value.message)
     assert str(refusal.value).startswith(str(path))
 
 

@@ -99,8 +99,9 @@ def test_hooks_at_the_ends_of_an_edge_are_no_corners(hook):
 
 
 def test_a_spline_is_as_long_by_compiled_loops_as_by_numpy():
-    from cadsweep.cad.geometry.curves import EdgeCurve, Reparametrised
+    from cadsweep.cad.geometry.curves import EdgeCurve
     from cadsweep.cad.geometry.nurbs import BSpline
+    from cadsweep.cad.geometry.parametric import Reparametrised
 
     poles = np.random.default_rng(5).standard_normal((7, 3)).cumsum(axis=0)
     knots = np.array([0, 0, 0, 0, 0.2, 0.2, 0.7, 1, 1, 1, 1])

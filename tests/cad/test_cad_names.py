@@ -310,9 +310,9 @@ def test_edges_are_chosen_by_name_id_and_selector(cq):
     kind, around = select_edges_of(part, ">Z")
     assert kind == "face"
     assert set(around) == {edge.id for edge in edges if edge.midpoint[2] == pytest.approx(1.5)}
-    with pytest.raises(InputError, match=r"No edge matches 'corners'.*'corner' \(edge \d+\)"):
+    with pytest.raises(InputError, match=r"(?s)No edge matches 'corners'.*'corner' \(edge \d+\)"):
         select_edges(part, "corners")
-    with pytest.raises(InputError, match=r"face 0 .*named edges 'corner'"):
+    with pytest.raises(InputError, match=r"(?s)face 0 .*named edges 'corner'"):
         select_edges_of(part, "corners")
     for wrong in ("", 12, "edge 12", "faces:>Z", ">Q", True, "|Z and %CIRCLE"):
         with pytest.raises(InputError):

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import cadsweep
+from cadsweep.cad.geometry.feet import Feet
 from cadsweep.cad.geometry.feet_kernels import descended_feet
 from cadsweep.cad.geometry.nearest_kernels import block_boxes, near_on_lines
 from cadsweep.cad.geometry.nurbs import BSplineSurface
+from cadsweep.cad.geometry.patch import Patch
 from cadsweep.cad.geometry.records import surface_record
 from cadsweep.cad.geometry.surfaces import Spline
 
@@ -203,3 +205,19 @@ def test_the_nearest_place_on_the_lines_of_a_grid_comes_first(axis):
     far = points + [100.0, 0.0, 0.0]
     near_on_lines(places, 4, axis, blocks, far, np.ones(20), elsewhere, rows, shares)
     assert (rows == -1).all()
+
+
+@pytest.mark.parametrize("side", ["low", "high"])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_knot_that_is_an_end_of_the_box_but_for_its_last_digits_is_no_place_of_its_own(axis, side):
+    spline = wavy((3, 3), (7, 7), rational=False)
+    geometry = Spline(spline=spline)
+    box = np.array([[0.0, 0.0], [1.0, 1.0]])
+    knot = float(np.unique(spline.u_knots)[2])
+    box[0 if side == "low" else 1, axis] = np.nextafter(knot, -1.0 if side == "low" else 2.0)
+    feet = Feet(Patch(geometry=geometry, box=box, limits=np.array([[0.0, 0.0], [1.0, 1.0]]), outward=1.0))
+    uv = box[0] + np.random.default_rng(2).random((50, 2)) * (box[1] - box[0])
+    points = geometry.evaluate(uv)
+    assert (np.diff(feet._walls[0]) > 0).all()
+    assert (np.diff(feet._walls[1]) > 0).all()
+    assert feet.nearest(points)[1].max() < 1e-9

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cadsweep.cad.geometry import curves, surfaces
+from cadsweep.cad.geometry import parametric, surfaces
 from cadsweep.cad.geometry.face_surface import FaceSurface
 from cadsweep.cad.geometry.feet_kernels import grid_places
 from cadsweep.cad.geometry.nurbs import BSpline, BSplineSurface
@@ -20,15 +20,15 @@ A, B, C, D = RANDOM.standard_normal((4, 3))
 KNOTS = np.array([0.0, 0, 0, 0, 0.3, 0.6, 1, 1, 1, 1])
 SPLINE = BSpline(degree=3, knots=KNOTS, poles=RANDOM.standard_normal((6, 3)), weights=RANDOM.uniform(0.5, 2, 6))
 CURVES = {
-    "line": curves.Line(origin=A, direction=B),
-    "ellipse": curves.Ellipse(center=A, x_axis=B, y_axis=C),
-    "hyperbola": curves.Hyperbola(center=A, x_axis=B, y_axis=C),
-    "parabola": curves.Parabola(vertex=A, x_axis=B, y_axis=C),
+    "line": parametric.Line(origin=A, direction=B),
+    "ellipse": parametric.Ellipse(center=A, x_axis=B, y_axis=C),
+    "hyperbola": parametric.Hyperbola(center=A, x_axis=B, y_axis=C),
+    "parabola": parametric.Parabola(vertex=A, x_axis=B, y_axis=C),
     "spline": SPLINE,
     "plane spline": BSpline(degree=3, knots=KNOTS, poles=SPLINE.poles[:, :2]),
-    "plane line": curves.Line(origin=A[:2], direction=B[:2]),
-    "periodic": curves.Periodic(spline=SPLINE, period=1.0),
-    "turned round": curves.Reparametrised(curve=SPLINE, offset=0.9, rate=-0.7),
+    "plane line": parametric.Line(origin=A[:2], direction=B[:2]),
+    "periodic": parametric.Periodic(spline=SPLINE, period=1.0),
+    "turned round": parametric.Reparametrised(curve=SPLINE, offset=0.9, rate=-0.7),
 }
 X, Y = np.linalg.qr(np.stack([A, B], axis=1))[0].T
 FRAME = surfaces.Frame(origin=D, x=X, y=Y, z=-np.cross(X, Y))
@@ -93,7 +93,7 @@ def test_normals_are_those_of_the_partial_derivatives(name):
 
 
 def test_what_has_no_record_says_so():
-    called = curves.Called(function=lambda t, order: ((t, 0.0, 0.0),) * (order + 1))
+    called = parametric.Called(function=lambda t, order: ((t, 0.0, 0.0),) * (order + 1))
     offset = surfaces.Offset(basis=SURFACES["torus"], distance=0.1, step=(1e-5, 1e-5))
     assert curve_record(called) is None
     assert surface_record(surfaces.Extruded(curve=called, direction=D)) is None

@@ -5,8 +5,9 @@ import pytest
 from scipy.interpolate import BSpline as Reference
 from scipy.interpolate import NdBSpline
 
-from cadsweep.cad.geometry.curves import EdgeCurve, Periodic, Reparametrised
+from cadsweep.cad.geometry.curves import EdgeCurve
 from cadsweep.cad.geometry.nurbs import BSpline, BSplineSurface
+from cadsweep.cad.geometry.parametric import Periodic, Reparametrised
 
 RNG = np.random.default_rng(7)
 

@@ -17,7 +17,7 @@ def test_a_failure_is_one_object_for_programs(tmp_path):
     done = as_program("mesh", "nothing.step", "-o", "a.vtu", "--json", cwd=tmp_path)
     assert done.returncode == 1
     error = json.loads(done.stdout)["error"]
-    assert set(error) == {"type", "message", "hint", "faces"}
+    assert set(error) == {"type", "message", "what", "where", "hint", "faces", "reasons"}
     assert "nothing.step" in error["message"]
     assert done.stderr.strip().endswith(error["message"])
 

@@ -61,10 +61,11 @@ def work(tmp_path_factory):
     return folder
 
 
-def one_line(done):
+def few_lines(done):
     assert done.returncode == 1
     assert done.stdout == ""
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 3, done.stderr
+    assert len(done.stderr) <= 450
     return done.stderr
 
 
@@ -90,20 +91,23 @@ def test_a_parameter_reaches_the_script_and_quiet_is_silent(work):
     assert np.ptp(cs.read(work / "wide.vtu").points[:, 0]) == pytest.approx(6.0)
 
 
-def test_what_cannot_be_swept_is_one_line_and_no_file(work, command):
+def test_what_cannot_be_swept_is_three_short_lines_and_no_file(work, command):
     before = sorted(os.listdir(work))
     # What is in the way, its place and what to do come first; programs get them apart.
     refused = ("mesh", "crossing.py", "-o", "crossing.vtu", "--no-decompose")
-    line = one_line(as_program(*refused, cwd=work))
-    assert re.match(r"cadsweep: the solid is no sweep because of face \d+ \(cylinder at [^)]+\); leave ", line)
+    line = few_lines(as_program(*refused, cwd=work))
+    said = r"cadsweep: the solid is no sweep.*\nwhere: face \d+ \(cylinder at [^)]+\).*\ntry: leave --no-decompose out"
+    assert re.match(said, line)
     told = command(*refused, "--json", cwd=work)
     assert told.returncode == 1
     error = json.loads(told.stdout)["error"]
     assert error["type"] == "NotSweepableError"
-    assert error["hint"].startswith("leave the feature")
+    assert error["hint"].startswith("leave --no-decompose out")
+    assert command(*refused[:-1], cwd=work).returncode == 0  # what is advised helps
+    (work / "crossing.vtu").unlink()
     assert f"face {error['faces'][0]} " in line
-    assert "absent.step" in one_line(command("mesh", "absent.step", "-o", "absent.vtu", cwd=work))
-    words = one_line(command("mesh", "part.py", "-o", "x.vtu", "--param", "wdth=6", cwd=work))
+    assert "absent.step" in few_lines(command("mesh", "absent.step", "-o", "absent.vtu", cwd=work))
+    words = few_lines(command("mesh", "part.py", "-o", "x.vtu", "--param", "wdth=6", cwd=work))
     assert "wdth" in words
     assert "width = 3.0" in words
     assert sorted(os.listdir(work)) == before
@@ -154,10 +158,10 @@ def test_check_tells_a_valid_mesh_from_one_that_is_not(work, command):
     assert json.loads(done.stdout)["valid"] is False
 
 
-def test_check_of_what_is_no_mesh_is_one_line(work, command):
+def test_check_of_what_is_no_mesh_is_few_lines(work, command):
     (work / "letter.vtu").write_text("Dear friend")
-    one_line(command("check", "letter.vtu", cwd=work))
-    one_line(command("check", "absent.vtu", cwd=work))
+    few_lines(command("check", "letter.vtu", cwd=work))
+    few_lines(command("check", "absent.vtu", cwd=work))
 
 
 def test_factors_expand_to_the_same_bytes(work, command):
@@ -165,7 +169,7 @@ def test_factors_expand_to_the_same_bytes(work, command):
     assert command("mesh", "part.py", "-o", "part.sweep.npz", *options, cwd=work).returncode == 0
     assert command("expand", "part.sweep.npz", "-o", "again.vtu", "--quiet", cwd=work).returncode == 0
     assert cs.read(work / "again.vtu").points.tobytes() == cs.read(work / "part.vtu").points.tobytes()
-    one_line(command("expand", "part.vtu", "-o", "again.vtu", cwd=work))
+    few_lines(command("expand", "part.vtu", "-o", "again.vtu", cwd=work))
 
 
 def test_a_streamed_mesh_is_announced_like_any_other(work, command):

@@ -78,3 +78,7 @@ def _on_bend(points: np.ndarray) -> np.ndarray:
     steps = np.round((radius - 3.0) * 6) / 6
     factor = ((3.0 + steps) / radius)[:, None]
     return points * np.column_stack([factor, np.ones_like(factor), factor])
+
+
+TOLERANCES = {".inp": 1e-12, ".rad": 1e-12, ".bdf": 1e-9, ".k": 1e-9}
+"""How far off a coordinate that was read back may be, in formats whose fields hold fewer digits than a float has."""

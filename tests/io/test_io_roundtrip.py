@@ -11,9 +11,11 @@ from cadsweep.errors import InputError
 from cadsweep.io.compare import same_quads
 from cadsweep.mesh import HexMesh
 
-from .io_meshes import bent_box, twisted_box, two_parts
+from .io_meshes import TOLERANCES, bent_box, twisted_box, two_parts
 
 ALL_ORDERS = {".vtu", ".vtkhdf", ".msh", ".med", ".cgns", ".e"}
+"""Of formats whose fields are narrower than a number may be."""
+
 FILES = [
     (suffix, nodes, options)
     for suffix, sizes, options in [
@@ -26,6 +28,12 @@ FILES = [
         (".cgns", (8, 20, 27), {}),
         (".e", (8, 20, 27), {}),
         (".inp", (8, 20), {}),
+        (".bdf", (8, 20), {}),
+        (".k", (8, 20), {}),
+        (".k", (8, 20), {"long": True}),
+        (".cdb", (8, 20), {}),
+        (".rad", (8, 20), {}),
+        (".feb", (8, 20), {}),
         (".unv", (8, 20), {}),
         (".mesh", (8,), {}),
         (".polymesh", (8,), {}),
@@ -40,7 +48,7 @@ def test_reading_gives_the_mesh_back(tmp_path, suffix, nodes, options):
     path = tmp_path / f"part{suffix}"
     io.write(mesh, path, **options)
     back = io.read(path)
-    tolerance = 1e-12 if suffix == ".inp" else 0
+    tolerance = TOLERANCES.get(suffix, 0)
     np.testing.assert_allclose(back.points, mesh.points, rtol=tolerance, atol=0)
     if suffix == ".polymesh":  # faces are kept, not corners: a hex may begin at another one
         np.testing.assert_array_equal(np.sort(back.hexes), np.sort(mesh.hexes))
@@ -81,12 +89,18 @@ def test_overlapping_groups_and_interleaved_parts(tmp_path, suffix):
         joined = {n: np.sort(np.concatenate([back.parts[k] for k in expected if n in k])) for n in mesh.parts}
     else:
         joined = {name: np.sort(ids) for name, ids in back.parts.items()}
+    if suffix in {".bdf", ".k", ".cdb", ".rad", ".feb"}:  # the disjoint blocks, and every name as a set of elements
+        for block in ("left_only", "left_and_odd_layers", "right_only", "right_and_odd_layers"):
+            assert len(joined.pop(block)) == 6
     assert set(joined) == set(mesh.parts)
     for name, ids in mesh.parts.items():
         np.testing.assert_array_equal(joined[name], ids)
 
 
-@pytest.mark.parametrize(("nodes", "suffix", "word"), [(27, ".inp", "nodes=20"), (27, ".unv", "nodes=20")])
+@pytest.mark.parametrize(
+    ("nodes", "suffix", "word"),
+    [(27, suffix, "nodes=20") for suffix in (".inp", ".unv", ".bdf", ".k", ".cdb", ".rad", ".feb")],
+)
 @pytest.mark.parametrize("old", [True, False])
 def test_an_order_that_a_format_lacks_is_refused(tmp_path, nodes, suffix, word, old):
     path = tmp_path / f"part{suffix}"
@@ -139,4 +153,4 @@ def test_coordinates_survive_tiny_and_large(tmp_path):
         for suffix in sorted({s for s, _, _ in FILES}):
             io.write(scaled, tmp_path / f"part{suffix}")
             back = io.read(tmp_path / f"part{suffix}")
-            np.testing.assert_allclose(back.points, scaled.points, rtol=1e-12 if suffix == ".inp" else 0, atol=0)
+            np.testing.assert_allclose(back.points, scaled.points, rtol=TOLERANCES.get(suffix, 0), atol=0)

@@ -11,6 +11,7 @@ pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 
 from cadsweep import load, sweep_mesh
+from cadsweep.brief import MOST_LINES
 from cadsweep.errors import CadError, NotSweepableError
 from cadsweep.intervals import assign_intervals
 from cadsweep.pipeline import attempts
@@ -81,7 +82,7 @@ def test_unsweepable_part_is_refused_with_reasons(path):
     (solid,) = part.solids
     with pytest.raises(NotSweepableError) as caught:
         open_and_find(part, None, None)
-    assert "\n" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) <= MOST_LINES
     own, besides = caught.value.reasons[: len(solid.faces)], caught.value.reasons[len(solid.faces) :]
     for face, reason in zip(solid.faces, own, strict=True):
         assert reason.startswith(face.label())
@@ -92,12 +93,13 @@ def test_unsweepable_part_is_refused_with_reasons(path):
 def test_part_that_nothing_fits_is_refused_whole_with_the_cell_and_a_face(name):
     part = load(HERE / "unsweepable" / f"{name}.py")
     (solid,) = part.solids
-    with pytest.raises(NotSweepableError, match="no re-entrant edge") as caught:
+    with pytest.raises(NotSweepableError) as caught:
         sweep_mesh(part)
-    assert any(f"because of {face.label()}" in str(caught.value) for face in solid.faces)
-    assert re.search(f"a cell at .* of {len(solid.faces)} faces has no sweep", str(caught.value))
+    assert any(f"where: {face.label()}" in str(caught.value) for face in solid.faces)
+    said = f"a cell at .* of {len(solid.faces)} faces has no sweep, though it has no re-entrant edge"
+    assert any(re.match(said, reason) for reason in caught.value.reasons)
 
 
 def test_pockets_that_touch_along_an_edge_are_no_body_and_the_edge_is_named():
-    with pytest.raises(CadError, match=r"not manifold: 1 edges .* first at \(0, 0, 0\) by 4"):
+    with pytest.raises(CadError, match=r"(?s)not manifold: 1 edges .* first at \(0, 0, 0\) by 4"):
         load(HERE / "unsweepable" / f"{NO_BODY}.py")

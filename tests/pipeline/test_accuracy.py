@@ -50,7 +50,7 @@ def test_what_was_asked_for_stands_and_is_said(bar):
 def test_a_mesh_that_is_another_part_has_to_be_allowed(bar):
     # An octagon has 10 % less area than its circle.
     coarse = {"counts": {"edges:%CIRCLE": 8}, "layers": 2}
-    with pytest.raises(cs.CadSweepError, match=r"-10.0%.*allow_coarse"):
+    with pytest.raises(cs.CadSweepError, match=r"(?s)-10.0%.*allow_coarse"):
         cs.sweep_mesh(bar, **coarse)
     mesh = cs.sweep_mesh(bar, allow_coarse=True, **coarse)
     assert mesh.info["quality"].volume == pytest.approx(8 / 2 * RADIUS**2 * np.sin(np.pi / 4) * HEIGHT)
@@ -198,3 +198,23 @@ def test_a_tolerance_is_kept_inside_the_cap_of_a_cell():
     upper = quads[(quads[:, :, 2] > 4.9).all(axis=1)].mean(axis=1)
     assert len(upper) > 100
     assert max(cq.Vertex.makeVertex(*place).distance(top) for place in upper) <= 0.1
+
+
+@pytest.mark.parametrize("size", [3.0, 10.0, 50.0])
+@pytest.mark.parametrize("kind", ["rod", "bend", "columns", "assembly"])
+def test_a_size_is_an_upper_bound_and_a_round_part_keeps_its_shape(kind, size):
+    """A size larger than a pin divides it finer, and says so; no part loses what makes it another one."""
+    rod = cq.Workplane().circle(4).extrude(16)
+    plate = cq.Workplane().box(24, 24, 4)
+    model = {
+        "rod": rod,
+        "bend": cq.Workplane().circle(4).revolve(90, (12, 0, 0), (12, 1, 0)),
+        "columns": plate.faces(">Z").workplane().circle(8).extrude(12),
+        "assembly": cq.Assembly(name="both").add(plate.cut(rod), name="plate").add(rod, name="pin"),
+    }[kind]
+    mesh = cs.sweep_mesh(model, size=size)
+    report = mesh.info["quality"]
+    assert report.valid
+    assert report.volume == pytest.approx(mesh.info["cad_volume"], rel=0.05)
+    finer = [note for note in mesh.info["notes"] if "divided finer than the size asked for" in note]
+    assert finer or kind == "columns"  # the flat plate is most of it

@@ -185,7 +185,7 @@ def test_a_file_of_factors_is_as_good_as_the_mesh(tmp_path):
 
 def test_parts_that_do_not_correspond_are_refused_with_the_face_that_has_no_partner():
     mesh = cs.sweep_mesh(plate(), size=0.3)
-    with pytest.raises(CadError, match=r"do not correspond: face \d+ .* no\s+partner"):
+    with pytest.raises(CadError, match=r"(?s)do not correspond:\sface \d+ .* no partner"):
         cs.sweep_mesh(plate((-0.5, 0), (0.5, 0)), like=mesh)
     named = plate()
     named.faces(">Z").tag("lid")

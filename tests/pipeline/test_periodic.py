@@ -112,7 +112,7 @@ def test_cells_of_a_cut_part_answer_each_other():
     check_pairs(mesh, "left__right", np.eye(3), (20, 0, 0))
     check_pairs(mesh, "low__high", np.eye(3), (0, 10, 0))
     with pytest.raises(
-        SurfaceMeshError, match=r"divides face \d+ 'low' .* of 'low' \(cell .*nothing divides 'high'.*cut"
+        SurfaceMeshError, match=r"(?s)divides face \d+ 'low' .* of 'low' \(cell .*nothing divides 'high'.*cut"
     ):
         cs.sweep_mesh(box(), size=2, cuts=["plane 1,0.2,0,-6"], periodic={"low": "high"})
 

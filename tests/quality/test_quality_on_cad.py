@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.blocks.naming import pieces_by_name
+from cadsweep.blocks.naming import name_sweep
 from cadsweep.blocks.reference import make_reference
 from cadsweep.quality import check_mesh
 
@@ -61,7 +61,7 @@ PARTS = {
 def meshed(request):
     part = cadsweep.load(PARTS[request.param]())
     mesh = cadsweep.sweep_mesh(part, max_hexes=40_000, smoothing=False, layers=30 if request.param == "spring" else 6)
-    sweep = next(s for s in cadsweep.find_sweeps(part) if set(pieces_by_name(s)) == set(mesh.boundaries))
+    sweep = next(s for s in cadsweep.find_sweeps(part) if set(name_sweep(s).by_name()) == set(mesh.boundaries))
     return mesh, make_reference(part, sweep)
 
 

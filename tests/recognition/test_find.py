@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cadsweep.brief import MOST_LINES
 from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.recognition import describe, find_sweeps
 from cadsweep.recognition.score import parallelism
@@ -118,7 +119,7 @@ def test_hints_choose_and_turn():
 
 def test_hints_that_fit_nothing_say_why():
     plate = plate_with_square_holes(1)
-    with pytest.raises(NotSweepableError, match=r"no sweep has the source face 2 .*face 0 .*hole"):
+    with pytest.raises(NotSweepableError, match=r"(?s)no sweep has the source face 2 .*face 0 .*hole"):
         find_sweeps(plate, source=(2,))
     with pytest.raises(NotSweepableError):
         find_sweeps(box(), source=(0,), target=(2,))
@@ -132,9 +133,10 @@ def test_hints_that_fit_nothing_say_why():
 )
 def test_refusals_have_a_reason_for_every_face(solid, reason):
     made = solid()
-    with pytest.raises(NotSweepableError, match=reason) as caught:
+    with pytest.raises(NotSweepableError, match="no sweep") as caught:
         find_sweeps(made)
-    assert "\n" not in str(caught.value)
+    assert len(str(caught.value).splitlines()) <= MOST_LINES
+    assert any(reason in text for text in caught.value.reasons)
     assert len(caught.value.reasons) == len(made.faces)
     for face, text in zip(made.faces, caught.value.reasons, strict=True):
         assert text.startswith(face.label())

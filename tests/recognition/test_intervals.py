@@ -61,7 +61,7 @@ def test_layers_are_shared_by_length(layers, spans):
 
 def test_fewer_layers_than_spans_names_the_stations():
     sweep = find_sweeps(prism(regular(5), (0.0, 1.0, 1.5, 3.0)), source=(0,))[0]
-    with pytest.raises(InputError, match=r"layers=2 is fewer than the 3 that.*station 1 of edges .*station 2"):
+    with pytest.raises(InputError, match=r"(?s)layers=2 is fewer than the 3 that.*station 1 of edges .*station 2"):
         assign_intervals(sweep, layers=2)
 
 
@@ -92,16 +92,16 @@ def test_an_edge_size_changes_its_edge():
 def test_demands_that_contradict_each_other_name_their_edges():
     sweep = find_sweeps(plate_with_square_holes(1))[0]
     edge, _ = sweep.source_loops[1][0]
-    with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*equal counts"):
+    with pytest.raises(SurfaceMeshError, match=f"(?s)edge {edge} .*equal counts"):
         assign_intervals(sweep, edge_counts={(edge,): 4, (sweep.target_edges[edge][0],): 5})
     odd = {(e,): 1 for e, _ in sweep.source_loops[1][:-1]} | {(sweep.source_loops[1][-1][0],): 2}
-    with pytest.raises(SurfaceMeshError, match=f"edge {edge} .*even"):
+    with pytest.raises(SurfaceMeshError, match=f"(?s)edge {edge} .*even"):
         assign_intervals(sweep, edge_counts=odd)
     with pytest.raises(InputError, match=f"edge {sweep.rails[0]} "):
         assign_intervals(sweep, edge_counts={(sweep.rails[0],): 3, (sweep.rails[1],): 4})
 
 
-@pytest.mark.parametrize("size", [0, -1.0, float("nan"), float("inf"), True, "1", 1e9])
+@pytest.mark.parametrize("size", [0, -1.0, float("nan"), float("inf"), True, "1"])
 def test_sizes_that_make_no_sense_are_refused(size):
     with pytest.raises(InputError, match="size"):
         assign_intervals(find_sweeps(box())[0], size=size)

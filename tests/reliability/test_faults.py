@@ -89,9 +89,10 @@ def listing(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def one_line(done):
+def few_lines(done):
     assert done.stdout == ""
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 3, done.stderr
+    assert len(done.stderr) <= 450
     return done.stderr
 
 
@@ -159,7 +160,7 @@ def test_a_full_disk_leaves_the_old_file(plate, small_disk, suffix):
     old.write_bytes(b"the old mesh")
     done, _ = run("mesh", plate, "-o", old, "--size", "0.15")
     assert done.returncode == 1
-    assert "space" in one_line(done)
+    assert "space" in few_lines(done)
     assert listing(small_disk) == {old.name: b"the old mesh"}
 
 
@@ -168,7 +169,7 @@ def test_a_full_temporary_folder_is_named_or_not_needed(plate, small_disk, tmp_p
     done, _ = run("mesh", plate, "-o", tmp_path / "plate.vtu", env={"TMPDIR": str(small_disk)})
     if done.returncode:
         assert done.returncode == 1
-        one_line(done)
+        few_lines(done)
         assert not (tmp_path / "plate.vtu").exists()
     else:
         assert cadsweep.read(tmp_path / "plate.vtu").quality().valid
@@ -186,7 +187,7 @@ def _fill(folder):
 def test_a_missing_folder_is_named_before_any_work(plate, tmp_path):
     done, _ = run("mesh", plate, "-o", tmp_path / "absent" / "plate.vtu")
     assert done.returncode == 1
-    assert "absent" in one_line(done)
+    assert "absent" in few_lines(done)
     assert not list(tmp_path.iterdir())
 
 
@@ -208,7 +209,7 @@ def test_a_read_only_folder_is_named_before_any_work(plate, tmp_path):
             subprocess.run(["umount", place], capture_output=True, check=False)
         place.chmod(0o755)
     assert done.returncode == 1
-    assert "locked" in one_line(done)
+    assert "locked" in few_lines(done)
     assert listing(place) == {"plate.vtu": b"the old mesh"}
 
 
@@ -218,14 +219,14 @@ def test_what_is_no_file_is_not_replaced(plate, tmp_path, kind):
     place.mkdir() if kind == "folder" else os.mkfifo(place)
     done, _ = run("mesh", plate, "-o", place)
     assert done.returncode == 1
-    one_line(done)
+    few_lines(done)
     assert place.is_dir() if kind == "folder" else place.is_fifo()
 
 
 def test_a_memory_limit_ends_the_run_with_its_stage(plate, tmp_path):
     done, _ = run("mesh", plate, "-o", tmp_path / "plate.vtu", "--max-memory", "0.1")
     assert done.returncode == 1
-    assert "memory" in one_line(done)
+    assert "memory" in few_lines(done)
     assert not list(tmp_path.iterdir())
 
 
@@ -233,7 +234,7 @@ def test_a_time_out_ends_the_run_with_its_stage(plate, tmp_path):
     start = time.monotonic()
     done, tag = run("mesh", plate, "-o", tmp_path / "plate.vtu", "--timeout", "0.5")
     assert done.returncode == 1
-    assert "time-out in stage" in one_line(done)
+    assert "time-out in stage" in few_lines(done)
     assert time.monotonic() - start < 15.0
     assert not processes(tag)
     assert not list(tmp_path.iterdir())

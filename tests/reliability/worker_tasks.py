@@ -113,7 +113,7 @@ def mesh_many(sources, options, record, on_progress):
                 report = check_mesh(mesh)
                 end = ["mesh" if report.valid else "invalid", "; ".join(report.problems), mesh.n_hexes, report.volume]
             except CadSweepError as error:
-                end = [type(error).__name__, str(error), 0, 0.0]
+                end = [type(error).__name__, error.message, 0, 0.0]
             except Exception as error:
                 end = [f"not named: {type(error).__name__}", str(error), 0, 0.0]
             file.write(json.dumps(end) + "\n")

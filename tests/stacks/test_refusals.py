@@ -43,14 +43,16 @@ def test_edges_and_faces_of_the_plane_are_named_by_the_parts(part):
 
 
 def test_too_few_layers_name_the_caps_over_each_other(part):
-    with pytest.raises(InputError, match=r"layers = 3 cannot be had: .*'floor'.* lie over each other.* 4 or more"):
+    with pytest.raises(
+        InputError, match=r"(?s)layers = 3 cannot be had:.*'floor'.* lie over each other.*take 4 or more"
+    ):
         cs.sweep_mesh(part, layers=3)
 
 
 def test_layers_that_contradict_each_other_are_named_and_no_others(part):
     beside, whole = (edge_near(part, place) for place in ((-15, 6, 8), (20, 15, 5)))
     with pytest.raises(
-        InputError, match=r"^4 layers from face \d+ 'floor'.* contradict each other: change or drop"
+        InputError, match=r"(?s)^4 layers from face \d+ 'floor'.* contradict each other: change or drop"
     ) as no:
         cs.sweep_mesh(part, counts={f"edge {beside}": 4, f"edge {whole}": 5, "edge 0": 5}, layers=30)
     assert "layers = 30" not in str(no.value)
@@ -59,7 +61,7 @@ def test_layers_that_contradict_each_other_are_named_and_no_others(part):
 def test_no_room_in_the_plane_is_told_of_the_caps_there(part):
     wall = next(f.id for f in part.solids[0].faces if f.center[0] == -20.0)
     with pytest.raises(
-        SurfaceMeshError, match=r"^face \d+ \(plane at .*, 0\) under face \d+ .*ask for fewer or thinner"
+        SurfaceMeshError, match=r"(?s)^face \d+ \(plane at .*, 0\) under face \d+ .*ask for fewer or thinner"
     ):
         cs.sweep_mesh(part, wall_layers={f"face {wall}": cs.WallLayers(first=0.5, growth=1.2, n=30)}, decompose=False)
 
@@ -81,6 +83,6 @@ def test_a_part_that_no_cuts_help_says_why_it_is_no_stack():
         shape = shape.cut(cq.Workplane().sphere(4).translate(place))
     with pytest.raises(cs.NotSweepableError) as refused:
         cs.sweep_mesh(shape, decompose_time=0.2)
-    said = r"no cuts were found.*; nor is it a stack of columns: along \(.*\), face \d+ .* turns from facing along it"
-    assert re.search(said, str(refused.value))
-    assert refused.value.columns in str(refused.value)
+    assert re.match(r"the solid cannot be meshed: no sweep, no columns and no cuts fit it", str(refused.value))
+    said = r"no stack of columns along \(.*\), face \d+ .* turns from facing along it"
+    assert any(re.match(said, reason) for reason in refused.value.reasons)

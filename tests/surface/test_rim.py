@@ -1,6 +1,7 @@
 """Rows of quads along a rim: they close, stand square on it, and leave the rest to be filled."""
 
 import numpy as np
+import pytest
 
 from cadsweep.surface.rim import lay_rows
 
@@ -84,3 +85,26 @@ def test_row_is_deep_enough_to_turn():
 
 def test_no_room_for_rows():
     assert lay_rows([circle(5.0, 12), circle(4.9, 12)[::-1]], [True, True], flat) is None
+
+
+def borders(cells):
+    """Edges of polygons that one of them alone has."""
+    edges = {}
+    for cell in cells:
+        for pair in zip(cell, np.roll(cell, -1), strict=True):
+            key = tuple(sorted(map(int, pair)))
+            edges[key] = edges.get(key, 0) + 1
+    assert max(edges.values()) <= 2
+    return {edge for edge, uses in edges.items() if uses == 1}
+
+
+@pytest.mark.parametrize("across", range(1, 7))
+@pytest.mark.parametrize("up", range(1, 7))
+def test_the_border_of_rows_and_rest_is_the_polygon(across, up):
+    """Also of a few segments, where corners stand too near to each other for rows between them."""
+    loop = rectangle(6.0, 6.0, across, up)
+    found = lay_rows([loop], [True], flat)
+    assert (found is None) <= (min(across, up) < 4)
+    if found is not None:
+        _, quads, left = found
+        assert borders([*quads.tolist(), *left]) == borders([np.arange(len(loop))])

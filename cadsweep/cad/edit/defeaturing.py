@@ -45,6 +45,7 @@ from ..shapes import (
     typed,
     volume_and_center,
 )
+from ..trial import survives
 from .features import Feature, find_features, find_fillets, find_holes
 
 logger = logging.getLogger(__name__)
@@ -52,7 +53,7 @@ logger = logging.getLogger(__name__)
 _NUMBER = re.compile(r"(faces?:?)?\s*\d+")
 _NOTHING = "suppress '{}': the part has no such feature, or it is removed already"
 SMALL = 0.05
-"""Radius of a rounding, or diameter of a hole, as a share of the part's size, up to which a refusal names it."""
+"""Radius of a rounding, or diameter of a hole, as a share of the part's size, up to which a refusal tries it."""
 
 
 def suppress(part: Part, words: Sequence[str]) -> Part:
@@ -193,23 +194,18 @@ class _Solid:
         return self.notes
 
 
-def small_features(part: Part) -> str:
-    """What a refusal may propose to suppress; empty where the part has nothing small."""
+def small_features(part: Part) -> list[str]:
+    """What a refusal may propose to suppress, as :func:`suppress` takes it; empty where the part has nothing small."""
     if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
-        return ""
+        return []
     (solid,) = part.solids
     limit = SMALL * solid.size
     below = f"<{limit * part.scale:.2g}"
-    counts = {
-        f"'fillets r{below}'": ("fillet", len(list(find_fillets(solid, limit)))),
-        f"'holes d{below}'": ("hole", len(list(find_holes(solid, limit)))),
-    }
-    words = [word for word, (_, n) in counts.items() if n]
-    said = " and ".join(f"{n} {what}{'s' if n > 1 else ''}" for what, n in counts.values() if n)
-    return f"leave small features out: suppress=[{', '.join(words)}] ({said})" if words else ""
+    found = {f"fillets r{below}": find_fillets(solid, limit), f"holes d{below}": find_holes(solid, limit)}
+    return [word for word, features in found.items() if any(True for _ in features)]
 
 
-def _remove(traced: Traced, feature: Feature) -> str:
+def _remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
     """Remove a feature; what is wrong where that cannot be, and nothing is changed."""
     faces = [face for f in feature.faces for face in traced.faces[f]]
     tool = BRepAlgoAPI_Defeaturing()
@@ -218,6 +214,8 @@ def _remove(traced: Traced, feature: Feature) -> str:
         tool.AddFaceToRemove(face)
     tool.SetRunParallel(False)
     tool.SetToFillHistory(True)
+    if not survives(tool.Build, "leaving a feature out"):
+        return "OpenCASCADE fails on the faces around it"
     tool.Build()
     if not tool.IsDone():
         return "the faces around it do not close over it"
@@ -227,7 +225,7 @@ def _remove(traced: Traced, feature: Feature) -> str:
     try:
         check_closed(solids[0])
     except CadError as error:
-        return str(error)
+        return error.message
     if faults(solids[0]):
         return "what is left is no valid solid"
     present = index_map(solids[0], FACE)

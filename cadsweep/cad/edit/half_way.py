@@ -28,7 +28,8 @@ from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Torus
 
 from ...arrays import FloatArray
 from ...brep import Curve, Solid
-from ..geometry.curves import EdgeCurve, Ellipse, Line, Parametric
+from ..geometry.curves import EdgeCurve
+from ..geometry.parametric import Ellipse, Line, Parametric
 from ..shapes import shapes_of
 from .axial import hollow_beside, round_axis
 from .circles import Piece, Rim

@@ -147,7 +147,7 @@ def _foreign(part: Part, source: Any) -> list[Any]:
     try:
         shape = read_model(source).shape
     except InputError as error:
-        raise InputError(f"cut {name_of_cut(source)}: {error}") from error
+        raise InputError(f"cut {name_of_cut(source)}: {error.message}") from error
     if part.scale != 1.0 or part.offset.any():
         shift, stretch = gp_Trsf(), gp_Trsf()
         shift.SetTranslation(gp_Vec(*map(float, -part.offset)))

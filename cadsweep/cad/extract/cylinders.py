@@ -17,9 +17,10 @@ import numpy as np
 from ...arrays import FloatArray, IntArray
 from ...brep import Loop
 from ..geometry.angles import MIDDLE
-from ..geometry.curves import EdgeCurve, Ellipse, Line
+from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure
+from ..geometry.parametric import Ellipse, Line
 from ..geometry.surfaces import Cone
 from .sampling import EdgeSamples, FaceSamples, arc_frames, is_arc
 

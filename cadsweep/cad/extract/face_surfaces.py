@@ -17,9 +17,10 @@ from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray
 from ..geometry.convert import distances_from, read_curves_2d
-from ..geometry.curves import EdgeCurve, Parametric, Reparametrised
+from ..geometry.curves import EdgeCurve
 from ..geometry.edge_on_face import EdgeOnFace
 from ..geometry.face_surface import FaceSurface
+from ..geometry.parametric import Parametric, Reparametrised
 from ..geometry.surfaces import Geometry
 from ..shapes import surface_range
 

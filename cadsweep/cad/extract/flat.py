@@ -16,8 +16,9 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ...brep import Loop
-from ..geometry.curves import EdgeCurve, Ellipse, Line
+from ..geometry.curves import EdgeCurve
 from ..geometry.measure import Measure
+from ..geometry.parametric import Ellipse, Line
 from .sampling import EdgeSamples
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)

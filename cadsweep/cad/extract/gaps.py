@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import FloatArray
-from ..geometry.curves import EdgeCurve, Ellipse, Line
+from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
+from ..geometry.parametric import Ellipse, Line
 from ..geometry.record_kernels import borders_apart
 from ..geometry.surfaces import Plane
 from .sampling import EdgeSamples

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...brep import Face, Loop
 from ...errors import CadError
-from ..geometry.curves import Line
 from ..geometry.edge_on_face import EdgeOnFace
 from ..geometry.face_surface import FaceSurface
 from ..geometry.measure import Measure, measure_face
+from ..geometry.parametric import Line
 from ..geometry.surfaces import Cone, Frame, Plane
 from .flat import is_exact, measure_flat
 from .prism_numbers import Numbers

@@ -16,7 +16,8 @@ from ...arrays import FloatArray
 from ...brep import Edge, Face, Loop, Units
 from ..geometry.affine import carried
 from ..geometry.angles import MIDDLE, chain_loops, corner_angles
-from ..geometry.curves import EdgeCurve, Line, Parametric
+from ..geometry.curves import EdgeCurve
+from ..geometry.parametric import Line, Parametric
 from ..geometry.surfaces import Plane
 from ..geometry.vectors import cross_rows
 from ..shapes import compound

@@ -15,8 +15,9 @@ import numpy as np
 
 from ...arrays import FloatArray, IntArray
 from ..geometry.angles import MIDDLE
-from ..geometry.curves import END_FRACTIONS, EdgeCurve, Ellipse, Line, unhooked
+from ..geometry.curves import END_FRACTIONS, EdgeCurve, unhooked
 from ..geometry.face_surface import FaceSurface
+from ..geometry.parametric import Ellipse, Line
 from ..geometry.surfaces import Plane
 
 AT = np.array([0.0, 0.5, 1.0])

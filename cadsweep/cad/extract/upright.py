@@ -11,8 +11,8 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Face, Loop, Units
-from ..geometry.curves import Ellipse, Line, Parametric
 from ..geometry.face_surface import FaceSurface
+from ..geometry.parametric import Ellipse, Line, Parametric
 from ..geometry.surfaces import Cone, Extruded, Frame, Geometry, Plane
 from ..geometry.vectors import cross_rows
 

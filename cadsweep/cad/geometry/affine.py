@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import FloatArray
-from .curves import Called, Ellipse, Hyperbola, Line, Parabola, Parametric, Periodic, Reparametrised
 from .nurbs import BSpline
+from .parametric import Called, Ellipse, Hyperbola, Line, Parabola, Parametric, Periodic, Reparametrised
 
 
 def carried(curve: Parametric, linear: FloatArray, offset: FloatArray) -> Parametric:  # noqa: PLR0911

@@ -35,7 +35,7 @@ from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Pnt, gp_Vec
 
 from ...arrays import FloatArray
-from . import curves, surfaces
+from . import parametric, surfaces
 from .nurbs import BSpline, BSplineSurface
 from .packed import CIRCLE, LINE, PackedConic, PackedCurve, unpack_curves, unpack_surface
 
@@ -49,7 +49,7 @@ _SPLINES = (Geom_BSplineCurve, Geom2d_BSplineCurve)
 class CurveGeometry(NamedTuple):
     """A curve in numpy, its kind in the words of ``brep.Edge``, and where it may be less than smooth."""
 
-    geometry: curves.Parametric
+    geometry: parametric.Parametric
     kind: str
     breaks: FloatArray
     constant_speed: bool
@@ -60,7 +60,7 @@ def read_curve(curve: Any) -> CurveGeometry:
     return read_curves([curve])[0]
 
 
-def read_curve_2d(curve: Any) -> curves.Parametric:
+def read_curve_2d(curve: Any) -> parametric.Parametric:
     """Read a ``Geom2d_Curve``."""
     return read_curves_2d([curve])[0]
 
@@ -70,7 +70,7 @@ def read_curves(found: Sequence[Any]) -> list[CurveGeometry]:
     return _read_curves(found, 3)
 
 
-def read_curves_2d(found: Sequence[Any]) -> list[curves.Parametric]:
+def read_curves_2d(found: Sequence[Any]) -> list[parametric.Parametric]:
     """Read every ``Geom2d_Curve``."""
     return [read.geometry for read in _read_curves(found, 2)]
 
@@ -114,15 +114,15 @@ def _of_packed(packed: PackedConic | PackedCurve, period: float | None) -> Curve
     if isinstance(packed, PackedConic):
         if packed.kind == LINE:
             origin, direction = packed.vectors
-            return CurveGeometry(curves.Line(origin=origin, direction=direction), "line", none, True)
+            return CurveGeometry(parametric.Line(origin=origin, direction=direction), "line", none, True)
         (center, x, y), radii = packed.vectors, packed.radii
-        ellipse = curves.Ellipse(center=center, x_axis=radii[0] * x, y_axis=radii[-1] * y)
+        ellipse = parametric.Ellipse(center=center, x_axis=radii[0] * x, y_axis=radii[-1] * y)
         return CurveGeometry(ellipse, "circle" if packed.kind == CIRCLE else "ellipse", none, packed.kind == CIRCLE)
     spline = BSpline(degree=packed.degree, knots=packed.knots, poles=packed.poles, weights=packed.weights)
     if period is None:
         return CurveGeometry(spline, "bspline", spline.breaks, False)
     breaks = np.concatenate([spline.breaks + k * period for k in (-2, -1, 0, 1, 2)])
-    return CurveGeometry(curves.Periodic(spline=spline, period=period), "bspline", np.unique(breaks), False)
+    return CurveGeometry(parametric.Periodic(spline=spline, period=period), "bspline", np.unique(breaks), False)
 
 
 def _read_unusual(curve: Any, dimension: int) -> CurveGeometry:
@@ -130,20 +130,20 @@ def _read_unusual(curve: Any, dimension: int) -> CurveGeometry:
     adaptor = GeomAdaptor_Curve(curve) if dimension == 3 else Geom2dAdaptor_Curve(curve)
     if adaptor.GetType() in (_C.GeomAbs_Hyperbola, _C.GeomAbs_Parabola):
         return CurveGeometry(_open_conic(adaptor, row), "other", np.empty(0), False)
-    return CurveGeometry(curves.Called(function=_curve_function(curve, row)), "other", np.empty(0), False)
+    return CurveGeometry(parametric.Called(function=_curve_function(curve, row)), "other", np.empty(0), False)
 
 
-def _open_conic(adaptor: Any, row: Any) -> curves.Parametric:
+def _open_conic(adaptor: Any, row: Any) -> parametric.Parametric:
     if adaptor.GetType() == _C.GeomAbs_Hyperbola:
         conic = adaptor.Hyperbola()
-        return curves.Hyperbola(
+        return parametric.Hyperbola(
             center=row(conic.Location()),
             x_axis=conic.MajorRadius() * row(conic.XAxis().Direction()),
             y_axis=conic.MinorRadius() * row(conic.YAxis().Direction()),
         )
     conic = adaptor.Parabola()
     axes = conic.Position() if hasattr(conic, "Position") else conic.Axis()  # in space, in the plane
-    return curves.Parabola(
+    return parametric.Parabola(
         vertex=row(axes.Location()),
         x_axis=row(axes.XDirection()) / (4.0 * conic.Focal()),
         y_axis=row(axes.YDirection()),

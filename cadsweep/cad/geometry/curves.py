@@ -12,17 +12,19 @@ Not handled: curves whose speed vanishes over an interval.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from ...arrays import FloatArray
 from .nearest_kernels import nearest_rows
 from .nurbs import BSpline
+from .parametric import Ellipse, Line, Parametric, Periodic
+from .records import curve_record
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
@@ -44,122 +46,6 @@ _STRAIGHT = 0.05
 _HOOK_SHARES = _HOOK * np.array([1.0, 3.0, 10.0])
 END_FRACTIONS = np.concatenate([[0.0, 1.0], _HOOK_SHARES, 1.0 - _HOOK_SHARES])
 """Both ends of an edge, and three places near each that :func:`unhooked` looks at."""
-
-
-class Parametric(Protocol):
-    """A curve in its own parameter."""
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order` (0, 1 or 2), each (m, d)."""
-        ...
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Line:
-    """``origin + t * direction``."""
-
-    origin: FloatArray
-    direction: FloatArray
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        points = self.origin + parameters[:, None] * self.direction
-        if order == 0:
-            return [points]
-        out = [points, np.broadcast_to(self.direction, points.shape), np.zeros_like(points)]
-        return out[: order + 1]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Ellipse:
-    """``center + cos t * x_axis + sin t * y_axis``; the axes carry the radii."""
-
-    center: FloatArray
-    x_axis: FloatArray
-    y_axis: FloatArray
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        cos, sin = np.cos(parameters)[:, None], np.sin(parameters)[:, None]
-        radius = cos * self.x_axis + sin * self.y_axis
-        if order == 0:
-            return [self.center + radius]
-        out = [self.center + radius, cos * self.y_axis - sin * self.x_axis, -radius]
-        return out[: order + 1]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Hyperbola:
-    """``center + cosh t * x_axis + sinh t * y_axis``."""
-
-    center: FloatArray
-    x_axis: FloatArray
-    y_axis: FloatArray
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        cosh, sinh = np.cosh(parameters)[:, None], np.sinh(parameters)[:, None]
-        arm = cosh * self.x_axis + sinh * self.y_axis
-        return [self.center + arm, cosh * self.y_axis + sinh * self.x_axis, arm][: order + 1]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Parabola:
-    """``vertex + t * t * x_axis + t * y_axis``."""
-
-    vertex: FloatArray
-    x_axis: FloatArray
-    y_axis: FloatArray
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        t = parameters[:, None]
-        slope = 2.0 * t * self.x_axis + self.y_axis
-        curvature = np.broadcast_to(2.0 * self.x_axis, slope.shape)
-        return [self.vertex + t * t * self.x_axis + t * self.y_axis, slope, curvature][: order + 1]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Periodic:
-    """A B-spline that goes on beyond its knots with a period."""
-
-    spline: BSpline
-    period: float
-
-    @property
-    def breaks(self) -> FloatArray:
-        """Distinct knots of one period."""
-        return self.spline.breaks
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        return self.spline.derivatives(parameters, order, period=self.period)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Reparametrised:
-    """``curve(offset + rate * t)``: a parameter curve whose range is not that of its edge."""
-
-    curve: Parametric
-    offset: float
-    rate: float
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        found = self.curve.derivatives(self.offset + self.rate * parameters, order)
-        return [values * self.rate**k for k, values in enumerate(found)]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Called:
-    """A curve known only through a function of one parameter (any other kind of OpenCASCADE curve)."""
-
-    function: Callable[[float, int], tuple[tuple[float, ...], ...]]
-
-    def derivatives(self, parameters: FloatArray, order: int = 0) -> list[FloatArray]:
-        """Points and derivatives up to `order`."""
-        rows = np.array([self.function(float(t), order) for t in parameters], dtype=float)
-        return [np.ascontiguousarray(rows[:, k]) for k in range(order + 1)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -186,8 +72,6 @@ class EdgeCurve:
     @cached_property
     def record(self) -> FloatArray | None:
         """The curve as compiled loops take it (:mod:`.records`); None where it has no record."""
-        from .records import curve_record  # knows all curves, and these know it
-
         return curve_record(self.geometry)
 
     @cached_property

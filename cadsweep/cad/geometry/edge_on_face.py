@@ -8,7 +8,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 from ...arrays import FloatArray, IntArray
-from .curves import EdgeCurve, Parametric
+from .curves import EdgeCurve
+from .parametric import Parametric
 from .records import curve_record
 
 

@@ -36,6 +36,9 @@ _TURNED = 0.5
 """Cosine between normals beyond which they are of another wall, or of the tip between two."""
 _MOST_STEPS = 40
 """Places of the grid along a line among which another wall is looked for: more are far away."""
+_SAME_PLACE = 1e-9
+"""Part of a box's width within which a knot is its end: trimmed there, the end is the knot but for its last digits, and
+a whole interval of places between the two would be one place."""
 _FEW = 200_000
 """Pairs of a point and a place of the grid up to which all are compared: a tree would take longer to be made."""
 
@@ -106,8 +109,7 @@ class Feet:
     @property
     def _n_across(self) -> int:
         """Places of the grid with one u."""
-        grid = self._grid[0]
-        return int(np.count_nonzero(grid[:, 0] == grid[0, 0]))
+        return self._placed[3]
 
     def _starts(self, points: FloatArray) -> IntArray:
         """Rows (m,) of the grid: the place nearest to each point."""
@@ -210,7 +212,7 @@ class Feet:
     @cached_property
     def _normals(self) -> FloatArray:
         """Unit normals (g, 3) at the grid's places, all to one side."""
-        grid, _, normals = self._placed
+        grid, _, normals, _ = self._placed
         if normals is None:
             return self.patch.normals(grid)
         singular = np.flatnonzero(~normals.any(axis=1))
@@ -220,11 +222,12 @@ class Feet:
         return normals
 
     @cached_property
-    def _placed(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-        """The grid, and normals (g, 3), 0 where it is singular, where the same loop gives them."""
+    def _placed(self) -> tuple[FloatArray, FloatArray, FloatArray | None, int]:
+        """The grid; normals (g, 3), 0 where it is singular, where the same loop gives them; its places with one u."""
         stops = []
         for low, high, knots in zip(*self.patch.box, knots_of(self.patch.geometry), strict=True):
-            inner = knots[(knots > low) & (knots < high)]
+            margin = _SAME_PLACE * (high - low)
+            inner = knots[(knots > low + margin) & (knots < high - margin)]
             stops.append(np.concatenate([[low], inner[:: 1 + len(inner) // _MOST_GRID], [high]]))
         if self.patch.curved is not None:
             u, v = (
@@ -233,10 +236,10 @@ class Feet:
             )
             grid, places, normals = (np.empty((len(u) * len(v), width)) for width in (2, 3, 3))
             grid_places(self.patch.curved, u, v, grid, places, normals)
-            return grid, places, normals
+            return grid, places, normals, len(v)
         axes = [self._divided(stops[0], stops[1], 0), self._divided(stops[1], stops[0], 1)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        return grid, grid_points(self.patch.geometry, *axes), None
+        return grid, grid_points(self.patch.geometry, *axes), None, len(axes[1])
 
     def _divided(self, stops: FloatArray, across: FloatArray, axis: int) -> FloatArray:
         """Parameters along one axis, between which the surface hardly turns: no coil of a spring is missed."""

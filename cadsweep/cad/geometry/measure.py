@@ -26,10 +26,11 @@ from ...brep import Loop
 from ...sweep import DirectedEdge
 from ..shapes import EDGE, explore, surface_range
 from .convert import read_curve_2d, read_surface
-from .curves import EdgeCurve, Parametric
+from .curves import EdgeCurve
 from .edge_on_face import EdgeOnFace
 from .face_surface import FaceSurface
 from .measure_kernels import boundary_sums
+from .parametric import Parametric
 from .surfaces import Cone, Geometry, Plane, Torus, knots_of
 from .vectors import cross_rows
 

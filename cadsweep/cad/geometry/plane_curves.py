@@ -20,8 +20,9 @@ from typing import Any, Literal
 import numpy as np
 
 from ...arrays import BoolArray, FloatArray, IntArray
-from .curves import EdgeCurve, Ellipse, Hyperbola, Line, Parabola, Periodic
+from .curves import EdgeCurve
 from .nurbs import BSpline
+from .parametric import Ellipse, Hyperbola, Line, Parabola, Periodic
 
 _DEEPEST = 12
 """Halvings of curves after which they count as touching."""

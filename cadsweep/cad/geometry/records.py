@@ -19,31 +19,31 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray
-from . import curves, surfaces
+from . import parametric, surfaces
 from .nurbs import BSpline
 
 LINE, ELLIPSE, HYPERBOLA, PARABOLA, SPLINE = range(5)
 PLANE, CONE, TORUS, SPLINE_SURFACE, EXTRUDED, REVOLVED = range(6)
 
 
-def curve_record(curve: curves.Parametric) -> FloatArray | None:
+def curve_record(curve: parametric.Parametric) -> FloatArray | None:
     """The record of a curve in space or in the plane; None where it has none."""
     offset, rate = 0.0, 1.0
-    while isinstance(curve, curves.Reparametrised):
+    while isinstance(curve, parametric.Reparametrised):
         offset, rate = curve.offset + curve.rate * offset, curve.rate * rate
         curve = curve.curve
-    if isinstance(curve, curves.Line):
+    if isinstance(curve, parametric.Line):
         return _record([LINE, len(curve.origin), offset, rate], _three(curve.origin), _three(curve.direction))
     for kind, conic, middle in (
-        (ELLIPSE, curves.Ellipse, "center"),
-        (HYPERBOLA, curves.Hyperbola, "center"),
-        (PARABOLA, curves.Parabola, "vertex"),
+        (ELLIPSE, parametric.Ellipse, "center"),
+        (HYPERBOLA, parametric.Hyperbola, "center"),
+        (PARABOLA, parametric.Parabola, "vertex"),
     ):
         if isinstance(curve, conic):
             origin = getattr(curve, middle)
             axes = (_three(curve.x_axis), _three(curve.y_axis))
             return _record([kind, len(origin), offset, rate], _three(origin), *axes)
-    spline, period = (curve.spline, curve.period) if isinstance(curve, curves.Periodic) else (curve, 0.0)
+    spline, period = (curve.spline, curve.period) if isinstance(curve, parametric.Periodic) else (curve, 0.0)
     if not isinstance(spline, BSpline):
         return None
     knots, poles = spline.arrays

@@ -19,8 +19,8 @@ from typing import Protocol
 import numpy as np
 
 from ...arrays import FloatArray
-from .curves import Parametric
 from .nurbs import BSplineSurface
+from .parametric import Parametric
 
 Periods = tuple[float | None, float | None]
 TWO_PI = 2.0 * np.pi

@@ -100,7 +100,7 @@ def select_edges_of(part: Part, selector: str | int) -> tuple[Kind, tuple[int, .
         faces = select_faces(part, selector)
     except InputError as error:
         named = "" if text.startswith("faces:") or not isinstance(selector, str) else f" {_choices(part, 'edge')}"
-        raise InputError(f"{error}{named}") from error
+        raise InputError(f"{error.message}{named}") from error
     return "face", tuple(dict.fromkeys(e for f in faces for e in part.solids[0].faces[f].edges))
 
 

@@ -9,25 +9,19 @@ file without a word, and some damaged ones crash it.
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
-from OCP.BinTools import BinTools
-from OCP.BRep import BRep_Builder
-from OCP.BRepTools import BRepTools
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.IGESControl import IGESControl_Reader
-from OCP.TopoDS import TopoDS_Shape
 
 from ...errors import CadError, InputError
 from ..quiet import kernel_path, quiet_opencascade
-from .brep_text import check_brep_text
+from .brep_files import first_line, read_brep
 from .model import Model
 
 FREECAD = (".fcstd", ".fcstd1")
 BOM = b"\xef\xbb\xbf"
-_NOT_FINITE = re.compile(rb"(?:^|\s)[-+]?(?:nan|inf)\b", re.IGNORECASE)
 
 
 def read_file(path: Path) -> Model:
@@ -62,38 +56,6 @@ def read_file(path: Path) -> Model:
     return Model(shape=shape, source=str(path), name=path.stem)
 
 
-def read_brep(path: Path | str, data: bytes, file: Path) -> Any:
-    """Read the BREP `data` that stand in `file`; messages say `path`."""
-    shape = TopoDS_Shape()
-    head = data[:200]
-    try:
-        if b"CASCADE Topology" in head and b"Open CASCADE" in head:
-            with kernel_path(file) as name:
-                BinTools.Read_s(shape, name)
-        elif b"CASCADE Topology" in head or b"DBRep_DrawableShape" in head:
-            if _NOT_FINITE.search(data):
-                raise CadError(
-                    f"{path}: the file holds a number that is not finite. Repair the model in its CAD program."
-                )
-            check_brep_text(path, data)
-            with kernel_path(file) as name:
-                BRepTools.Read_s(shape, name, BRep_Builder())
-        else:
-            raise CadError(f"{path}: this is not a BREP file of OpenCASCADE. Export STEP instead.")
-    except CadError:
-        raise
-    except Exception as error:
-        raise CadError(
-            f"{path}: OpenCASCADE cannot read the BREP file ({_first_line(error)}): it is damaged. "
-            "Export or copy it again."
-        ) from error
-    if shape.IsNull():
-        raise CadError(
-            f"{path}: the BREP file is damaged or cut off: no shape could be read from it. Export or copy it again."
-        )
-    return shape
-
-
 def _read_iges(path: Path, data: bytes) -> Any:
     first = data.removeprefix(BOM).splitlines()[0]
     if len(first) < 73 or first[72:73] not in b"SCB":
@@ -118,12 +80,8 @@ def _read_iges(path: Path, data: bytes) -> Any:
         raise
     except Exception as error:
         raise CadError(
-            f"{path}: OpenCASCADE cannot read the IGES file: {_first_line(error)}. Export it again, or as STEP."
+            f"{path}: OpenCASCADE cannot read the IGES file: {first_line(error)}. Export it again, or as STEP."
         ) from error
     if shape is None or shape.IsNull():
         raise CadError(f"{path}: the IGES file holds no shape. Export a solid, or its faces.")
     return shape
-
-
-def _first_line(error: Any) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

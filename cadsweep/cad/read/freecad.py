@@ -29,9 +29,10 @@ from OCP.TopLoc import TopLoc_Location
 from ...errors import CadError
 from ..quiet import quiet_opencascade
 from ..shapes import FACE, SOLID, subshapes
-from .handover import AssemblyNode, Held
+from .brep_files import read_brep
 from .model import Model
 from .objects import read_object
+from .tree import AssemblyNode, Held
 
 _ADVICE = "Export the part from FreeCAD as STEP (File, Export) and take that."
 
@@ -290,8 +291,6 @@ class _Document:
         return [_color(value) for value in struct.unpack(f"<{n}I", data[4 : 4 + 4 * n])] if n > 0 else []
 
     def _shape(self, one: _Object) -> Any:
-        from .files import read_brep
-
         assert one.shape_file is not None
         if one.name not in self.shapes:
             data = self.member(one.shape_file)

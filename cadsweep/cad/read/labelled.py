@@ -17,7 +17,7 @@ from OCP.TopoDS import TopoDS_Iterator
 from ..names.unique import is_meaningful
 from ..shapes import EDGE, FACE, SOLID, compound, subshapes
 from .colors import object_color
-from .handover import AssemblyNode, Held
+from .tree import AssemblyNode, Held
 
 logger = logging.getLogger(__name__)
 

@@ -18,8 +18,8 @@ from ...errors import CadError, InputError
 from ..names.unique import MATERIAL_PREFIX, is_given, join_part
 from ..shapes import EDGE, FACE, SOLID, WIRE, compound, subshapes
 from .colors import color_of, object_color
-from .handover import AssemblyNode
 from .model import Model, Named
+from .tree import AssemblyNode
 
 
 def read_object(source: Any) -> Model | None:

@@ -1,0 +1,102 @@
+"""What a refusal advises: options that were seen to give a mesh of this part, and no others.
+
+Place in the flow: :mod:`.routes` asks where every way has refused a solid. What could be said is tried, the likeliest
+first, until one gives a mesh or the time for it is gone: cuts where they were not allowed, small features left out,
+the feature with the face that is most in the way left out, the part cut along a plane beside that face; and, where a
+mesh was made and is not valid, other sizes.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from .. import cad
+from ..brep import Part
+from ..errors import CadSweepError, NotSweepableError
+from ..options import SweepOptions
+from ..recognition.reasons import planes_beside
+from .run import Run, silent
+
+log = logging.getLogger(__name__)
+
+SECONDS = 5.0
+"""Processor time after which nothing more is tried; what is under way is ended by itself."""
+MOST_FACES = 60
+"""Faces of a solid up to which remedies are tried: of larger ones an attempt alone may take longer."""
+MOST_BLAMED = 2
+"""Faces in the way that are looked at."""
+
+MOST_HEXES = 60_000
+"""Hexahedra of a mesh that is made to see whether it can be made."""
+COARSE = 1 / 15
+"""Size, in sizes of the part, that is tried half of where none was asked for."""
+
+Mesh = Callable[[Part, SweepOptions, Run], Any]
+
+
+def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh: Mesh) -> str:
+    """The option with which the part has a mesh, in words; empty where none was found.
+
+    Parameters
+    ----------
+    refused : CadSweepError
+        That it has no sweep, or what is wrong with its meshes.
+    mesh : callable
+        Meshes a part of one solid without a search for cuts, or raises.
+    """
+    if len(part.solids) != 1 or len(part.solids[0].faces) > MOST_FACES or options.cuts:
+        return ""
+    until = time.process_time() + SECONDS
+    plain = SweepOptions(decompose=False, max_hexes=MOST_HEXES)
+    trials = _other_shapes(part, options, refused) if isinstance(refused, NotSweepableError) else _sizes(part, options)
+    for words, asked in trials:
+        if time.process_time() > until:
+            return ""
+        try:
+            own = cad.suppress(part, asked.pop("suppress")) if "suppress" in asked else part
+            wanted = replace(plain if isinstance(refused, NotSweepableError) else options, **asked)
+            mesh(own, wanted, Run(on_progress=silent, decompose_time=max(0.0, until - time.process_time())))
+        except CadSweepError as error:
+            log.info("%s does not help: %s", words, error)
+            continue
+        return words
+    return ""
+
+
+def _sizes(part: Part, options: SweepOptions) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Other sizes, for a part whose meshes are not valid: finer, and what is chosen where none is asked for."""
+    own = options.size or COARSE * part.solids[0].size * part.scale
+    for share in (2, 4):
+        size = float(f"{own / share:.2g}")
+        yield f"a smaller size: size={size:g}", {"size": size, "max_hexes": MOST_HEXES}
+    if options.size is not None:
+        yield "no size: the part has a mesh then", {"size": None, "max_hexes": MOST_HEXES}
+
+
+def _other_shapes(
+    part: Part, options: SweepOptions, refused: NotSweepableError
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """What may be tried of a part without a sweep, in words that a user can type, and as options."""
+    solid = part.solids[0]
+    if not options.decompose:
+        yield "leave decompose=False out: cuts give a mesh", {"decompose": True}
+    small = cad.small_features(part)
+    if small:
+        yield f"suppress={small}, without small features", {"suppress": small}
+    blamed = [face for face in refused.faces if face < len(solid.faces)][:MOST_BLAMED]
+    planes = list(dict.fromkeys(p for face in blamed for p in planes_beside(solid, face)))[: 2 * MOST_BLAMED]
+    for face in blamed:
+        known = solid.faces[face].known
+        if known >= 0:
+            word = [f"face {known}"]
+            yield f"suppress={word}, without the feature with that face", {"suppress": word}
+    for plane in planes:
+        word = [f"face {solid.faces[plane].known}"]
+        yield f"cuts={word}, along the plane of that face", {"cuts": word}
+
+
+__all__ = ["find_remedy"]

@@ -1,0 +1,183 @@
+"""The page in a real browser: what a user does on it, and what others cannot."""
+
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import psutil
+import pytest
+
+from .pages import find_browser, served, visited
+
+pytestmark = [
+    pytest.mark.cad,
+    pytest.mark.skipif(find_browser() is None, reason="needs Chromium (apt-get install chromium)"),
+]
+INLET = (8.75, 0.0, 0.0)  # on the ring between the radii 7.5 and 10 at the lower end of the elbow
+
+
+def status_of(address, **headers):
+    class Stay(urllib.request.HTTPRedirectHandler):
+        def redirect_request(self, *arguments):
+            return None
+
+    request = urllib.request.Request(address, headers=headers)
+    try:
+        return urllib.request.build_opener(Stay).open(request, timeout=20).status
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def fetched(visitor, name):
+    """What the page gets when it takes a file of this name away."""
+    text = visitor.page.evaluate(
+        f"""(async () => {{ const made = await fetch('make?name={name}', {{method: 'POST'}});
+        if (!made.ok) return 'REFUSED ' + await made.text();
+        return await (await fetch('.' + (await made.json()).address)).text(); }})()"""
+    )
+    return text
+
+
+def open_elbow(visitor):
+    visitor.wait_state("phase", "part")
+    visitor.look_from((0, 0, 1))
+
+
+def test_from_the_inlet_to_a_deck_and_the_command_and_the_script_make_the_same(tmp_path):  # noqa: PLR0915
+    with served("models/elbow.step") as (process, address), visited(address, tmp_path / "profile") as user:
+        base = address.split("?")[0]
+        for path in ("", "index.html", "ws", "vue.global.js", "hand-down/0/a", "make?name=a.inp"):
+            assert status_of(base + path) == 401
+        assert status_of(address, Host="evil.example") == 403
+        assert status_of(address, Origin="http://evil.example") == 403
+
+        open_elbow(user)
+        user.click_at(*user.where(INLET))
+        user.wait_state("picked", ["face:0:2"])
+        assert user.page.evaluate("document.querySelector('.item.picked .label').textContent") == "inlet"
+        user.page.evaluate("document.querySelector('[data-key=\"face:0:11\"]').click()")  # and in the tree
+        user.wait_state("picked", ["face:0:11"])
+        user.click_at(*user.where(INLET))
+        user.wait_state("picked", ["face:0:2"])
+
+        user.type("#f-name", "entry")
+        user.press("#b-name")
+        user.type("#f-first", "thin")
+        user.press("#b-walls")
+        user.wait("!!document.querySelector('.problem')")
+        assert "thin" in user.page.evaluate("document.querySelector('.problem').textContent")
+        user.type("#f-first", "0.2")
+        user.press("#b-walls")
+        user.wait("trame.state.get('wishes').length === 2")
+        user.key("Escape")
+        user.press("#undo")
+        user.wait("trame.state.get('wishes').length === 1")
+        user.press("#redo")
+        user.wait("trame.state.get('wishes').length === 2")
+        user.type("#w-size", "3")
+        user.wait("trame.state.get('estimate').includes('hexahedra')")
+        user.press("#make")
+        user.wait_state("has_mesh", True, 120)
+        user.wait("document.querySelectorAll('#histogram .bin').length > 10")
+        shown = user.state("n_shown")
+        user.press("#axis-y")
+        user.wait(f"trame.state.get('n_shown') !== '{shown}' && trame.state.get('n_shown') !== '0'")
+
+        sizes = "[...document.querySelectorAll('body *')].filter((e) => e.childNodes.length && e.textContent.trim())"
+        assert user.page.evaluate(f"Math.min(...{sizes}.map((e) => parseFloat(getComputedStyle(e).fontSize)))") >= 12
+        assert user.page.evaluate("document.documentElement.scrollWidth <= 1280 && document.body.scrollHeight <= 720")
+        assert user.outside() == []
+
+        taken = fetched(user, "elbow.inp")
+        command, script = user.state("command"), user.state("script")
+        session = fetched(user, "elbow.cadsweep.json")
+    assert process.returncode == 0
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    words = command.replace("cadsweep mesh", f"{sys.executable} -m cadsweep mesh", 1)
+    subprocess.run(words, shell=True, check=True, cwd=tmp_path / "a", capture_output=True)
+    subprocess.run([sys.executable, "-c", script], check=True, cwd=tmp_path / "b", capture_output=True)
+    assert "NAME=entry" in taken
+    assert (tmp_path / "a" / "elbow.inp").read_text() == taken
+    assert (tmp_path / "b" / "elbow.inp").read_text() == taken
+    assert '"entry"' in session
+
+
+def test_a_run_is_ended_half_way_two_pages_show_the_same_and_nothing_is_left(tmp_path):
+    (tmp_path / "tmp").mkdir()
+    with served("models/elbow.step", TMPDIR=str(tmp_path / "tmp")) as (process, address):
+        with visited(address, tmp_path / "one") as user, visited(address, tmp_path / "two") as other:
+            open_elbow(user)
+            other.wait_state("phase", "part")
+            user.page.evaluate("document.querySelector('[data-key=\"face:0:3\"]').click()")
+            other.wait_state("picked", ["face:0:3"])
+            user.type("#w-size", "0.3")  # some three million hexahedra: seconds
+            other.wait("trame.state.get('w_size') === '0.3'")
+            other.press("#make")
+            user.wait("trame.state.get('stages').length > 1")
+            before = time.monotonic()
+            user.press("#end")
+            user.wait_state("meshing", False, 20)
+            assert time.monotonic() - before < 5
+            assert user.state("has_mesh") is False
+            user.page.evaluate("document.querySelector('[data-key=\"face:0:4\"]').click()")  # the page is usable
+            other.wait_state("picked", ["face:0:4"])
+        children = psutil.Process(process.pid).children(recursive=True)
+    assert process.returncode == 0
+    assert process.stdout.read() == ""
+    assert process.stderr.read() == ""
+    _, alive = psutil.wait_procs(children, timeout=10)
+    assert alive == []
+    assert list((tmp_path / "tmp").glob("cadsweep*")) == []
+
+
+def test_what_is_refused_damaged_or_a_program_is_said_and_the_page_goes_on(tmp_path):
+    damaged = tmp_path / "damaged.step"
+    damaged.write_bytes(Path("models/elbow.step").read_bytes()[:9000])
+    program = tmp_path / "ball.py"
+    long_name = "a_name_that_is_as_long_as_names_of_some_companies_are_" * 3
+    program.write_text(
+        "import pathlib\nimport cadquery as cq\n"
+        f"pathlib.Path({str(program.with_suffix('.ran'))!r}).touch()\n"
+        "ball = cq.Workplane().sphere(5)\n"
+        f"show_object(cq.Assembly(name='{long_name}').add(ball))\n"
+    )
+    with served() as (_, address), visited(address, tmp_path / "profile") as user:
+        user.wait_state("phase", "empty")
+        user.page.evaluate(f"trame.trigger('open_path', ['{damaged}'])")
+        user.wait("trame.state.get('message_kind') === 'error' && !!trame.state.get('message')")
+        assert "damaged.step" in user.state("message")
+        assert "Traceback" not in user.page.evaluate("document.body.innerText")
+        user.page.evaluate(f"trame.trigger('open_path', ['{program}'])")
+        user.wait("!!document.querySelector('#consent')")
+        assert not program.with_suffix(".ran").exists()
+        user.press("#consent-no")
+        user.wait_state("phase", "empty")
+        assert not program.with_suffix(".ran").exists()
+        user.page.evaluate(f"trame.trigger('open_path', ['{program}'])")
+        user.press("#consent-yes")
+        user.wait(
+            "trame.state.get('phase') === 'part' || "
+            "(trame.state.get('phase') !== 'consent' && !!trame.state.get('message'))"
+        )
+        assert user.state("phase") == "part", user.state("message")
+        assert program.with_suffix(".ran").exists()
+        assert user.page.evaluate("document.documentElement.scrollWidth <= 1280")
+        user.page.evaluate("trame.trigger('wish_whole', ['max_hexes', '2'])")
+        user.wait("trame.state.get('whole') !== 1 && trame.state.get('w_max_hexes') === '2'")
+        user.press("#make")
+        user.wait("!!trame.state.get('refusal')", 120)
+        assert user.state("refusal")["lines"]
+        user.press("#theme")
+        user.wait("document.documentElement.dataset.theme === 'dark'")
+
+
+def test_the_server_ends_by_itself_when_its_page_has_been_closed(tmp_path):
+    with served("models/block.step", idle="1.5") as (process, address):
+        with visited(address, tmp_path / "profile") as user:
+            user.wait_state("phase", "part")
+        process.wait(30)
+    assert process.returncode == 0
