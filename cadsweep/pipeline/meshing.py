@@ -112,7 +112,9 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     known = SweepOptions.__dataclass_fields__
     for name in options:
         if name not in known:
-            raise InputError(f"there is no option '{name}'{did_you_mean(name, known)}; there are {', '.join(known)}")
+            raise InputError(
+                f"there is no option '{name}'{did_you_mean(name, known)}", try_=f"one of {', '.join(known)}"
+            )
     return SweepOptions(**options)
 
 
