@@ -25,6 +25,7 @@ FOUNDATION = {
     "corner_blocks",
     "mesh",
     "record",
+    "rows",
     "quality",
     "brief",
     "errors",

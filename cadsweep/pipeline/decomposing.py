@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import cad, decomposition
+from .. import cad, decomposition, rows
 from ..brep import Cut, Part, Solid
 from ..decomposition.curved import MOST_OPENINGS, MOST_PARTS, CellSearch
 from ..decomposition.search import MOST_STATES
@@ -187,6 +187,7 @@ def _best_of(
     """The first mesh that does well, or the best of a few, and why the first that was given up was."""
     best: AnyMesh | None = None
     failure: CadSweepError | None = None
+    shares: set[str] = set()
     n_hexes, most_hexes = 0, MOST_HEXES
     for _ in range(MOST_MESHED):
         if n_hexes > most_hexes:
@@ -199,7 +200,8 @@ def _best_of(
             found = with_caps_grown(found)
         wishes = resolve_wishes(found.part, options, found.model)
         try:
-            mesh = mesh_complex(found, options, run, wishes)
+            with rows.share() as own:
+                mesh = mesh_complex(found, options, run, wishes)
         except InputError:
             raise
         except CadSweepError as error:
@@ -210,9 +212,10 @@ def _best_of(
             continue
         n_hexes += mesh.n_hexes
         if best is None or _worst(mesh) > _worst(best):
-            best = mesh
+            best, shares = mesh, {*own, *(f"cut: {cut.family}" for cut in found.part.cuts if cut.family)}
         if _worst(best) >= GOOD_ENOUGH:
             break
+    rows.took(shares)
     return best, failure
 
 

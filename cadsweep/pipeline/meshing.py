@@ -115,7 +115,12 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
             raise InputError(
                 f"there is no option '{name}'{did_you_mean(name, known)}", try_=f"one of {', '.join(known)}"
             )
-    return SweepOptions(**options)
+    chosen = SweepOptions(**options)
+    if chosen.without:
+        from .tables import check_rows  # of tables that most parts do not need
+
+        check_rows(chosen.without)
+    return chosen
 
 
 def _not_refined(options: SweepOptions, what: str) -> None:
