@@ -63,12 +63,12 @@ def mesh_apart(path: Path, without: str | None, limit: int) -> dict[str, Any]:
 def written_machined(n: int, folder: Path) -> list[Path]:
     """The first random machined parts as STEP files."""
     import cadquery as cq
-    from machined import machined_part
+    from machined import machined
 
     paths = []
     for seed in range(n):
         paths.append(folder / f"machined-{seed:03d}.step")
-        cq.exporters.export(machined_part(seed), str(paths[-1]))
+        cq.exporters.export(machined(seed), str(paths[-1]))
     return paths
 
 
