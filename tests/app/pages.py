@@ -60,7 +60,7 @@ class Visitor:
 
     def wait_enabled(self, selector):
         """Wait for what can be pressed: a click on what cannot yet be is lost."""
-        self.wait(f"document.querySelector({json.dumps(selector)})?.disabled === false")
+        self.wait(f"(e => !!e && !e.disabled)(document.querySelector({json.dumps(selector)}))")
 
     def press(self, selector):
         self.wait_enabled(selector)

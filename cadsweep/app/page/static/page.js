@@ -24,8 +24,17 @@
   }
 
   // A part that is known is not drawn yet: there is no camera, and nothing is picked, before the scene has come.
-  let n_drawn = 0;
-  const count = (one) => (/Actor$/.test(one.type) ? 1 : 0) + (one.dependencies || []).reduce((n, d) => n + count(d), 0);
+  let n_drawn = 0, looked = "";
+  const every = (one) => [one, ...(one.dependencies || []).flatMap(every)];
+  function drawn(scene) {
+    const parts = every(scene), camera = parts.find((one) => /Camera$/.test(one.type));
+    if (camera && looked !== JSON.stringify(camera.properties.position)) { // another part: the view keeps its camera by itself
+      looked = JSON.stringify(camera.properties.position);
+      view().setCamera({ ...camera.properties, centerOfRotation: camera.properties.focalPoint });
+    }
+    n_drawn = parts.filter((one) => /Actor$/.test(one.type)).length;
+    document.querySelector("#view").dataset.drawn = n_drawn;
+  }
 
   let down = null, hovering = null, waiting = false, last = 0;
   function watch(element) {
@@ -69,7 +78,7 @@
   });
 
   const actions = {
-    drawn(scene) { n_drawn = count(scene); document.querySelector("#view").dataset.drawn = n_drawn; },
+    drawn,
     async handUp(event, trigger) {
       const file = event.target.files[0];
       event.target.value = "";
