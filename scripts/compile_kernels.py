@@ -12,6 +12,7 @@ from __future__ import annotations
 import importlib
 import os
 import platform
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -25,7 +26,8 @@ def main() -> int:
     if folder is not None:
         kept = tempfile.TemporaryDirectory()  # not beside the modules, where the wheel would take it along
         os.environ["NUMBA_CACHE_DIR"] = kept.name
-        (folder / "machine_code").mkdir(exist_ok=True)
+        shutil.rmtree(folder / "machine_code", ignore_errors=True)  # of an earlier build in the same folder
+        (folder / "machine_code").mkdir()
         from cadsweep.processor import BASELINE
 
         # numba looks at these when it is imported.
