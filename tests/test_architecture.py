@@ -21,6 +21,7 @@ FOUNDATION = {
     "segments",
     "stack",
     "stack_mesh",
+    "processor",
     "cells",
     "corner_blocks",
     "mesh",
