@@ -143,8 +143,8 @@ class SweepOptions:
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
         CadQuery planes, faces and solids. A shape cuts as far as it reaches, a face of the part itself is extended.
     decompose_time : float or None
-        Seconds after which no more cuts are looked for; the best found until then are taken, and a note says so. None:
-        the search ends by its own count, so that the same part always gets the same cuts.
+        Seconds of processor time after which no more cuts are looked for; the best found until then are taken, and a
+        note says so. None: 20, and after 45 nothing more is tried of a solid, so that there is an answer in a minute.
     suppress : sequence of str or None
         Features to be removed first: ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or
         faces by name, id (``"face 12"``) or CadQuery selector. Each is listed in the notes.

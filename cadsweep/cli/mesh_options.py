@@ -222,7 +222,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--decompose-time",
             type=Positive(),
             metavar="S",
-            help="Seconds after which no more cuts are looked for: the best found until then are taken.",
+            help="Seconds after which no more cuts are looked for (20): the best found until then are taken.",
         ),
         SUPPRESS,
         click.option(

@@ -151,6 +151,8 @@ def first_good(
     tried: list[Made] = []
     failures: list[CadSweepError] = []
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
+        if number and run.is_over():
+            break
         try:
             near = (one for one in tried if one.report.valid and one.is_near)
             reached = max((one.report.min_scaled_jacobian for one in near), default=-np.inf)

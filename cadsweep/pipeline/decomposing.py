@@ -189,6 +189,8 @@ def _best_of(
     failure: CadSweepError | None = None
     n_hexes, most_hexes = 0, MOST_HEXES
     for _ in range(MOST_MESHED):
+        if (best is not None or failure is not None) and run.is_over():
+            break
         if n_hexes > most_hexes:
             log.info("no further cells: about %d hexahedra were made", n_hexes)
             break

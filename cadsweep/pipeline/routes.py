@@ -162,6 +162,8 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     for way in (_mesh_swept, _mesh_columns, *([_mesh_cells] if options.decompose else [])):
         if best is not None and way is _mesh_columns:
             continue  # columns along a poor sweep are as poor
+        if best is not None and run.is_over():
+            break
         if best is None and way is _mesh_cells:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:

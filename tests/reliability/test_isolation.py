@@ -203,7 +203,7 @@ def test_a_worker_that_cannot_be_prepared_is_said(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(tempfile, "mkdtemp", full)
-    with pytest.raises(WorkerError, match=r"No space left.*TMPDIR"):
+    with pytest.raises(WorkerError, match=r"(?s)No space left.*TMPDIR"):
         run("stages")
 
 
