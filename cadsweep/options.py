@@ -18,7 +18,7 @@ from .asked import check_positive as _positive
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
-INTERFACES = ("shared", "separate")
+INTERFACES = ("auto", "shared", "separate")
 
 
 def _count(name: str, value: Any) -> None:
@@ -123,10 +123,13 @@ class SweepOptions:
         Which solid of an assembly: its name, or its number from 0.
     touch : float or None
         Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
-    interfaces : {"shared", "separate"}
-        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs.
+    interfaces : {"auto", "shared", "separate"}
+        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs; by
+        default they share nodes but where no mesh can be had so, and a note names those that do not.
     only, skip : sequence of str or None
         Solids of an assembly to be meshed, or not to be meshed, by name.
+    skip_unmeshable : bool
+        Leave out the solids of an assembly that cannot be meshed; a note names each and says why.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -186,9 +189,10 @@ class SweepOptions:
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
-    interfaces: str = "shared"
+    interfaces: str = "auto"
     only: Sequence[str] | None = None
     skip: Sequence[str] | None = None
+    skip_unmeshable: bool = False
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False

@@ -9,7 +9,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 import cadsweep as cs
-from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
+from cadsweep.errors import CadError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -216,7 +216,7 @@ def rod_on_pipe():
 
 def test_a_contact_that_no_sweep_can_follow_is_named_and_meshed_without_its_outline_where_solids_are_separate():
     with pytest.raises(NotSweepableError, match=r"(?s)'bar', which touches 'rod' .*interfaces='separate'"):
-        cs.sweep_mesh(rod_on_pipe(), decompose=False)
+        cs.sweep_mesh(rod_on_pipe(), decompose=False, interfaces="shared")
     mesh = cs.sweep_mesh(rod_on_pipe(), size=0.8, interfaces="separate")
     assert mesh.info["quality"].valid
     middles = mesh.points[mesh.boundaries["bar__rod_1"]].mean(axis=1)
@@ -298,11 +298,11 @@ def test_a_part_may_be_called_a_shell():
     assert [model.name for model in cs.load(whole).models] == ["core", "shell"]
 
 
-def test_solids_that_are_too_coarse_to_be_themselves_are_refused_by_name():
-    """A square in a circle of radius 2 has 2 / pi of its area."""
-    with pytest.raises(CoarseMeshError, match=r"(?s)'pin'.*allow_coarse"):
-        cs.sweep_mesh(pin_in_plate(), size=4.0)
-    assert cs.sweep_mesh(pin_in_plate(), size=4.0, allow_coarse=True).info["quality"].valid
+def test_a_size_larger_than_a_solid_is_an_upper_bound():
+    """A square in a circle of radius 2 has 2 / pi of its area: the pin is divided finer, and the mesh says so."""
+    mesh = cs.sweep_mesh(pin_in_plate(), size=4.0)
+    assert any("divided finer than the size asked for" in note for note in mesh.info["notes"])
+    assert len(mesh.interfaces["plate__pin"]) >= 8
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.005])
