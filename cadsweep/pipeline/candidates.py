@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -197,7 +198,7 @@ def checked(
     report = check(factored)
     if options.smoothing and may_gain(report, options, reached):
         with run.stage("smoothing"):
-            factored = smoothed(factored)
+            factored = smoothed(factored, partial(run.ends_polishing, asked=options.size is not None))
         if factored.is_changed:
             report = check(factored)
     return factored, report
@@ -211,7 +212,7 @@ def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bo
     return report.limit is None or report.limit.value > least
 
 
-def smoothed(factored: FactoredMesh) -> FactoredMesh:
+def smoothed(factored: FactoredMesh, is_over: Callable[[], bool] = lambda: False) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
     from ..smoothing import improve  # most meshes need none
 
@@ -222,7 +223,7 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     fixed[:, factored.kept_nodes] = True
     if not structure.periodic:
         fixed[[0, -1]] = True
-    better = improve(points, structure, fixed=fixed.reshape(-1))
+    better = improve(points, structure, fixed=fixed.reshape(-1), is_over=is_over)
     return replace(
         factored.noted(better.steps),
         moved_nodes=better.nodes,

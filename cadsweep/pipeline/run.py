@@ -86,6 +86,10 @@ class Run:
         """Whether nothing more is to be begun."""
         return spent() - self._begun > self.total
 
+    def ends_polishing(self, *, asked: bool) -> bool:
+        """Whether a mesh that is valid stays as it is: but for one of a size that is asked for."""
+        return not asked and self.is_over()
+
     @staticmethod
     def within(seconds: float) -> Run:
         """A silent run for something that is tried."""
