@@ -18,7 +18,7 @@ from .asked import check_positive as _positive
 from .choices import FUNCTIONALS, STRATEGIES
 from .errors import InputError
 
-INTERFACES = ("shared", "separate")
+INTERFACES = ("auto", "shared", "separate")
 
 
 def _count(name: str, value: Any) -> None:
@@ -123,10 +123,13 @@ class SweepOptions:
         Which solid of an assembly: its name, or its number from 0.
     touch : float or None
         Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
-    interfaces : {"shared", "separate"}
-        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs.
+    interfaces : {"auto", "shared", "separate"}
+        Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs; by
+        default they share nodes but where no mesh can be had so, and a note names those that do not.
     only, skip : sequence of str or None
         Solids of an assembly to be meshed, or not to be meshed, by name.
+    skip_unmeshable : bool
+        Leave out the solids of an assembly that cannot be meshed; a note names each and says why.
     order : {1, 2}
         Polynomial order of the hexahedra.
     nodes : {20, 27}
@@ -143,8 +146,8 @@ class SweepOptions:
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
         CadQuery planes, faces and solids. A shape cuts as far as it reaches, a face of the part itself is extended.
     decompose_time : float or None
-        Seconds after which no more cuts are looked for; the best found until then are taken, and a note says so. None:
-        the search ends by its own count, so that the same part always gets the same cuts.
+        Seconds of processor time after which no more cuts are looked for; the best found until then are taken, and a
+        note says so. None: 20, and after 45 nothing more is tried of a solid, so that there is an answer in a minute.
     suppress : sequence of str or None
         Features to be removed first: ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or
         faces by name, id (``"face 12"``) or CadQuery selector. Each is listed in the notes.
@@ -188,9 +191,10 @@ class SweepOptions:
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
-    interfaces: str = "shared"
+    interfaces: str = "auto"
     only: Sequence[str] | None = None
     skip: Sequence[str] | None = None
+    skip_unmeshable: bool = False
     order: int = 1
     nodes: int = 20
     allow_inverted: bool = False

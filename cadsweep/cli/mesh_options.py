@@ -114,12 +114,13 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--interfaces",
             type=click.Choice(INTERFACES),
-            default="shared",
+            default="auto",
             show_default=True,
-            help="Whether solids that touch share nodes, or get contacts named in pairs.",
+            help="Whether solids that touch share nodes (auto: where that can be had), or get contacts named in pairs.",
         ),
         ONLY,
         SKIP,
+        click.option("--skip-unmeshable", is_flag=True, help="Leave out solids of an assembly that cannot be meshed."),
         click.option("--source", metavar="NAME|ID", help="Source cap: name, id or CadQuery selector."),
         click.option("--target", metavar="NAME|ID", help="Target cap."),
         click.option(
@@ -222,7 +223,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--decompose-time",
             type=Positive(),
             metavar="S",
-            help="Seconds after which no more cuts are looked for: the best found until then are taken.",
+            help="Seconds after which no more cuts are looked for (20): the best found until then are taken.",
         ),
         SUPPRESS,
         click.option(

@@ -39,11 +39,12 @@ FULL = 0.5
 """Part of a task's memory that a worker may hold after it; one that holds more is not used again, so that no task
 runs out of memory that others have taken."""
 
+_REPORT = "please report this with the input"
 _ADVICE = {
-    "cad": "the model is probably damaged: repair or export it again in the CAD program",
-    "recognition": "the model is probably damaged: repair or export it again in the CAD program",
-    "surface": "try another size, or repair the model",
+    "cad": "the model may be damaged: repair or export it again in the CAD program",
+    "surface": "try another size, or report this with the input",
 }
+"""What to try where a stage ends its process; what was read is sound, and a later stage's end is no fault of it."""
 
 
 def run_isolated(
@@ -317,7 +318,7 @@ def _value(answer: worker.Answer | None, watch: _Watch, process: WorkerProcess, 
     words = watch.last_words()
     if words:
         log.debug("the worker's last words: %s", words)
-    advice = _ADVICE.get(stage, "please report this with the input")
+    advice = _ADVICE.get(stage, _REPORT)
     if watch.too_late:
         raise WorkerError(
             f"time-out {where}: not done within {timeout:g} s; allow more time, or ask for a coarser mesh", stage=stage
@@ -335,7 +336,7 @@ def _value(answer: worker.Answer | None, watch: _Watch, process: WorkerProcess, 
     if answer.out_of_memory:
         raise _out_of_memory(watch)
     if answer.failure is not None:
-        defect = WorkerError(f"unexpected failure {where}: {answer.failure}; {advice}", stage=stage)
+        defect = WorkerError(f"unexpected failure {where}: {answer.failure}; {_REPORT}", stage=stage)
         defect.add_note(answer.trace)
         raise defect
     assert answer.value is not None

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from .. import cad
+from ..blocks.joined import neighbours_of
 from ..brep import Part
 from ..contacts import say_leave_out
 from ..errors import CadError, CadSweepError, InputError
@@ -41,6 +42,9 @@ MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
 def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """Mesh all cells of a part, conformally where they touch unless the user wants them separate.
 
+    Of solids that cannot be meshed together the one at fault is taken out, and shares nothing with the others then,
+    until what is left has meshes; unless the user wants all contacts shared.
+
     Raises
     ------
     InputError
@@ -48,6 +52,62 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     NotSweepableError, PlanError, SurfaceMeshError, ProjectionError, InvertedHexError
         A solid cannot be swept, or not so that it agrees with its neighbours.
     """
+    _check_options(part, options)
+    options = for_all_solids(part, options)
+    if options.interfaces == "separate":
+        part = separated(part)
+    asked = options
+    made: list[tuple[list[int], AnyMesh]] = []
+    left_out: list[str] = []
+    notes: list[str] = []
+    waiting = touching_groups(part)
+    while waiting:
+        cells = waiting.pop(0)
+        own = subset(part, cells)
+        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
+        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
+        try:
+            made.append((cells, _mesh_group(own, options, run.anew(), mesh_one)))
+            continue
+        except CadSweepError as error:
+            if isinstance(error, InputError):
+                raise  # what the user asked for, and no solid, is at fault
+            owner = _at_fault(part, cells, error)
+            name = part.models[owner].name
+            if len(cells) > 1 and options.interfaces == "auto" and not asked.periodic:
+                part = separated(part, {owner})
+                notes.append(f"'{name}' shares no nodes with what it touches: {error.message}")
+                alone = [cell for cell in cells if part.owners[cell] == owner]
+                others = [cell for cell in cells if cell not in alone]
+                rest = touching_groups(subset(part, others))
+                waiting = [alone, *([others[c] for c in group] for group in rest), *waiting]
+                continue
+            if options.skip_unmeshable and len(cells) == 1 and (made or waiting):
+                left_out.append(name)
+                notes.append(f"'{name}' is left out, as it cannot be meshed: {error.message}")
+                continue
+            raise _explained(part, own, error, options, mesh_one) from error
+    if left_out:
+        asked = replace(asked, skip=[*(asked.skip or ()), *left_out])
+    whole = _put_together(part, made, asked, run)
+    return replace(whole, info={**whole.info, "notes": [*whole.info["notes"], *notes]}) if notes else whole
+
+
+def _put_together(
+    part: Part, made: Sequence[tuple[Sequence[int], AnyMesh]], options: SweepOptions, run: Run
+) -> AnyMesh:
+    """One mesh of those of groups of cells; cells of no group are left out."""
+    kept = sorted(cell for cells, _ in made for cell in cells)
+    there = part if len(kept) == len(part.solids) else subset(part, kept)
+    parts = [(subset(part, cells), mesh) for cells, mesh in sorted(made, key=lambda one: list(one[0]))]
+    if run.in_blocks:
+        return blocks_together(there, [(own, as_blocks(mesh)) for own, mesh in parts], options, run)
+    groups = [make_group(own, mesh) for own, mesh in parts if isinstance(mesh, HexMesh)]
+    return put_together(there, groups, options, run)
+
+
+def _check_options(part: Part, options: SweepOptions) -> None:
+    """Refuse what is about one sweep, and words that mean nothing of any solid."""
     for name in _ONE_SWEEP if len(part.models) > 1 else ():
         if getattr(options, name) is not None:
             raise InputError(
@@ -59,34 +119,37 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     for word in options.wall_layers or {}:
         if not has_face(part, word):
             raise InputError(f"wall_layers: no face of any solid is called '{word}'")
-    options = for_all_solids(part, options)
-    if options.interfaces == "separate":
-        part = separated(part)
-    made: list[tuple[Part, AnyMesh]] = []
-    asked = options
-    for cells in touching_groups(part):
-        own = subset(part, cells)
-        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
-        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
-        alone = len(cells) == 1
-        try:
-            if not alone:
-                mesh: AnyMesh = _mesh_together(own, options, run)
-            elif options.interfaces == "separate":
-                mesh = _mesh_separate(own, options, run, mesh_one)
-            else:
-                mesh = _mesh_alone(own, options, run, mesh_one)
-        except CadSweepError as error:
-            if isinstance(error, InputError):
-                raise  # what the user asked for, and no solid, is at fault
-            apart = not alone and _helps_apart(own, error.solids, options, mesh_one)
-            at_fault = error.solids or ((own.models[0].name,) if alone else ())
-            raise _proposing(error, at_fault, [model.name for model in part.models], apart=apart) from error
-        made.append((own, mesh))
-    if run.in_blocks:
-        return blocks_together(part, [(own, as_blocks(mesh)) for own, mesh in made], asked, run)
-    groups = [make_group(own, mesh) for own, mesh in made if isinstance(mesh, HexMesh)]
-    return put_together(part, groups, asked, run)
+
+
+def _mesh_group(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
+    """Mesh solids that hang together."""
+    if len(part.solids) > 1:
+        return _mesh_together(part, options, run)
+    if any(face.name in part.contacts for face in part.solids[0].faces):
+        return _mesh_separate(part, options, run, mesh_one)
+    return _mesh_alone(part, options, run, mesh_one)
+
+
+def _at_fault(part: Part, cells: Sequence[int], error: CadSweepError) -> int:
+    """The solid of a group that is taken out of it: of those at fault the one that shares the fewest faces."""
+    owners = list(dict.fromkeys(part.owners[cell] for cell in cells))
+    named = [owner for owner in owners if part.models[owner].name in error.solids] or owners
+    beyond = neighbours_of(part)
+    shared = dict.fromkeys(named, 0)
+    for cell, _ in beyond:
+        if part.owners[cell] in shared:
+            shared[part.owners[cell]] += 1
+    return min(named, key=lambda owner: shared[owner])
+
+
+def _explained(part: Part, own: Part, error: CadSweepError, options: SweepOptions, mesh_one: MeshOne) -> CadSweepError:
+    """Why a group of solids has no mesh, with what to mesh instead."""
+    alone = len(own.solids) == 1
+    helps = not alone and _helps_apart(own, error.solids, options, mesh_one)
+    at_fault = error.solids or ((own.models[0].name,) if alone else ())
+    found = _proposing(error, at_fault, [model.name for model in part.models], apart=helps)
+    found.solids = tuple(at_fault)
+    return found
 
 
 def _about(part: Part, periodic: Mapping[str, str] | None) -> dict[str, str] | None:
@@ -97,7 +160,7 @@ def _about(part: Part, periodic: Mapping[str, str] | None) -> dict[str, str] | N
 
 def _check_periodic(part: Part, options: SweepOptions) -> None:
     """Refuse matched faces that are nowhere, or on solids that do not hang together."""
-    together = part if options.interfaces == "shared" else separated(part)
+    together = separated(part) if options.interfaces == "separate" else part
     groups = [subset(together, cells) for cells in touching_groups(together)]
     for one, other in (options.periodic or {}).items():
         for word in (one, other):
@@ -111,7 +174,7 @@ def _check_periodic(part: Part, options: SweepOptions) -> None:
 
 def _helps_apart(part: Part, names: Sequence[str], options: SweepOptions, mesh_one: MeshOne) -> bool:
     """Whether the solids that are at fault have meshes of their own, without the outlines of their contacts."""
-    if options.interfaces != "shared" or not 0 < len(names) <= MOST_APART:
+    if options.interfaces == "separate" or not 0 < len(names) <= MOST_APART:
         return False
     alone = separated(part)
     own = SweepOptions(decompose=False, max_hexes=MOST_HEXES)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -155,6 +156,8 @@ def first_good(
     tried: list[Made] = []
     failures: list[CadSweepError] = []
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
+        if number and run.is_over():
+            break
         try:
             near = (one for one in tried if one.report.valid and one.is_near)
             reached = max((one.report.min_scaled_jacobian for one in near), default=-np.inf)
@@ -201,7 +204,7 @@ def checked(
     report = check(factored)
     if options.smoothing and may_gain(report, options, reached):
         with run.stage("smoothing"):
-            factored = smoothed(factored)
+            factored = smoothed(factored, partial(run.ends_polishing, asked=options.size is not None))
         if factored.is_changed:
             report = check(factored)
     return factored, report
@@ -215,7 +218,7 @@ def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bo
     return report.limit is None or report.limit.value > least
 
 
-def smoothed(factored: FactoredMesh) -> FactoredMesh:
+def smoothed(factored: FactoredMesh, is_over: Callable[[], bool] = lambda: False) -> FactoredMesh:
     """Mend the worst places; what was moved is kept beside the factors."""
     from ..smoothing import improve  # most meshes need none
 
@@ -226,7 +229,7 @@ def smoothed(factored: FactoredMesh) -> FactoredMesh:
     fixed[:, factored.kept_nodes] = True
     if not structure.periodic:
         fixed[[0, -1]] = True
-    better = improve(points, structure, fixed=fixed.reshape(-1))
+    better = improve(points, structure, fixed=fixed.reshape(-1), is_over=is_over)
     return replace(
         factored.noted(better.steps),
         moved_nodes=better.nodes,

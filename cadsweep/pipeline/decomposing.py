@@ -195,6 +195,8 @@ def _best_of(
     shares: set[str] = set()
     n_hexes, most_hexes = 0, MOST_HEXES
     for _ in range(MOST_MESHED):
+        if (best is not None or failure is not None) and run.is_over():
+            break
         if n_hexes > most_hexes:
             log.info("no further cells: about %d hexahedra were made", n_hexes)
             break
@@ -220,7 +222,8 @@ def _best_of(
             best, chosen, shares = mesh, found, own
         if _worst(best) >= GOOD_ENOUGH:
             break
-    if chosen is not None and options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW):
+    poor = options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
+    if chosen is not None and poor and not run.is_over():
         with suppress(CadSweepError), rows.share() as own:  # the mesh, or the refusal, is there already
             mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
             if best is None or _worst(mesh) > _worst(best):

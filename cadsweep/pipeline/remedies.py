@@ -9,7 +9,6 @@ mesh was made and is not valid, other sizes.
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -19,7 +18,7 @@ from ..brep import Part
 from ..errors import CadSweepError, NotSweepableError
 from ..options import SweepOptions
 from ..recognition.reasons import planes_beside
-from .run import Run, silent
+from .run import Run
 
 log = logging.getLogger(__name__)
 
@@ -50,16 +49,16 @@ def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh:
     """
     if len(part.solids) != 1 or len(part.solids[0].faces) > MOST_FACES or options.cuts:
         return ""
-    until = time.process_time() + SECONDS
+    short = Run.within(SECONDS)
     plain = SweepOptions(decompose=False, max_hexes=MOST_HEXES)
     trials = _other_shapes(part, options, refused) if isinstance(refused, NotSweepableError) else _sizes(part, options)
     for words, asked in trials:
-        if time.process_time() > until:
+        if short.is_over():
             return ""
         try:
             own = cad.suppress(part, asked.pop("suppress")) if "suppress" in asked else part
             wanted = replace(plain if isinstance(refused, NotSweepableError) else options, **asked)
-            mesh(own, wanted, Run(on_progress=silent, decompose_time=max(0.0, until - time.process_time())))
+            mesh(own, wanted, short)
         except CadSweepError as error:
             log.info("%s does not help: %s", words, error)
             continue

@@ -163,8 +163,8 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     for row, way in WAYS.items():
         if not rows.is_on(row) or (way is _mesh_cells and not options.decompose):
             continue
-        if best is not None and way is _mesh_columns:
-            continue  # columns along a poor sweep are as poor
+        if best is not None and (way is _mesh_columns or run.is_over()):
+            continue  # columns along a poor sweep are as poor, or there is no time for more
         if best is None and way is _mesh_cells:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:

@@ -1,17 +1,34 @@
-"""The clock and the voice of one run: seconds by stage, progress, and how a mesh in blocks is measured."""
+"""The clock and the voice of one run: seconds by stage, progress, time left, and how a mesh in blocks is measured.
+
+Whoever tries several things asks :class:`Run` before each of them whether there is time for another: what was found is
+taken then, or the last refusal given. What is under way comes to its end, and what the user asks for is made however
+long it takes: only choices are left out. Time is the processor's, so that a busy machine gives the same mesh.
+"""
 
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
 from ..progress import Progress
 from ..quality import CadReference, QualityAccumulator, QualityReport
+
+SECONDS = 45.0
+"""Seconds of a run after which nothing more is begun: with what is under way then, an answer within a minute."""
+SEARCH = 20.0
+"""Seconds of these for which cuts are looked for."""
+
+
+def spent() -> float:
+    """Seconds that this process and its ended children have worked."""
+    ended = os.times()
+    return time.process_time() + ended.children_user + ended.children_system
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,14 +43,19 @@ class Run:
         are made in memory.
     decompose_time : float
         Seconds for which cuts may be looked for.
+    total : float
+        Seconds after which nothing more is begun.
     seconds : dict of str to float
     """
 
     on_progress: Progress
     measure: Callable[[BlockMesh], QualityAccumulator] | None = None
     decompose_time: float = math.inf
+    total: float = math.inf
     seconds: dict[str, float] = field(default_factory=dict)
     _since: list[float] = field(default_factory=list)
+    _searched: list[float] = field(default_factory=list)
+    _begun: float = field(default_factory=spent)
 
     @property
     def in_blocks(self) -> bool:
@@ -45,19 +67,37 @@ class Run:
         self.on_progress(name, 0.0)
         start = time.perf_counter()
         if name == "decomposition":
-            self._since.append(start)
+            self._since.append(spent())
         try:
             yield
         finally:
             if name == "decomposition":
-                self._since.pop()
+                self._searched.append(spent() - self._since.pop())
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
         self.on_progress(name, 1.0)
 
     def is_late(self) -> bool:
-        """Whether cuts have been looked for as long as the user allows."""
-        spent = self.seconds.get("decomposition", 0.0)
-        return spent + sum(time.perf_counter() - start for start in self._since) > self.decompose_time
+        """Whether cuts have been looked for as long as they may be."""
+        return (
+            sum(self._searched) + sum(spent() - start for start in self._since) > self.decompose_time or self.is_over()
+        )
+
+    def is_over(self) -> bool:
+        """Whether nothing more is to be begun."""
+        return spent() - self._begun > self.total
+
+    def ends_polishing(self, *, asked: bool) -> bool:
+        """Whether a mesh that is valid stays as it is: but for one of a size that is asked for."""
+        return not asked and self.is_over()
+
+    @staticmethod
+    def within(seconds: float) -> Run:
+        """A silent run for something that is tried."""
+        return Run(on_progress=silent, decompose_time=seconds, total=seconds)
+
+    def anew(self) -> Run:
+        """The same run with all its time again, for another solid."""
+        return replace(self, _since=[], _searched=[], _begun=spent())
 
 
 def make_run(
@@ -67,10 +107,12 @@ def make_run(
     measure: Callable[[BlockMesh], QualityAccumulator] | None = None,
 ) -> Run:
     """A run for what a user asks."""
+    search = SEARCH if decompose_time is None else decompose_time
     return Run(
         on_progress=on_progress or silent,
         measure=measure,
-        decompose_time=math.inf if decompose_time is None else decompose_time,
+        decompose_time=search,
+        total=SECONDS + max(0.0, search - SEARCH),
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -233,7 +234,7 @@ def checked_blocks(
     if _is_poor(report, options, SMOOTH_BELOW):
         joined = cells.joined()
         slides = slides or find_slides(part, joined, names, options, outside=slide)
-        better = _smoothed(joined, names, run, slides=slides)
+        better = _smoothed(joined, names, run, asked=options.size is not None, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
             mesh, report = checked(cells.moved(better.nodes, better.positions))
@@ -284,7 +285,7 @@ def checked_cells(
 
     mesh, report = checked(joined)
     if _is_poor(report, options, smooth_below):
-        better = _smoothed(joined, names, run, goal=goal, kept=kept, slides=slides)
+        better = _smoothed(joined, names, run, asked=options.size is not None, goal=goal, kept=kept, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
             points = joined.points.copy()
@@ -316,6 +317,7 @@ def _smoothed(
     names: NamedFaces,
     run: Run,
     *,
+    asked: bool,
     goal: float = smoothing.GOAL,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
@@ -329,6 +331,7 @@ def _smoothed(
             fixed=fixed if kept is None else fixed | kept,
             goal=goal,
             slides=None if slides is None else slides(),
+            is_over=partial(run.ends_polishing, asked=asked),
         )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from .. import cad, estimate, intervals, stacks, surface
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
-from ..errors import CadSweepError, InputError, NotSweepableError
+from ..errors import CadSweepError, InputError, NotSweepableError, SurfaceMeshError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
 from ..stack import Stack, name_direction
@@ -46,6 +46,9 @@ log = logging.getLogger(__name__)
 
 MOST_DIRECTIONS = 6
 """Directions whose outlines are divided by each other, those with the flattest and fewest caps first."""
+
+MOST_UNASKED = 500_000
+"""Hexahedra of a stack where nobody says how large they are to be."""
 
 MOST_STACKS = 3
 """Stacks of one solid that are tried before the first one's error is raised."""
@@ -192,6 +195,8 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     tried: list[AnyMesh] = []
     failures: list[CadSweepError] = []
     for known in found[:MOST_STACKS]:
+        if (tried or failures) and run.is_over():
+            break
         try:
             mesh = _mesh_stack(part, known, options, run)
         except InputError:
@@ -267,6 +272,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
 
     def make(hints: StackHints) -> MadeStack:
         quads, finer = mesh_plane(stack, levels, hints, attempt, run, narrow=narrow)
+        _check_unasked(stack, len(quads.quads) * full, options)
         with run.stage("assembly"):
             straight = stacks.build_straight(stack, levels, quads)
             if straight is not None:
@@ -309,6 +315,21 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _check_unasked(stack: Stack, n_hexes: int, options: SweepOptions) -> None:
+    """Refuse columns that nobody asked to be so many: outlines that all but coincide in plan divide it very finely.
+
+    Raises
+    ------
+    SurfaceMeshError
+        Another direction, or cells, may do with fewer.
+    """
+    if options.size is None and options.tolerance is None and n_hexes > MOST_UNASKED:
+        raise SurfaceMeshError(
+            f"its columns along ({name_direction(stack.direction)}) would be about {n_hexes:,} hexahedra, where "
+            "outlines of its faces nearly coincide"
+        )
 
 
 def _merged(known: _Known, size: float | None) -> _Known:

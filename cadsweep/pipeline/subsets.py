@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,27 +66,30 @@ def chosen_solids(part: Part, *, only: Sequence[str] | None, skip: Sequence[str]
     return part if len(cells) == len(part.solids) else subset(part, cells)
 
 
-def separated(part: Part) -> Part:
+def separated(part: Part, apart: Collection[int] | None = None) -> Part:
     """The part with nothing shared between its solids; faces in contact are called after both, by pairs.
+
+    With `apart`, solids of the model by number, only these share nothing with the others.
 
     The contact of ``low`` and ``gasket`` is ``low__gasket_1`` on the first and ``low__gasket_2`` on the second: what a
     tie or a contact of a solver asks for.
     """
     beyond = neighbours_of(part)
+    side = [1 + owner if apart is None or owner in apart else 0 for owner in range(len(part.models))]
     solids = []
-    contacts = set[str]()
+    contacts = set(part.contacts)
     for cell, solid in enumerate(part.solids):
         owner = part.owners[cell]
         faces = list(solid.faces)
         for face in solid.faces:
             other = beyond.get((cell, face.id))
-            if other is None or part.owners[other[0]] == owner:
+            if other is None or side[part.owners[other[0]]] == side[owner]:
                 continue
             low, high = sorted((owner, part.owners[other[0]]))
             called = f"{part.models[low].name}__{part.models[high].name}_{1 if owner == low else 2}"
             contacts.add(called)
             faces[face.id] = replace(face, name=called, groups=face.names)
-        shift = {kind: owner * (1 + _largest(part, kind)) for kind in ("vertex_keys", "edge_keys", "face_keys")}
+        shift = {kind: side[owner] * (1 + _largest(part, kind)) for kind in ("vertex_keys", "edge_keys", "face_keys")}
         solids.append(
             replace(
                 solid,

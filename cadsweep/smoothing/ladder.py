@@ -114,7 +114,13 @@ class Smoothed:
 
 
 def improve(
-    points: FloatArray, structure: Connected, *, fixed: BoolArray, goal: float = GOAL, slides: Slides | None = None
+    points: FloatArray,
+    structure: Connected,
+    *,
+    fixed: BoolArray,
+    goal: float = GOAL,
+    slides: Slides | None = None,
+    is_over: Callable[[], bool] = lambda: False,
 ) -> Smoothed:
     """Raise the worst scaled Jacobian of a mesh to a goal, where that can be done.
 
@@ -130,6 +136,8 @@ def improve(
         Scaled Jacobian that every hexahedron should reach.
     slides : Slides, optional
         Nodes on the boundary that may move on its faces, `fixed` or not.
+    is_over : callable
+        Whether a mesh that is valid already stays as it is.
 
     Returns
     -------
@@ -141,7 +149,7 @@ def improve(
     values = hex_values(points, structure)
     before, inverted = float(np.min(values, initial=1.0)), int(np.count_nonzero(values <= 0))
     given, steps = points.copy(), list[str]()
-    raised = partial(_raised, points, structure, fixed=fixed, steps=steps, slides=slides)
+    raised = partial(_raised, points, structure, fixed=fixed, steps=steps, slides=slides, is_over=is_over)
     # Few are inverted, and many may be poor: patches around the few are small, and what is poor is polished anyway.
     if inverted:
         values = raised(values, goal=goal, growths=GROWTH, largest=MOST_HEXES, inverted=True)
@@ -175,6 +183,7 @@ def _raised(
     goal: float,
     growths: tuple[int, ...],
     largest: int,
+    is_over: Callable[[], bool],
     inverted: bool = False,
 ) -> FloatArray:
     """Work on the hexahedra below a goal, in place, until none is left or nothing helps; return all values.
@@ -192,6 +201,10 @@ def _raised(
             region &= values > 0  # what nothing could mend must not keep its neighbours from being polished
         gain = 0.0
         for hexes in patches(region, structure):
+            if not inverted and is_over():
+                growth = len(growths)
+                steps.append("polishing was ended with the time that a run has")
+                break
             if growth == len(GROWTH) - 1 and len(hexes) > MOST_GROWN:
                 continue
             if len(hexes) > largest:
@@ -205,7 +218,7 @@ def _raised(
             gain = max(gain, mended.gain)
             if not len(mended.nodes):
                 idle.add(places)
-        if gain < LEAST_GAIN:
+        if gain < LEAST_GAIN and growth < len(growths):
             # A patch that was the whole mesh cannot grow.
             growth = len(growths) if np.all(region) else growth + 1
         if gain > 0:

@@ -1,5 +1,7 @@
 """The user's time ends the search for cuts, and takes nothing away of what was found."""
 
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("cadquery")
@@ -9,7 +11,9 @@ import cadquery as cq
 
 from cadsweep import NotSweepableError, load, sweep_mesh
 from cadsweep.decomposition.search import Search
-from cadsweep.pipeline.run import make_run
+from cadsweep.options import SweepOptions
+from cadsweep.pipeline.routes import mesh_solid
+from cadsweep.pipeline.run import SEARCH, SECONDS, make_run
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad
@@ -24,6 +28,23 @@ def test_time_counts_in_the_stage_alone():
         assert run.is_late()
     assert run.is_late()
     assert not make_run(None, None).is_late()
+
+
+def test_a_run_has_its_time_and_more_where_cuts_are_given_more():
+    assert (make_run(None, None).total, make_run(None, None).decompose_time) == (SECONDS, SEARCH)
+    assert make_run(None, SEARCH + 100.0).total == SECONDS + 100.0
+    over = replace(make_run(None, None), total=-1.0)
+    assert over.is_over()
+    assert over.is_late()
+    assert not replace(over, total=SECONDS).is_over()
+
+
+def test_a_run_without_time_takes_the_first_that_it_finds():
+    """Of a part that sweeps poorly, nothing but the first sweep is tried; there is a mesh all the same."""
+    part = cq.Workplane().box(20, 20, 4)
+    options = SweepOptions(size=2.0)
+    mesh = mesh_solid(load(part), options, replace(make_run(None, None), total=-1.0))
+    assert mesh.n_hexes == 10 * 10 * 2
 
 
 def block(bored):

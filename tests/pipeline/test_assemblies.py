@@ -212,7 +212,7 @@ def rod_on_pipe():
 
 def test_a_contact_that_no_sweep_can_follow_is_named_and_meshed_without_its_outline_where_solids_are_separate():
     with pytest.raises(NotSweepableError, match=r"(?s)'bar', which touches 'rod' .*interfaces='separate'"):
-        cs.sweep_mesh(rod_on_pipe(), decompose=False)
+        cs.sweep_mesh(rod_on_pipe(), decompose=False, interfaces="shared")
     mesh = cs.sweep_mesh(rod_on_pipe(), size=0.8, interfaces="separate")
     assert mesh.info["quality"].valid
     middles = mesh.points[mesh.boundaries["bar__rod_1"]].mean(axis=1)

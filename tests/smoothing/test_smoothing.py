@@ -204,3 +204,11 @@ def test_hexes_at_their_limit_are_left_alone():
     smoothed = improve(points, structure, fixed=fixed)
     assert smoothed.steps == ()
     assert len(smoothed.nodes) == 0
+
+
+def test_without_time_what_is_inverted_is_mended_and_what_is_valid_is_not_polished():
+    points, structure, fixed = disturbed(block(), 1.0)
+    assert values_of(points, structure).min() < 0
+    smoothed = improve(points, structure, fixed=fixed, is_over=lambda: True)
+    assert smoothed.n_inverted_after == 0
+    assert not any(step.startswith("polish ") for step in smoothed.steps)

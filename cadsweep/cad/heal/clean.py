@@ -108,9 +108,13 @@ def stage(model: Model, doing: str) -> Iterator[None]:
         raise
     except Exception as error:
         detail = str(error).strip().splitlines()
+        how = f"while {doing} ({type(error).__name__}{': ' + detail[0] if detail else ''})"
+        if type(error).__module__.startswith("OCP"):
+            raise CadError(
+                f"{model.source}: OpenCASCADE failed {how}", try_="repair the model, or export it again"
+            ) from error
         raise CadError(
-            f"{model.source}: OpenCASCADE failed while {doing} ({type(error).__name__}"
-            f"{': ' + detail[0] if detail else ''}). The model may be damaged; repair it in its CAD program."
+            f"{model.source}: cadsweep failed {how}", try_="report this with the model: it is no fault of the model"
         ) from error
 
 
