@@ -83,6 +83,9 @@ editable=""
 for left in .venv/lib/python*/site-packages/cadsweep; do
     [ -e "$left/__init__.py" ] || rm -rf "$left"
 done
-say "compiling kernels, so that the first mesh need not"
-.venv/bin/python scripts/compile_kernels.py || say "they are compiled when they are first used"
+# A wheel brings its kernels; the sources, which can be edited, do not.
+if [ -n "$editable" ]; then
+    say "compiling kernels, so that the first mesh need not"
+    .venv/bin/python scripts/compile_kernels.py || say "they are compiled when they are first used"
+fi
 say "done: .venv/bin/cadsweep"

@@ -106,7 +106,7 @@ def _read(kind: Any, what: str, value: Any) -> Any:
         raise InputError(f"{what} must be a table of {', '.join(known)}, or cadsweep.{kind.__name__}, not {value!r}")
     for key in value:
         if key not in known:
-            raise InputError(f"{what}: there is no '{key}'; there are {', '.join(known)}")
+            raise InputError(f"{what}: there is no '{key}'", try_=f"one of {', '.join(known)}")
     try:
         return kind(**value)
     except (InputError, TypeError) as error:

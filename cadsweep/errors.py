@@ -113,7 +113,7 @@ class InputError(CadSweepError, ValueError):
     >>> box = cq.Workplane().box(4, 3, 2)
     >>> cs.sweep_mesh(box, siz=1.0)
     Traceback (most recent call last):
-    cadsweep.errors.InputError: there is no option 'siz' (did you mean 'size'?); ...
+    cadsweep.errors.InputError: there is no option 'siz' (did you mean 'size'?)...
     """
 
 

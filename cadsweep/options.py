@@ -151,6 +151,8 @@ class SweepOptions:
     suppress : sequence of str or None
         Features to be removed first: ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or
         faces by name, id (``"face 12"``) or CadQuery selector. Each is listed in the notes.
+    without : sequence of str
+        Rules that are switched off, by name, as ``"cap: fan"``; :func:`cadsweep.pipeline.tables.all_rows` lists them.
     max_hexes : int, math.inf or None
         Refuse larger meshes before work starts; None refuses more than 5 million in memory, and ``math.inf`` allows
         what the memory holds.
@@ -202,6 +204,7 @@ class SweepOptions:
     cuts: Sequence[Any] | None = None
     decompose_time: float | None = None
     suppress: Sequence[str] | None = None
+    without: Sequence[str] = ()
     max_hexes: float | None = None
     max_memory: float | None = None
 
@@ -229,6 +232,7 @@ class SweepOptions:
         _names("only", self.only)
         _names("skip", self.skip)
         _names("suppress", self.suppress)
+        _names("without", self.without)
         _one_of("order", self.order, (1, 2))
         _one_of("nodes", self.nodes, (20, 27))
         if self.nodes == 27 and self.order == 1:

@@ -49,6 +49,8 @@ class MeshRecord(Mapping[str, Any]):
         Those of the CAD model, ``{"boundaries": {name: "#rrggbb"}, "parts": {...}}``.
     notes : sequence of str, or None
         What was done to the model and the mesh on the way, a readable line each.
+    rows : sequence of str, or None
+        Rows of tables of rules that had a share in it, by name (:mod:`cadsweep.rows`).
     seconds : mapping of str to float, or None
         Wall time by stage.
     quality : QualityReport or None
@@ -82,6 +84,7 @@ class MeshRecord(Mapping[str, Any]):
     names: Mapping[str, str] | None = None
     colors: Mapping[str, Mapping[str, str]] | None = None
     notes: Sequence[str] | None = None
+    rows: Sequence[str] | None = None
     seconds: Mapping[str, float] | None = None
     quality: QualityReport | None = None
     coarse_nodes: IntArray | None = None

@@ -1,48 +1,51 @@
-"""Compile what cadsweep compiles at its first use, so that nobody waits for it: ``install.sh`` calls this.
+"""Compile what ``cadsweep/signatures.txt`` lists, so that nobody waits for it.
 
-numba keeps the compiled kernels beside the installed modules, or in the user's cache folder where these cannot be
-written. Small parts are meshed that take every way through the package; what is compiled already is only loaded.
+    python scripts/compile_kernels.py            into numba's cache: ``install.sh`` does it for a checkout
+    python scripts/compile_kernels.py PACKAGE    into PACKAGE/machine_code, for the oldest processor that
+                                                 ``cadsweep/compiled.py`` names: ``setup.py`` does it for a wheel
+
+numpy, scipy and numba are enough; a part is not meshed.
 """
 
 from __future__ import annotations
 
+import importlib
+import os
+import platform
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 
-import cadquery as cq
-
-import cadsweep as cs
-
-
-def parts() -> dict[str, tuple[cq.Workplane, dict[str, object]]]:
-    """Small parts, and options, that between them need every kernel."""
-    plate = cq.Workplane().box(8, 6, 2).faces(">Z").workplane().hole(2)
-    wave = [(0, 0), (2, 1), (4, 0), (6, 1)]
-    elbow = cq.Workplane().rect(2, 2).revolve(90, (4, 0, 0), (4, 1, 0))
-    return {
-        "plate": (plate, {"order": 2}),
-        "bent": (
-            cq.Workplane().spline(wave).lineTo(6, 4).lineTo(0, 4).close().extrude(2),
-            {"order": 2, "strategy": "advancing"},
-        ),
-        "twisted": (cq.Workplane().rect(4, 2).workplane(3).transformed((0, 0, 30)).rect(3, 2).loft(), {"size": 0.2}),
-        "wedge": (cq.Workplane().polyline([(0, 0), (9, 0), (9, 1)]).close().extrude(2), {}),
-        "elbow": (elbow, {"functional": "F"}),
-        "ring": (cq.Workplane().center(5, 0).circle(1).revolve(360, (-5, 0, 0), (-5, 1, 0)), {}),
-        "pin": (cq.Workplane().circle(2).extrude(3).faces(">Z").edges().fillet(0.4), {"functional": "G"}),
-    }
-
 
 def main() -> int:
-    """Mesh the parts; what goes wrong is said and harms nothing, as the kernels are compiled when they are needed."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name, (part, options) in parts().items():
-            try:
-                mesh = cs.sweep_mesh(part, **options)
-                mesh.write(Path(folder) / f"{name}.vtu")
-            except cs.CadSweepError as error:
-                print(f"{name}: {error}", file=sys.stderr)
+    """Compile each loop for each of its signatures."""
+    folder = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else None
+    root = folder or Path(__file__).resolve().parents[1] / "cadsweep"
+    sys.path.insert(0, str(root.parent))
+    if folder is not None:
+        kept = tempfile.TemporaryDirectory()  # not beside the modules, where the wheel would take it along
+        os.environ["NUMBA_CACHE_DIR"] = kept.name
+        shutil.rmtree(folder / "machine_code", ignore_errors=True)  # of an earlier build in the same folder
+        (folder / "machine_code").mkdir()
+        from cadsweep.processor import BASELINE
+
+        # numba looks at these when it is imported.
+        os.environ["NUMBA_CPU_NAME"], os.environ["NUMBA_CPU_FEATURES"] = BASELINE[platform.machine()]
+
+    from numba import types
+
+    from cadsweep.compiled import put_machine_code
+
+    for line in (root / "signatures.txt").read_text().splitlines():
+        home, _, asked = line.partition(" ")
+        module, _, name = home.partition(":")
+        loop = getattr(importlib.import_module(module), name)
+        signature = eval(asked, {**vars(types), "bool": types.boolean})
+        if folder is None:
+            loop.compile(signature)
+        else:
+            put_machine_code(loop, signature, folder / "machine_code")
     return 0
 
 

@@ -3,6 +3,7 @@ import sys
 
 import pytest
 
+from cadsweep.brief import MOST_LINES
 from cadsweep.errors import CadSweepError
 from cadsweep.libraries import ALL_PACKAGES, explain_import_error
 
@@ -40,7 +41,7 @@ def test_the_list_of_all_packages_is_what_the_installer_looks_for():
     assert not [package for package in ALL_PACKAGES.split() if f":{package}" not in installer]
 
 
-def test_opencascade_without_its_library_is_one_line_on_the_command_line(tmp_path):
+def test_opencascade_without_its_library_is_said_on_the_command_line(tmp_path):
     (tmp_path / "box.py").write_text(BOX)
     (tmp_path / "OCP.py").write_text("raise ImportError('libGL.so.1: cannot open shared object file: No such file')\n")
     done = subprocess.run(
@@ -53,7 +54,7 @@ def test_opencascade_without_its_library_is_one_line_on_the_command_line(tmp_pat
     )
     assert done.returncode == 1
     assert done.stdout == ""
-    assert done.stderr.count("\n") == 1
+    assert done.stderr.count("\n") <= MOST_LINES
     assert "OpenCASCADE needs the system library libGL: apt-get install libgl1 " in done.stderr
     assert not (tmp_path / "box.vtu").exists()
 

@@ -70,7 +70,12 @@ def _make_template(desk: Desk) -> None:
 
     with DivLayout(desk.server) as layout:
         layout.root.classes = "page"
-        view = vtk.VtkLocalView(desk.scene.window, ref="view", interactor_settings=("interaction", _INTERACTION))
+        view = vtk.VtkLocalView(
+            desk.scene.window,
+            ref="view",
+            interactor_settings=("interaction", _INTERACTION),
+            view_state_change="$page.drawn($event)",
+        )
         layout.root.clear()
         layout.root.add_child(read_template().replace("<!-- view -->", view.html))
     under_way: list[asyncio.TimerHandle] = []

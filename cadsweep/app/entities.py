@@ -185,7 +185,7 @@ def tree_rows(part: PartData, names: Mapping[str, str]) -> list[dict[str, object
     """Rows of the tree: key, depth, label, what it is, size; `names` are those of the session, by key."""
     rows: list[dict[str, object]] = []
     for key, entity in part.entities.items():
-        unit = {"solid": "³", "face": "²", "edge": ""}[entity.kind]
+        unit = {"solid": "mm³", "face": "mm²", "edge": "mm"}[entity.kind]
         rows.append(
             {
                 "key": key,
@@ -194,17 +194,17 @@ def tree_rows(part: PartData, names: Mapping[str, str]) -> list[dict[str, object
                 "label": names.get(key) or part.label(key),
                 "number": entity.id,
                 "shape": entity.shape,
-                "size": f"{entity.measure:.4g}{unit and ' '}{'mm' + unit if unit else ''}".strip(),
+                "size": f"{entity.measure:.4g} {unit}",
                 "color": entity.color,
             }
         )
     return rows
 
 
-def described(part: PartData, keys: Sequence[str], most: int = 3) -> str:
-    """What is picked, in a few words."""
+def described(part: PartData, keys: Sequence[str], names: Mapping[str, str], most: int = 3) -> str:
+    """What is picked, in a few words; `names` are those of the session, by key."""
     if not keys:
         return "nothing"
-    words = [part.label(key) for key in keys[:most]]
+    words = [names.get(key) or part.label(key) for key in keys[:most]]
     more = f" and {len(keys) - most} more" if len(keys) > most else ""
     return ", ".join(words) + more

@@ -35,7 +35,7 @@ class Looking:
         desk.state.update(
             {
                 "bars": [], "range": None, "worst": [], "only": -1, "figures": [], "groups": [], "legend": None,
-                "n_levels": 0, "n_blocks": 0, "n_shown": 0, "has_distance": False, "busy": False,
+                "n_levels": 0, "n_blocks": 0, "n_shown": "", "has_distance": False, "busy": False,
             }
         )  # fmt: skip
         self._wanted = self._under_way = False
@@ -81,6 +81,7 @@ class Looking:
                     {"name": name, "n": f"{len(quads):,}", "color": color, "on": True}
                     for (name, quads), color in zip(groups, colors, strict=True)
                 ],
+                "n_shown": "",
                 "n_levels": 0,
                 "n_blocks": view.n_blocks,
                 "has_distance": view.distances is not None,

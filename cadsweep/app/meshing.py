@@ -100,12 +100,11 @@ class Meshing:
         """Show a refusal: the faces in question on the part, what it says, and what to try as buttons."""
         desk = self._desk
         assert desk.part is not None
-        text = " ".join(str(error).split())
+        text, lines = " ".join(error.message.split()), str(error).splitlines()
         desk.questioned = _questioned(error, desk)
-        lines = [line.strip() for line in re.split(r";\s+|(?<=[a-z)'])\.\s+", text) if line.strip()]
         desk.state.refusal = {
-            "lines": lines[:3],
-            "all": text if len(lines) > 3 else "",
+            "lines": lines,
+            "all": text if text != " ".join(lines) else "",
             "reasons": list(getattr(error, "reasons", ()))[:40],
             "tries": _tries(text, desk),
         }
@@ -114,25 +113,27 @@ class Meshing:
 
 
 def _stages(job: Job) -> list[dict[str, Any]]:
+    """A row for each stage; one that says after a comma what it is at is one row, however often it says so."""
+    rows: list[dict[str, Any]] = []
     last = len(job.stages) - 1
-    return [
-        {
-            "name": stage.name,
-            "seconds": f"{stage.seconds:.1f}",
-            "done": j < last or stage.ended is not None,
-            "share": f"{stage.fraction:.0%}" if stage.fraction not in (None, 0.0, 1.0) and j == last else "",
-        }
-        for j, stage in enumerate(job.stages)
-    ]
+    for j, stage in enumerate(job.stages):
+        name, _, at = stage.name.partition(", ")
+        if not rows or rows[-1]["name"] != name:
+            rows.append({"name": name, "seconds": 0.0})
+        under_way = j == last and stage.ended is None
+        share = f"{stage.fraction:.0%}" if under_way and stage.fraction not in (None, 0.0, 1.0) else ""
+        rows[-1].update(
+            seconds=rows[-1]["seconds"] + stage.seconds, done=not under_way, share=share or (at if under_way else "")
+        )
+    return [{**row, "seconds": f"{row['seconds']:.1f}"} for row in rows]
 
 
 def _questioned(error: CadSweepError, desk: Desk) -> list[str]:
-    """Keys of the faces that a refusal is about: those it carries, or names by number; of the solids that it names."""
+    """Keys of the faces that a refusal names by number or carries, of the solids that it names."""
     assert desk.part is not None
-    carried = [face if isinstance(face, tuple) else (None, face) for face in getattr(error, "faces", ())]
-    if not carried:
-        said = re.sub(r"\bThere are: .*$", "", str(error), flags=re.DOTALL)
-        carried = [(None, int(n)) for m in _FACE.finditer(said) for n in re.findall(r"\d+", m[1])]
+    said = re.sub(r"\bThere are: .*$", "", str(error), flags=re.DOTALL)
+    carried = [(None, int(n)) for m in _FACE.finditer(said) for n in re.findall(r"\d+", m[1])]
+    carried += [face if isinstance(face, tuple) else (None, face) for face in getattr(error, "faces", ())]
     named = [solid.solid for solid in desk.part.solids if solid.name in getattr(error, "solids", ())]
     solids = named or range(len(desk.part.solids))
     keys = [

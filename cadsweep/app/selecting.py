@@ -24,6 +24,7 @@ class Selecting:
             {"picked": [], "picked_text": "nothing", "picked_kind": "", "hovered": "", "kind": "face", "selector": ""}
         )
         desk.on("picked", self._show)
+        desk.on("wishes", self._show)
         desk.trigger("pick_at", self._pick_at)
         desk.trigger("hover_at", self._hover_at)
         desk.trigger("hover", self._hover)
@@ -115,7 +116,9 @@ class Selecting:
         desk.state.update(
             {
                 "picked": list(desk.picked),
-                "picked_text": described(desk.part, desk.picked) if desk.part else "nothing",
+                "picked_text": (
+                    described(desk.part, desk.picked, desk.session.asked.given_names()) if desk.part else "nothing"
+                ),
                 "picked_kind": kinds.pop() if len(kinds) == 1 else "mixed" if kinds else "",
                 "questioned": list(desk.questioned),
             }

@@ -268,11 +268,12 @@ def check_options(options: Mapping[str, Any]) -> None:
 def say(wish: Wish, part: PartData, names: Mapping[str, str]) -> str:
     """A wish in a line."""
     what = ", ".join(names.get(key) or part.label(key) for key in wish.on[:_MOST_NAMED])
-    what += f" and {len(wish.on) - _MOST_NAMED} more" if len(wish.on) > _MOST_NAMED else ""
+    more = f" and {len(wish.on) - _MOST_NAMED} more" if len(wish.on) > _MOST_NAMED else ""
+    what += more
     value = wish.value
     if wish.kind == "name":
         plain = ", ".join(f"{part.entities[key].kind} {part.entities[key].id}" for key in wish.on[:_MOST_NAMED])
-        return f"{plain} is called {value}"
+        return f"{plain}{more} {'are' if len(wish.on) > 1 else 'is'} called {value}"
     if wish.kind == "walls":
         return f"{what}: {value['n']} wall layers, first {value['first']:g}, growth {value['growth']:g}"
     if wish.kind == "bias":

@@ -109,6 +109,8 @@ class Wishing:
                 "tree": tree_rows(part, names),
                 **{f"w_{name}": _shown(asked.whole.get(name)) for name in WHOLE},
                 **{f"p_whole_{name}": "" for name in WHOLE},
+                "estimate": "estimating ...",  # what was said of the wishes before is no word on these
+                "estimate_problem": "",
             }
         )
         if self._estimating is not None:
@@ -119,8 +121,6 @@ class Wishing:
         desk = self._desk
         assert desk.part is not None
         await asyncio.sleep(_WAIT)
-        desk.state.update({"estimate": "estimating ...", "estimate_problem": ""})
-        desk.state.flush()
         try:
             found = await desk.jobs.read(
                 "estimate", desk.source, desk.session.asked.options(desk.part, desk.session.params)

@@ -138,7 +138,7 @@ def read_study(path: Path) -> Study:
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in keys:
-            raise InputError(f"{where}: there is no '{key}'{did_you_mean(key, keys)}; there are {', '.join(keys)}")
+            raise InputError(f"{where}: there is no '{key}'{did_you_mean(key, keys)}", try_=f"one of {', '.join(keys)}")
 
 
 def _text(table: Mapping[str, Any], key: str, default: str, path: Path) -> str:

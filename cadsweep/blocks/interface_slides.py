@@ -1,11 +1,10 @@
-"""Nodes on faces of solids in contact that smoothing may move: inside a face on it, on a contact's outline along it.
+"""Nodes on faces of the model and of contacts that smoothing may move: inside a face on it, on an edge along it.
 
 Place in the flow: ``pipeline`` asks for them where the checks of a joined mesh ask for smoothing. A node is one node
-for both solids, so the mesh stays conformal wherever it goes.
+for all cells and solids that have it, so the mesh stays conformal wherever it goes. Where a cut meets a face of the
+model nothing is there: the nodes move on the face.
 
-A poor column of hexahedra that goes through a contact often ends on an outer face: nodes inside these may move, too.
-
-Not moved: nodes at vertices of the model, and on edges that bound no contact.
+Not moved: nodes at vertices of the cells.
 """
 
 from __future__ import annotations
@@ -95,7 +94,7 @@ def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
 def find_interface_slides(
     part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True, outside: bool = True
 ) -> InterfaceSlides:
-    """Find the nodes of contacts, and of the faces around them, that may move.
+    """Find the nodes on faces and edges of the model, and of contacts, that may move.
 
     Parameters
     ----------
@@ -103,33 +102,47 @@ def find_interface_slides(
     joined : JoinedMesh
     names : NamedFaces
     along_edges : bool
-        Let nodes move along the edges of contacts, too; not where their places were asked for.
+        Let nodes move along edges, too; not where their places were asked for.
     outside : bool
-        Let nodes inside outer faces move; not where they have to answer others.
+        Let nodes on outer faces and their edges move; not where they have to answer others, or to keep a tolerance.
     """
     n = len(joined.points)
     surface, curve = np.full((2, n), -1, dtype=np.int64)
     surfaces: list[Surface] = []
     curves: list[Curve] = []
-    edge_keys: dict[int, Curve] = {}
+    of_contact: set[int] = set()
+    around: dict[int, set[tuple[int, str]]] = {}
     for (cell, face), quads in by_face(joined):
         between = names.first.get((cell, face), False)  # of the two sides of a contact one is enough
-        if not between and not (outside and (cell, face) in names.outside):
+        if not between and (cell, face) not in names.outside:
             continue
         solid = part.solids[cell]
-        surface[quads[:, :4]] = len(surfaces)
-        surfaces.append(solid.faces[face].surface)
-        if not between:
-            continue
-        edge_keys |= {int(solid.edge_keys[e]): solid.edges[e].curve for e in solid.faces[face].edges}
+        own = solid.faces[face]
+        keys = {int(solid.edge_keys[e]) for e in own.edges}
+        of_contact |= keys if between else set()
+        for key in keys:
+            # Pieces of one face of the model that a cut parted are one face.
+            around.setdefault(key, set()).add((part.owners[cell], own.key or f"{cell}, {face}"))
+        if between or outside:
+            surface[quads[:, :4]] = len(surfaces)
+            surfaces.append(own.surface)
+    edges = {
+        int(key): edge.curve
+        for solid in part.solids
+        for key, edge in zip(solid.edge_keys, solid.edges, strict=True)
+        if int(key) in around
+    }
     uses = np.zeros(n, dtype=np.int64)
     for key, nodes in joined.edge_nodes.items():
+        if len(around.get(key, ())) == 1 and key not in of_contact:
+            surface[nodes[[0, -1]]] = -1  # a cut ends on the face there: what is along it stays on the face
+            continue
         surface[nodes] = -1
         uses[nodes] += 1
         uses[nodes[[0, -1]]] += 2  # at a vertex
-        if along_edges and key in edge_keys:
+        if along_edges and key in edges and (outside or key in of_contact):
             curve[nodes[1:-1]] = len(curves)
-            curves.append(edge_keys[key])
+            curves.append(edges[key])
     curve[uses > 1] = -1
     return InterfaceSlides(
         mask=(surface >= 0) | (curve >= 0), surface=surface, curve=curve, surfaces=surfaces, curves=curves

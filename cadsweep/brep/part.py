@@ -55,11 +55,14 @@ class Cut:
     place : tuple of three float, or None
         Where the cut is, model units: the middle of a plane's cut, else of the cell that was divided. None where it
         goes through all of the part.
+    family : str
+        The row of the table of families of cutters that it is from; empty of other cuts.
     """
 
     kind: str
     reason: str
     place: tuple[float, float, float] | None = None
+    family: str = ""
 
     def __str__(self) -> str:
         return self.reason

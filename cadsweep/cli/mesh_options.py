@@ -232,6 +232,12 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             show_default=True,
             help="Cut a solid that no sweep fits into cells.",
         ),
+        click.option(
+            "--without",
+            multiple=True,
+            metavar="ROW",
+            help="Switch a rule off by its name, as 'cap: fan'; may be repeated.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option(
             "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."

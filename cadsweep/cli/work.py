@@ -141,6 +141,7 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
             "seconds": mesh.info.get("seconds", {}),
             "sweeps": mesh.info.get("sweeps", []),
             "material": mesh.info.get("material"),
+            "rows": mesh.info.get("rows", ()),
             "notes": mesh.info.get("notes", []),
         }
     )

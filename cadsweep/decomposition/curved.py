@@ -71,6 +71,9 @@ class Cutter(Protocol):
     def kind(self) -> str: ...
 
     @property
+    def family(self) -> str: ...
+
+    @property
     def reason(self) -> str: ...
 
     @property
@@ -313,7 +316,7 @@ class CellSearch:
                     self.refused[cutter.reason] += 1
                     continue
                 x, y, z = found.part.to_model(_middle(found.part.solids[cell])).tolist()
-                cut = Cut(kind=cutter.kind, reason=cutter.reason, place=(x, y, z))
+                cut = Cut(kind=cutter.kind, reason=cutter.reason, place=(x, y, z), family=cutter.family)
                 child = self.judge(then, (*found.cuts, cut), found.prices + cutter.price)
                 lent, until = found.lent, found.until
                 if cutter.leads and child.cost - lent > found.cost - found.lent - LEAD:

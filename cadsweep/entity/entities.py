@@ -126,12 +126,15 @@ class Entities:
         ]
 
     def on_surfaces(self) -> list[tuple[IntArray, Projection]]:
-        """Quads (q, 4) of every face of the model that is not plane, once, and what brings their middles onto it."""
+        """Quads (q, 4) of every curved face of the model and every contact, once, and the projection to its surface."""
         return [
             (quads, onto_surface(self.part, self.face(place).surface))
             for place, quads in self.faces.items()
-            # Of an interface one side is enough; a cut is inside, and its middles are free.
-            if self.face(place).kind != "plane" and self.is_outside(place) and self.names.first.get(place, True)
+            # Of an interface one side is enough; a cut is inside, and its middles are free. Outside a plane face holds
+            # its middles by itself; between two solids it has to be told.
+            if (self.face(place).kind != "plane" or place in self.names.between)
+            and self.is_outside(place)
+            and self.names.first.get(place, True)
         ]
 
 

@@ -11,6 +11,7 @@ import contextlib
 import faulthandler
 import gc
 import importlib
+import logging
 import os
 import pickle
 import resource
@@ -121,6 +122,17 @@ class Reporter:
         _send(self._channel, (stage, fraction))
 
 
+class Waiting(logging.Handler):
+    """Tells the caller that somebody waits for the compiler: what ``compiled`` says as a note is progress here."""
+
+    def __init__(self, report: Reporter) -> None:
+        super().__init__(logging.INFO)
+        self._report = report
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._report(record.getMessage())
+
+
 def main(incoming: int, outgoing: int) -> None:
     """Be a worker, which is told through these pipes where and what."""
     os.set_inheritable(incoming, False)
@@ -157,6 +169,9 @@ def _send(channel: Channel, message: Any) -> None:
 
 
 def _answer(request: bytes, report: Reporter, folders: Sequence[Path], data_limits: tuple[int, int]) -> Answer:
+    compiling, waiting = logging.getLogger("cadsweep.compiled"), Waiting(report)
+    compiling.setLevel(logging.INFO)
+    compiling.addHandler(waiting)
     try:
         task: Task = pickle.loads(request)
         _limit(task.max_bytes, *data_limits)
@@ -176,6 +191,8 @@ def _answer(request: bytes, report: Reporter, folders: Sequence[Path], data_limi
     except BaseException as error:
         reason = " ".join(str(error).split())[:500]
         return Answer(failure=f"{type(error).__name__}: {reason}".rstrip(": "), trace=traceback.format_exc())
+    finally:
+        compiling.removeHandler(waiting)
 
 
 def _settle(station: Station) -> None:

@@ -58,12 +58,14 @@ def curves_of(part: Part, mesh: JoinedMesh) -> list[tuple[IntArray, Projection]]
 
 
 def surfaces_of(part: Part, mesh: JoinedMesh, names: NamedFaces) -> list[tuple[IntArray, Projection]]:
-    """Quads (q, 4) on each face of the model that is not plane, with the projection to its surface."""
+    """Quads (q, 4) on each curved face of the model and on each contact, with the projection to its surface."""
     found = []
     for (cell, face), quads in by_face(mesh):
         own = part.solids[cell].faces[face]
-        # Of an interface one side is enough; a cut is inside, and its middles are free.
-        if own.kind != "plane" and names.of((cell, face)) and names.first.get((cell, face), True):
+        # Of an interface one side is enough; a cut is inside, and its middles are free. Outside a plane face holds its
+        # middles by itself; between two solids it has to be told, or they follow the bow of what is around them.
+        is_free = own.kind == "plane" and (cell, face) not in names.between
+        if not is_free and names.of((cell, face)) and names.first.get((cell, face), True):
             found.append((quads, _onto_surfaces(part, [own.surface])))
     return found
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from .. import recognition
+from .. import recognition, rows
 from ..brep import Part
 from ..errors import NotSweepableError
 from ..options import SweepOptions
@@ -62,6 +62,8 @@ class Search:
 
     def refusal(self) -> NotSweepableError:
         """Why there is no sweep: the part's own reasons, then those of what was tried besides."""
+        if not self.refused:
+            return NotSweepableError("no sweep was looked for", try_="switch a row of the table 'sweep' on again")
         first, *others = self.refused.items()
         told = next((error for name, error in others if name == OPEN), first[1])
         reasons = [*first[1].reasons, *(f"{name}: {error.message}" for name, error in others if error is not told)]
@@ -88,6 +90,11 @@ class Attempt:
     when: Callable[[Search], bool]
     make: Callable[[Search], Opened | None]
     settles: bool = False
+
+    @property
+    def row(self) -> str:
+        """Its name among all rows."""
+        return f"sweep: {self.name}"
 
 
 OPEN = "with the ring cut open"
@@ -139,23 +146,27 @@ def open_and_find(part: Part, source: Any, target: Any) -> tuple[Part, list[Swee
     """
     only_solid(part)
     so_far = Search(part=part, source=source, target=target)
+    shares: set[str] = set()
     for attempt in ATTEMPTS:
-        if not attempt.when(so_far):
+        if not (rows.is_on(attempt.row) and attempt.when(so_far)):
             continue
         try:
-            made = attempt.make(so_far)
+            with rows.share() as own:
+                made = attempt.make(so_far)
         except NotSweepableError as error:
             so_far.refused[attempt.name] = error
             continue
         if made is None:
             continue
         if attempt.settles:
+            rows.took({*own, attempt.row})
             return made
         so_far.made.add(attempt.name)
         if so_far.found is None or made.score > so_far.found.score:
-            so_far.found = made
+            so_far.found, shares = made, {*own, attempt.row}
     if so_far.found is None:
         raise so_far.refusal()
+    rows.took(shares)
     return so_far.found
 
 

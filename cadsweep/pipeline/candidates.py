@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from .. import cad
+from .. import cad, rows
 from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
 from ..brep import Part, Solid
@@ -50,12 +50,16 @@ MOST_CANDIDATES = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Made:
-    """One candidate sweep, made and checked; its boundary is `shortfall` times as far off the CAD as it may be."""
+    """One candidate sweep, made and checked; its boundary is `shortfall` times as far off the CAD as it may be.
+
+    `rows` of tables had a share in it.
+    """
 
     factored: FactoredMesh
     report: QualityReport
     mesh: HexMesh | BlockMesh
     shortfall: float
+    rows: frozenset[str] = frozenset()
 
     @property
     def is_near(self) -> bool:
@@ -157,20 +161,22 @@ def first_good(
         try:
             near = (one for one in tried if one.report.valid and one.is_near)
             reached = max((one.report.min_scaled_jacobian for one in near), default=-np.inf)
-            made = make(part, sweep, options, run, reached)
+            with rows.share() as own:
+                made = make(part, sweep, options, run, reached)
         except CadSweepError as error:
             if isinstance(error, InputError | NotSweepableError) and not isinstance(error, CoarseMeshError):
                 raise  # what the user asked for cannot be had by another sweep either
             log.info("candidate sweep %d given up: %s", number, error)
             failures.append(error)
             continue
-        tried.append(made)
+        tried.append(replace(made, rows=frozenset(own)))
         near_enough = made.is_near or in_the_way(options)  # that would be in another sweep's way, too
         if made.report.valid and made.report.min_scaled_jacobian >= GOOD_ENOUGH and near_enough:
             break
     if not tried:
         raise explained(sweeps[0], failures[0])
     best = max(tried, key=lambda made: made.rank)
+    rows.took(best.rows)
     given_up = [f"a better ranked sweep was given up: {error.message}" for error in failures]
     if not tried[0].is_near and tried[0].report.valid and best is not tried[0]:
         given_up.append(

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from typing import Any
 
 import numpy as np
 
-from .. import cad, decomposition
+from .. import cad, decomposition, rows
 from ..brep import Cut, Part, Solid
 from ..decomposition.curved import MOST_OPENINGS, MOST_PARTS, CellSearch
 from ..decomposition.search import MOST_STATES
@@ -22,7 +23,7 @@ from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
-from .candidates import GOOD_ENOUGH
+from .candidates import GOOD_ENOUGH, SMOOTH_BELOW
 from .cells import expected_cells
 from .column_cells import columns_of
 from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
@@ -184,9 +185,14 @@ def _planned(part: Part, search: decomposition.Search, state: decomposition.Stat
 def _best_of(
     solutions: Iterator[Complex], options: SweepOptions, run: Run
 ) -> tuple[AnyMesh | None, CadSweepError | None]:
-    """The first mesh that does well, or the best of a few, and why the first that was given up was."""
+    """The first mesh that does well, or the best of a few, and why the first that was given up was.
+
+    Once chosen, what is poor has its nodes moved on the model's faces; where none is valid, the first is tried so.
+    """
     best: AnyMesh | None = None
+    chosen: Complex | None = None
     failure: CadSweepError | None = None
+    shares: set[str] = set()
     n_hexes, most_hexes = 0, MOST_HEXES
     for _ in range(MOST_MESHED):
         if (best is not None or failure is not None) and run.is_over():
@@ -201,20 +207,29 @@ def _best_of(
             found = with_caps_grown(found)
         wishes = resolve_wishes(found.part, options, found.model)
         try:
-            mesh = mesh_complex(found, options, run, wishes)
+            with rows.share() as own:
+                mesh = mesh_complex(found, options, run, wishes, slide=False)
         except InputError:
             raise
         except CadSweepError as error:
             log.info("%d cells given up: %s", len(found.part.solids), error)
-            failure = failure or error
+            failure, chosen = failure or error, chosen or found
             n_hexes += expected_cells(found.part, found.plan, wishes).n_hexes
             most_hexes = max(most_hexes, n_hexes)  # whatever its size, another is tried where none is valid
             continue
         n_hexes += mesh.n_hexes
         if best is None or _worst(mesh) > _worst(best):
-            best = mesh
+            best, chosen, shares = mesh, found, own
         if _worst(best) >= GOOD_ENOUGH:
             break
+    poor = options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
+    if chosen is not None and poor and not run.is_over():
+        with suppress(CadSweepError), rows.share() as own:  # the mesh, or the refusal, is there already
+            mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
+            if best is None or _worst(mesh) > _worst(best):
+                best, shares = mesh, own
+    if best is not None and chosen is not None:
+        rows.took({*shares, *(f"cut: {cut.family}" for cut in chosen.part.cuts if cut.family)})
     return best, failure
 
 

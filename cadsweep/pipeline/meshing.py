@@ -112,8 +112,15 @@ def make_options(options: dict[str, Any]) -> SweepOptions:
     known = SweepOptions.__dataclass_fields__
     for name in options:
         if name not in known:
-            raise InputError(f"there is no option '{name}'{did_you_mean(name, known)}; there are {', '.join(known)}")
-    return SweepOptions(**options)
+            raise InputError(
+                f"there is no option '{name}'{did_you_mean(name, known)}", try_=f"one of {', '.join(known)}"
+            )
+    chosen = SweepOptions(**options)
+    if chosen.without:
+        from .tables import check_rows  # of tables that most parts do not need
+
+        check_rows(chosen.without)
+    return chosen
 
 
 def _not_refined(options: SweepOptions, what: str) -> None:

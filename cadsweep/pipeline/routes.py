@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import cad
+from .. import cad, rows
 from ..blocks.block_mesh import BlockMesh
 from ..brep import Part
 from ..errors import (
@@ -101,11 +101,9 @@ def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
 
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part by the first way that applies, in memory or in blocks; its notes say what OpenCASCADE failed in."""
-    with cad.noting() as given_up:
+    with cad.noting() as given_up, rows.without(options.without), rows.share() as shares:
         mesh = _mesh_part(source, options, run)
-    if not given_up:
-        return mesh
-    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], *given_up]})
+    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], *given_up], "rows": tuple(sorted(shares))})
 
 
 def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
@@ -157,17 +155,21 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
 def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """As :func:`mesh_solid`, with a refusal that proposes nothing."""
     refused: CadSweepError | None = None
+    if not rows.is_on("way: sweep"):
+        refused = NotSweepableError("no sweep was looked for", try_="switch a row of the table 'way' on again")
     best: AnyMesh | None = None
+    shares: set[str] = set()
     share = 1.0
-    for way in (_mesh_swept, _mesh_columns, *([_mesh_cells] if options.decompose else [])):
-        if best is not None and way is _mesh_columns:
-            continue  # columns along a poor sweep are as poor
-        if best is not None and run.is_over():
-            break
+    for row, way in WAYS.items():
+        if not rows.is_on(row) or (way is _mesh_cells and not options.decompose):
+            continue
+        if best is not None and (way is _mesh_columns or run.is_over()):
+            continue  # columns along a poor sweep are as poor, or there is no time for more
         if best is None and way is _mesh_cells:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
-            mesh = way(part, options, run, refused, share)
+            with rows.share() as own:
+                mesh = way(part, options, run, refused, share)
         except CadSweepError as error:
             if best is not None:
                 log.info("no cells instead of a poor mesh: %s", error)
@@ -175,13 +177,14 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
             refused = _foremost(refused, error)
             continue
         if best is None or _worst(mesh) > _worst(best):
-            best = mesh
+            best, shares = mesh, {*own, row}
         enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
         if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             enough, share = _good_columns(mesh), SECOND_LOOK
         if enough or not _may_be_better(part, options):
             break
     if best is not None:
+        rows.took(shares)
         return best if isinstance(best, BlockMesh) else made_of(best, part)
     assert refused is not None
     if not options.decompose:
@@ -300,3 +303,7 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
             return _mesh_columns(part, options, run, NotSweepableError("no sweep of the part as it is"), 1.0)
     return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh
+
+
+WAYS = {"way: sweep": _mesh_swept, "way: columns": _mesh_columns, "way: cells": _mesh_cells}
+"""The ways to a mesh of one solid, in the order in which they are tried."""

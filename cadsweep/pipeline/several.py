@@ -51,8 +51,12 @@ _MOST_OPENED = 10**6
 """Hexahedra of a mesh in blocks up to which it is opened to see how thick it is; memory is what blocks are to save."""
 
 
-def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes) -> HexMesh | BlockMesh:
+def mesh_complex(
+    found: Complex, options: SweepOptions, run: Run, wishes: Wishes, *, slide: bool = True
+) -> HexMesh | BlockMesh:
     """Mesh a planned part, check every solid of it, and smooth where that is needed.
+
+    Without `slide` nodes on faces that are no contacts stay: so poor cells are seen to be poor while others may be had.
 
     Raises
     ------
@@ -67,7 +71,7 @@ def mesh_complex(found: Complex, options: SweepOptions, run: Run, wishes: Wishes
         made, off = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
         cells, counts, notes = made
         try:
-            mesh = _finished(found, cells, counts, options, run, [*finer, *notes], off)
+            mesh = _finished(found, cells, counts, options, run, [*finer, *notes], off, slide=slide)
             break
         except InvertedHexError as error:
             divided = finer_where_crossing(found.part, cells, counts, error, wishes) if tried < rounds else None
@@ -85,6 +89,8 @@ def _finished(  # noqa: PLR0917
     run: Run,
     notes: list[str],
     off: Found | None,
+    *,
+    slide: bool,
 ) -> HexMesh | BlockMesh:
     """The mesh of a planned part's cells, checked."""
     part, plan = found.part, found.plan
@@ -95,6 +101,7 @@ def _finished(  # noqa: PLR0917
         run,
         notes=notes,
         found=off,
+        slide=slide,
         sweeps=[
             _described(solid, way.fill, own) | {"cell": cell, "solid": part.models[owner].name}
             for cell, (solid, way, own, owner) in enumerate(
@@ -123,6 +130,7 @@ def finish(
     sweeps: Sequence[dict[str, Any]] = (),
     slides: Callable[[], Slides] | None = None,
     found: Found | None = None,
+    slide: bool = True,
 ) -> HexMesh | BlockMesh:
     """Name, check, smooth and check again a mesh of the cells of a part; of blocks in memory, or as blocks.
 
@@ -151,11 +159,11 @@ def finish(
     check_coarse_solids(part, cells, names, options)
     mesh: HexMesh | BlockMesh
     if isinstance(cells, CellBlocks) and run.in_blocks:
-        mesh = checked_blocks(part, cells, names, options, run, info=info, slides=slides)
+        mesh = checked_blocks(part, cells, names, options, run, info=info, slides=slides, slide=slide)
     else:
         with run.stage("assembly"):
             joined = cells.joined() if isinstance(cells, CellBlocks) else cells
-        slides = slides or contact_slides(part, joined, names, options)
+        slides = slides or find_slides(part, joined, names, options, outside=slide)
         mesh = checked_cells(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
             slides=slides,
@@ -208,6 +216,7 @@ def checked_blocks(
     *,
     info: dict[str, Any],
     slides: Callable[[], Slides] | None = None,
+    slide: bool = True,
 ) -> BlockMesh:
     """Check cells that stay in blocks, and smooth them where that is needed, as :func:`checked_cells` does.
 
@@ -224,8 +233,8 @@ def checked_blocks(
     mesh, report = checked(cells)
     if _is_poor(report, options, SMOOTH_BELOW):
         joined = cells.joined()
-        own_slides = slides or contact_slides(part, joined, names, options)
-        better = _smoothed(joined, names, run, asked=options.size is not None, slides=own_slides)
+        slides = slides or find_slides(part, joined, names, options, outside=slide)
+        better = _smoothed(joined, names, run, asked=options.size is not None, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
             mesh, report = checked(cells.moved(better.nodes, better.positions))
@@ -326,15 +335,19 @@ def _smoothed(
         )
 
 
-def contact_slides(
-    part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions
+def find_slides(
+    part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions, *, outside: bool
 ) -> Callable[[], Slides] | None:
-    """What finds the nodes of contacts that smoothing may move; None where there are none, or places are asked for."""
-    if not names.between or options.wall_layers:
+    """What finds the nodes on faces and edges that smoothing may move; None where their places are asked for."""
+    if options.wall_layers or not (outside or names.between):
         return None
     matched = bool(options.periodic)
     return lambda: find_interface_slides(
-        part, joined, names, along_edges=not (options.biases or matched), outside=not matched
+        part,
+        joined,
+        names,
+        along_edges=not (options.biases or matched),
+        outside=not matched and (bool(names.between) or options.tolerance is None),
     )
 
 

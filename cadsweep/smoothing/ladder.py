@@ -34,6 +34,7 @@ from functools import partial
 
 import numpy as np
 
+from .. import rows
 from ..arrays import FloatArray, IntArray, distinct
 from ..quality import Ways, corner_limits
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
@@ -76,6 +77,13 @@ MOST_GROWN = 10_000
 
 MOST_HEXES = 300_000
 """Hexahedra of the largest patch that is optimised."""
+
+
+STEPS: dict[bool, tuple[tuple[str, Callable[[Patch, FloatArray], FloatArray]], ...]] = {
+    True: (("relax", relaxed), ("untangle", untangled)),
+    False: (("polish", polished),),
+}
+"""Steps by name, of a patch with inverted hexahedra and of one without."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -311,13 +319,15 @@ def _mend(  # noqa: PLR0917
     current, score = start, patch.score(start)
     before = score.reached
     # What is polished is cut anew after untangling: around few hexahedra rather than around all.
-    ladder = (("relax", relaxed), ("untangle", untangled)) if score.worst <= 0 else (("polish", polished),)
-    for name, step in ladder:
+    for name, step in STEPS[score.worst <= 0]:
+        if not rows.is_on(f"mend: {name}"):
+            continue
         candidate = step(patch, current)
         value = patch.score(candidate)
         if value.beats(score):
             steps.append(f"{name} {where}: worst scaled Jacobian {score.worst:.3g} to {value.worst:.3g}")
             current, score = candidate, value
+            rows.took([f"mend: {name}"])
         else:
             steps.append(f"{name} {where}: rolled back, worst stays {score.worst:.3g}")
         if score.reached >= 1:

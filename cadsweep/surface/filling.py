@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 
+from .. import rows
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 from ..errors import SurfaceMeshError
@@ -271,11 +272,12 @@ _REGULAR = 0.07
 
 @dataclass(frozen=True)
 class Filling:
-    """A way to fill a face, and the worst corner sine from which on no further way is asked.
+    """A way to fill a face, by name, and the worst corner sine from which on no further way is asked.
 
     What a later way makes must be better by `worth` in the worst corner sine to take its place.
     """
 
+    row: str
     fill: Callable[[Outline], FaceQuads | None]
     enough: Callable[[Outline], float]
     worth: float = 0.0
@@ -283,22 +285,22 @@ class Filling:
 
 FILLINGS = (
     # A grid is what a person would draw, but for a smooth rim: its quads are flat at four nodes of a circle.
-    Filling(fill_grid, lambda outline: np.inf if any(outline.smooth) else GOOD_ENOUGH),
+    Filling("cap: grid", fill_grid, lambda outline: np.inf if any(outline.smooth) else GOOD_ENOUGH),
     # Below 0.4 the rows have been squeezed, and quads without them often do better.
-    Filling(lay_rows_along_rims, lambda _: 0.4),
+    Filling("cap: rows along rims", lay_rows_along_rims, lambda _: 0.4),
     # Where every corner is right or re-entrant, and where there is none, these are what a person would draw.
     # What gmsh makes is seldom better than 0.7, and a regular mesh is worth a little.
-    Filling(fill_lattice, lambda _: 0.65, _REGULAR),
-    Filling(fill_round_core, lambda _: 0.7, _REGULAR),
-    Filling(fill_fan, lambda _: 0.65, _REGULAR),
-    Filling(fill_ring, lambda _: 0.65, _REGULAR),
-    Filling(fill_disc, lambda _: 0.65, _REGULAR),
+    Filling("cap: lattice", fill_lattice, lambda _: 0.65, _REGULAR),
+    Filling("cap: round core", fill_round_core, lambda _: 0.7, _REGULAR),
+    Filling("cap: fan", fill_fan, lambda _: 0.65, _REGULAR),
+    Filling("cap: ring", fill_ring, lambda _: 0.65, _REGULAR),
+    Filling("cap: disc", fill_disc, lambda _: 0.65, _REGULAR),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
-    Filling(partial(fill_around_hole, thin=True), lambda _: 0.7),
+    Filling("cap: around a thin hole", partial(fill_around_hole, thin=True), lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
-    Filling(lay_sharp_tips, _enough_at_tips),
-    Filling(mesh_with_mirrors, lambda _: GOOD_ENOUGH),
-    Filling(partial(fill_around_hole, thin=False), lambda _: 0.0),
+    Filling("cap: sharp tips", lay_sharp_tips, _enough_at_tips),
+    Filling("cap: gmsh, with mirrors", mesh_with_mirrors, lambda _: GOOD_ENOUGH),
+    Filling("cap: around a hole", partial(fill_around_hole, thin=False), lambda _: 0.0),
 )
 
 
@@ -313,9 +315,11 @@ def best_quads(outline: Outline) -> FaceQuads:
     if outline.walls is not None:
         return lay_rows_along_walls(outline)
     best: FaceQuads | None = None
-    worth = 0.0
+    worth, row = 0.0, ""
     failure: SurfaceMeshError | None = None
     for filling in FILLINGS:
+        if not rows.is_on(filling.row):
+            continue
         try:
             made = filling.fill(outline)
         except SurfaceMeshError as error:
@@ -324,12 +328,15 @@ def best_quads(outline: Outline) -> FaceQuads:
         if made is None:
             continue
         if best is None or made.better_than(replace(best, expected=best.expected + worth)):
-            best, worth = made, filling.worth
+            best, worth, row = made, filling.worth, filling.row
         if made.enough(filling.enough(outline)):
             break
     if best is None:
-        assert failure is not None, "mesh_freely gives quads or raises"
-        raise failure
+        raise failure or SurfaceMeshError(
+            f"no way to fill {outline.face.label()} with quads was tried",
+            try_="switch a row of the table 'cap' on again",
+        )
+    rows.took([row])
     return best
 
 

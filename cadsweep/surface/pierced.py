@@ -18,6 +18,8 @@ _AROUND = 4.0
 """Nodes of the lattice around a hole, in its longest segments, that tell where in the lattice its own nodes lie."""
 _FEWEST = 100
 """Nodes, the nearest ones, that are asked where fewer are so near; all are where the hole reaches out of these."""
+_LEAST = 4
+"""Segments of a hole that can take a rectangle, of one cell."""
 _MOST = 2000
 """Nodes up to which all those inside a hole are asked, too: triangles of more take longer than the rest."""
 _CELLS_AT = 4
@@ -51,7 +53,7 @@ def pierce(
         hole = chart.boundary[j]
         own = (hole - even[0]) @ even[1] if even is not None else _places_in_lattice(hole, lattice, places)
         corners = _hole_corners(outline, j, own)
-        if not np.isfinite(own).all() or corners is None:
+        if not np.isfinite(own).all() or corners is None or len(own) < _LEAST:
             return None
         begin, q, p, low = _placed(own, *corners, np.array(number.shape) - 1, may_differ=_is_round(outline, j))
         around = low + places_around(p, q)

@@ -7,7 +7,6 @@ import select
 import signal
 import subprocess
 import sys
-import time
 
 from ..view.view_browser import find_browser, opened
 
@@ -31,7 +30,7 @@ def served(*arguments, idle="20", **environment):
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
         try:
-            process.wait(20)
+            process.wait(60)
         except subprocess.TimeoutExpired:
             process.kill()
             raise
@@ -48,17 +47,27 @@ class Visitor:
     def state(self, name):
         return self.page.evaluate(f"trame.state.get({json.dumps(name)})")
 
-    def wait(self, expression, seconds=60):
+    def wait(self, expression, seconds=120):
         self.page.wait_for(expression, seconds)
 
-    def wait_state(self, name, value, seconds=60):
+    def wait_state(self, name, value, seconds=120):
         self.wait(f"JSON.stringify(trame.state.get({json.dumps(name)})) === {json.dumps(json.dumps(value))}", seconds)
 
+    def wait_drawn(self):
+        """Wait until a part is not only known to the page, but drawn on it: with its faces and its edges."""
+        self.wait_state("phase", "part")
+        self.wait("document.querySelector('#view').dataset.drawn >= 2")
+
+    def wait_enabled(self, selector):
+        """Wait for what can be pressed: a click on what cannot yet be is lost."""
+        self.wait(f"(e => !!e && !e.disabled)(document.querySelector({json.dumps(selector)}))")
+
     def press(self, selector):
-        self.wait(f"!!document.querySelector({json.dumps(selector)})")
+        self.wait_enabled(selector)
         self.page.evaluate(f"document.querySelector({json.dumps(selector)}).click()")
 
     def type(self, selector, text):
+        self.wait_enabled(selector)
         self.page.evaluate(
             f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.value = {json.dumps(str(text))};"
             "e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); })()"
@@ -101,7 +110,6 @@ class Visitor:
             v.setCamera({...c, position: c.focalPoint.map((p, i) => p - far * d[i] / n),
                 viewUp: [0.01, 0.02, 1]}); })()""".replace("WAY", json.dumps([float(v) for v in direction]))
         )
-        time.sleep(0.3)
 
     def picture(self, path):
         import base64

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 import urllib.error
 import urllib.request
 from pathlib import Path
@@ -42,7 +41,7 @@ def fetched(visitor, name):
 
 
 def open_elbow(visitor):
-    visitor.wait_state("phase", "part")
+    visitor.wait_drawn()
     visitor.look_from((0, 0, 1))
 
 
@@ -57,8 +56,8 @@ def test_from_the_inlet_to_a_deck_and_the_command_and_the_script_make_the_same(t
         open_elbow(user)
         user.click_at(*user.where(INLET))
         user.wait_state("picked", ["face:0:2"])
-        assert user.page.evaluate("document.querySelector('.item.picked .label').textContent") == "inlet"
-        user.page.evaluate("document.querySelector('[data-key=\"face:0:11\"]').click()")  # and in the tree
+        user.wait("document.querySelector('.item.picked .label')?.textContent === 'inlet'")
+        user.press('[data-key="face:0:11"]')  # and in the tree
         user.wait_state("picked", ["face:0:11"])
         user.click_at(*user.where(INLET))
         user.wait_state("picked", ["face:0:2"])
@@ -80,8 +79,9 @@ def test_from_the_inlet_to_a_deck_and_the_command_and_the_script_make_the_same(t
         user.type("#w-size", "3")
         user.wait("trame.state.get('estimate').includes('hexahedra')")
         user.press("#make")
-        user.wait_state("has_mesh", True, 120)
+        user.wait_state("has_mesh", True, 300)
         user.wait("document.querySelectorAll('#histogram .bin').length > 10")
+        user.wait("!!trame.state.get('n_shown')")
         shown = user.state("n_shown")
         user.press("#axis-y")
         user.wait(f"trame.state.get('n_shown') !== '{shown}' && trame.state.get('n_shown') !== '0'")
@@ -111,19 +111,18 @@ def test_a_run_is_ended_half_way_two_pages_show_the_same_and_nothing_is_left(tmp
     with served("models/elbow.step", TMPDIR=str(tmp_path / "tmp")) as (process, address):
         with visited(address, tmp_path / "one") as user, visited(address, tmp_path / "two") as other:
             open_elbow(user)
-            other.wait_state("phase", "part")
-            user.page.evaluate("document.querySelector('[data-key=\"face:0:3\"]').click()")
+            other.wait_drawn()
+            user.press('[data-key="face:0:3"]')
             other.wait_state("picked", ["face:0:3"])
             user.type("#w-size", "0.3")  # some three million hexahedra: seconds
             other.wait("trame.state.get('w_size') === '0.3'")
             other.press("#make")
             user.wait("trame.state.get('stages').length > 1")
-            before = time.monotonic()
             user.press("#end")
-            user.wait_state("meshing", False, 20)
-            assert time.monotonic() - before < 5
+            user.wait_state("meshing", False)
+            user.wait("trame.state.get('message').includes('ended')")  # and so it was not at its end by itself
             assert user.state("has_mesh") is False
-            user.page.evaluate("document.querySelector('[data-key=\"face:0:4\"]').click()")  # the page is usable
+            user.press('[data-key="face:0:4"]')  # the page is usable
             other.wait_state("picked", ["face:0:4"])
         children = psutil.Process(process.pid).children(recursive=True)
     assert process.returncode == 0
@@ -170,14 +169,17 @@ def test_what_is_refused_damaged_or_a_program_is_said_and_the_page_goes_on(tmp_p
         user.wait("trame.state.get('whole') !== 1 && trame.state.get('w_max_hexes') === '2'")
         user.press("#make")
         user.wait("!!trame.state.get('refusal')", 120)
-        assert user.state("refusal")["lines"]
+        assert 1 <= len(user.state("refusal")["lines"]) <= 3
         user.press("#theme")
         user.wait("document.documentElement.dataset.theme === 'dark'")
+        user.page.evaluate("trame.trigger('open_path', ['models/elbow.step'])")
+        user.wait_state("part_name", "elbow")  # the camera turns to the middle of another part
+        user.wait("Math.hypot(...trame.refs.view.getCamera().focalPoint.map((v, i) => v - [20, 0, 30][i])) < 1")
 
 
 def test_the_server_ends_by_itself_when_its_page_has_been_closed(tmp_path):
     with served("models/block.step", idle="1.5") as (process, address):
         with visited(address, tmp_path / "profile") as user:
             user.wait_state("phase", "part")
-        process.wait(30)
+        process.wait(120)
     assert process.returncode == 0

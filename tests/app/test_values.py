@@ -8,6 +8,8 @@ import pytest
 
 from cadsweep.app.entities import Entity, PartData, all_tangent, same_kind
 from cadsweep.app.guard import Guard
+from cadsweep.app.jobs import Job, Stage
+from cadsweep.app.meshing import _stages
 from cadsweep.app.picking import pick
 from cadsweep.app.session import Session
 from cadsweep.app.skins import Look, find_quads, make_view
@@ -248,3 +250,14 @@ def test_a_name_given_on_the_command_line_reaches_the_mesh(tmp_path):
     with pytest.raises(InputError):
         cs.sweep_mesh(box, size=1.0, names={"front": "face 99"})
     assert "--name" in click.testing.CliRunner().invoke(mesh_command, ["--help"]).output
+
+
+def test_a_stage_that_says_what_it_is_at_is_one_row():
+    names = ("cad", "decomposition", "decomposition, 3 cells open", "decomposition, 1 cells open")
+    job = Job(stages=[Stage(name=name, began=float(j), ended=j + 1.0) for j, name in enumerate(names)])
+    assert [(row["name"], row["seconds"], row["share"]) for row in _stages(job)] == [
+        ("cad", "1.0", ""),
+        ("decomposition", "3.0", ""),
+    ]
+    job.stages[-1].ended = None
+    assert _stages(job)[-1]["share"] == "1 cells open"

@@ -35,6 +35,7 @@ class Cutter:
     reason: str
     leads: bool
     kind: str = "planes"
+    family: str = ""
     price: float = 0.0
 
 

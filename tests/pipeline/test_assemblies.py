@@ -9,7 +9,7 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 import cadsweep as cs
-from cadsweep.errors import CadError, InputError, InvertedHexError, NotSweepableError
+from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -106,11 +106,7 @@ def test_every_part_has_its_own_volume_and_every_interface_its_contact(make):
     mesh = cs.sweep_mesh(part, size=0.4)
     whole = 0.0
     for model in part.models:
-        quads = [q for name, q in mesh.boundaries.items() if name.startswith(f"{model.name}_")]
-        for name, q in mesh.interfaces.items():
-            first, second = name.split("__")
-            quads += [q] if first == model.name else [q[:, ::-1]] if second == model.name else []
-        volume = enclosed_volume(mesh.points, np.concatenate(quads))
+        volume = volume_of(mesh, model.name)
         assert volume == pytest.approx(model.volume * part.scale**3, rel=0.02)
         whole += volume
     assert mesh.info["quality"].volume == pytest.approx(whole, rel=1e-9)
@@ -298,11 +294,28 @@ def test_a_part_may_be_called_a_shell():
     assert [model.name for model in cs.load(whole).models] == ["core", "shell"]
 
 
-def test_a_size_larger_than_a_solid_is_an_upper_bound():
-    """A square in a circle of radius 2 has 2 / pi of its area: the pin is divided finer, and the mesh says so."""
+def volume_of(mesh, name):
+    """What the boundaries and interfaces of a solid enclose."""
+    quads = [q for face, q in mesh.boundaries.items() if face.startswith(f"{name}_")]
+    for contact, q in mesh.interfaces.items():
+        first, second = contact.split("__")
+        quads += [q] if first == name else [q[:, ::-1]] if second == name else []
+    return enclosed_volume(mesh.points, np.concatenate(quads))
+
+
+def test_a_size_wider_than_a_pin_leaves_it_round():
+    """A square in a circle has 2 / pi of its area; a size is an upper bound, and the mesh says where it is finer."""
     mesh = cs.sweep_mesh(pin_in_plate(), size=4.0)
-    assert any("divided finer than the size asked for" in note for note in mesh.info["notes"])
-    assert len(mesh.interfaces["plate__pin"]) >= 8
+    assert volume_of(mesh, "pin") == pytest.approx(np.pi * 4.0 * 9.0, rel=0.05)
+    assert any("finer than the size asked for" in note for note in mesh.info["notes"])
+
+
+def test_solids_that_counts_make_too_coarse_are_refused_by_name():
+    """Four segments of the user's own around a pin: its mesh would have 2 / pi of its volume."""
+    with pytest.raises(CoarseMeshError, match=r"(?s)'pin'.*allow_coarse"):
+        cs.sweep_mesh(pin_in_plate(), size=4.0, counts={"edges:%CIRCLE": 4})
+    coarse = cs.sweep_mesh(pin_in_plate(), size=4.0, counts={"edges:%CIRCLE": 4}, allow_coarse=True)
+    assert coarse.info["quality"].valid
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.005])

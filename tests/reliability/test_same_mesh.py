@@ -96,7 +96,7 @@ def test_a_base_that_cannot_be_meshed_ends_the_study(study):
 
 
 def test_options_may_not_vary(study):
-    with pytest.raises(InputError, match=r"same_mesh.*size = 0\.2 where.*has 0\.1"):
+    with pytest.raises(InputError, match=r"(?s)same_mesh.*size = 0\.2 where.*has 0\.1"):
         read_study(study("[grid]\noptions.size = [0.1, 0.2]\n"))
     path = study("[grid]\nhole = [1.0]\n")
     path.write_text(path.read_text().replace("= true", "= 3"))

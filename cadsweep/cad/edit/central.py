@@ -45,8 +45,8 @@ class Cutter:
         It keeps features apart: its pieces are gone on with, even though more cells are in the way at first.
     everywhere : bool
         It parts all other cells that are in the way with this one.
-    kind : str
-        As :class:`~cadsweep.brep.Cut` has it.
+    kind, family : str
+        As :class:`~cadsweep.brep.Cut` has them.
     """
 
     reason: str
@@ -56,6 +56,7 @@ class Cutter:
     leads: bool = False
     everywhere: bool = False
     kind: str = "planes"
+    family: str = ""
 
 
 def plane_tool(solid: Solid, normal: FloatArray, place: FloatArray) -> Any:

@@ -32,6 +32,7 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder, GeomAbs_Plane
 from OCP.gp import gp_Pln, gp_Pnt, gp_Vec
 
+from ... import rows
 from ...arrays import FloatArray
 from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
@@ -42,6 +43,7 @@ from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
 from .cushions import under_rims
+from .families import family
 from .grids import on_grid
 from .mitres import at_mitres
 from .ports import at_ports
@@ -121,21 +123,26 @@ class _Cutters:
 
     def all(self) -> Iterator[Cutter]:
         """Strips of a turned body, then planes between holes that go different ways, then batches and single ones."""
-        is_whole = all(face.key for face in self.solid.faces)
+        solid = self.solid
+        is_whole = all(face.key for face in solid.faces)
         if is_whole:
-            turned = along_features(self.solid, FLAT) or along_spokes(self.solid, FLAT)
-            yield from turned or at_ports(self.solid)
-        yield from through_centers(self.solid)
-        parted, is_well = into_boxes(self.solid, FLAT)
-        boxes = [*self.between(), *parted]
+            turned = [*family("strips", lambda: along_features(solid, FLAT))]
+            turned = turned or [*family("spokes", lambda: along_spokes(solid, FLAT))]
+            yield from turned or family("ports", lambda: at_ports(solid))
+        yield from family("centres", lambda: through_centers(solid))
+        parted, is_well = into_boxes(solid, FLAT) if rows.is_on("cut: regions") else ([], False)
+        boxes = [*family("gaps", self.between), *family("regions", lambda: parted)]
         if is_well:
             yield from boxes
         if is_whole:
-            yield from around_features(self.solid, FLAT) or on_grid(self.solid, FLAT)
+            boxed = [*family("boxes", lambda: around_features(solid, FLAT))]
+            yield from boxed or family("grids", lambda: on_grid(solid, FLAT))
         if not is_well:
             yield from boxes
-        for find in (beside_holes, at_mitres, around_bores, at_crossings):
-            yield from find(self.solid)
+        yield from family("beside holes", lambda: beside_holes(solid))
+        yield from family("mitres", lambda: at_mitres(solid))
+        yield from family("around bores", lambda: around_bores(solid))
+        yield from family("crossings", lambda: at_crossings(solid))
         rims, others = self.at_edges()
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
         is_early = any(rim.price for rim in rims)
@@ -144,13 +151,14 @@ class _Cutters:
         yield from [*rims, *others][:MOST_CUTTERS]
         if not is_early:
             yield from self.closed()
-        yield from through_axes(self.solid)
-        yield from from_inside(self.solid)
+        yield from family("axes", lambda: through_axes(solid))
+        yield from family("stars", lambda: from_inside(solid))
 
     def closed(self) -> Iterator[Cutter]:
         """What closes circles under themselves."""
-        for find in (under_bored_bosses, under_rims, under_circles):
-            yield from find(self.solid, FLAT)
+        yield from family("bored bosses", lambda: under_bored_bosses(self.solid, FLAT))
+        yield from family("cushions", lambda: under_rims(self.solid, FLAT))
+        yield from family("circles", lambda: under_circles(self.solid, FLAT))
 
     def at_edges(self) -> tuple[list[Cutter], list[Cutter]]:
         """Rims carried on at once; batches and single ones of what the surfaces at edges in the way give."""
@@ -176,7 +184,8 @@ class _Cutters:
             + columns,
             key=lambda cutter: -cutter.weight,
         )
-        return list(self.rims()), [*self.batches(columns), *single]
+        others = [*family("batches", lambda: self.batches(columns)), *family("edges", lambda: single)]
+        return [*family("rims", self.rims)], others
 
     def in_the_way(self, edge: Edge) -> bool:
         """Whether the solid is re-entrant there, the edge an imprint, or its face contradicts a neighbour."""

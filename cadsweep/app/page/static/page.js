@@ -23,6 +23,19 @@
     return [camera.position, end, 2 * half * Math.max(1, Math.min(2, box.width / box.height))];
   }
 
+  // A part that is known is not drawn yet: there is no camera, and nothing is picked, before the scene has come.
+  let n_drawn = 0, looked = "";
+  const every = (one) => [one, ...(one.dependencies || []).flatMap(every)];
+  function drawn(scene) {
+    const parts = every(scene), camera = parts.find((one) => /Camera$/.test(one.type));
+    if (camera && looked !== JSON.stringify(camera.properties.position)) { // another part: the view keeps its camera by itself
+      looked = JSON.stringify(camera.properties.position);
+      view().setCamera({ ...camera.properties, centerOfRotation: camera.properties.focalPoint });
+    }
+    n_drawn = parts.filter((one) => /Actor$/.test(one.type)).length;
+    document.querySelector("#view").dataset.drawn = n_drawn;
+  }
+
   let down = null, hovering = null, waiting = false, last = 0;
   function watch(element) {
     if (element.dataset.watched) return;
@@ -31,7 +44,7 @@
     element.addEventListener("pointerup", (e) => {
       const still = down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 4 && down[2] === 0;
       down = null;
-      if (still && e.button === 0) pull("pick_at", ...sight(e, element), e.shiftKey || e.ctrlKey || e.metaKey);
+      if (still && e.button === 0 && n_drawn) pull("pick_at", ...sight(e, element), e.shiftKey || e.ctrlKey || e.metaKey);
     }, true);
     element.addEventListener("pointermove", (e) => {
       hovering = down ? null : e;
@@ -42,7 +55,7 @@
   async function hover(element) {
     const event = hovering;
     last = Date.now();
-    try { if (event) await pull("hover_at", ...sight(event, element)); } finally { waiting = false; }
+    try { if (event && n_drawn) await pull("hover_at", ...sight(event, element)); } finally { waiting = false; }
   }
 
   const typing = (e) => ["INPUT", "SELECT", "TEXTAREA"].includes(e.target.tagName);
@@ -65,6 +78,7 @@
   });
 
   const actions = {
+    drawn,
     async handUp(event, trigger) {
       const file = event.target.files[0];
       event.target.value = "";
