@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
-from .names.selection import select_edges, select_edges_of, select_faces, select_vertices
+from .names.selection import select_edges, select_edges_of, select_faces, select_faces_of_all, select_vertices
 from .trial import noting
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ __all__ = [
     "select_edges",
     "select_edges_of",
     "select_faces",
+    "select_faces_of_all",
     "select_vertices",
     "split_cell",
     "write_step",

@@ -19,7 +19,6 @@ from ..errors import InputError, SurfaceMeshError
 from ..options import SweepOptions
 from ..surface import Motion, Partners
 from .periodic import SAME, edge_images, motions_between
-from .subsets import subset
 
 Place = tuple[int, int]
 """A cell, and its id of a face."""
@@ -49,16 +48,10 @@ def faces_called(part: Part, model: Part, word: str | int, *, outer: bool = True
     InputError
         Nothing has such a name.
     """
-    wanted: set[tuple[str, str]] = set()
-    refused: InputError | None = None
-    for cell, solid in enumerate(model.solids):
-        name = model.models[model.owners[cell]].name
-        try:
-            wanted |= {(name, solid.faces[f].key) for f in cad.select_faces(subset(model, [cell]), word)}
-        except InputError as error:
-            refused = refused or error
-    if not wanted and refused is not None:
-        raise refused
+    wanted = {
+        (model.models[model.owners[cell]].name, model.solids[cell].faces[f].key)
+        for cell, f in cad.select_faces_of_all(model, word)
+    }
     beyond = neighbours_of(part)
     return frozenset(
         (cell, face.id)

@@ -396,3 +396,12 @@ def test_nodes_of_a_contact_slide_on_its_face_and_along_its_edges_when_smoothing
     assert free.after >= 0.3
     points[free.nodes] = free.positions
     assert np.abs(np.hypot(*points[inside, :2].T)[:, None] - [2.0, 3.0]).min(axis=1).max() < 1e-9
+
+
+def test_a_selector_on_solids_that_touch_means_their_outermost_faces():
+    """The smaller plate's own faces are no part of what is matched."""
+    whole = assembly(low=block(20, 20, 4), top=block(8, 8, 4, (6, 6, 4)))
+    mesh = cs.sweep_mesh(whole, size=2.0, periodic={"<Y": ">Y"})
+    (pairs,) = mesh.periodic.values()
+    assert np.allclose(mesh.points[pairs[:, 1]] - mesh.points[pairs[:, 0]], (0, 20, 0))
+    assert mesh.points[pairs, 2].max() <= mesh.points[mesh.hexes[mesh.parts["low"]], 2].max() + 1e-9

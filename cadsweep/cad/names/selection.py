@@ -19,7 +19,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ...brep import Edge, Face, FormerFace, Part, Solid
 from ...errors import InputError
@@ -55,6 +55,33 @@ def select_faces(part: Part, selector: str | int) -> tuple[int, ...]:
         Nothing matches; the message lists names and ids.
     """
     return _select(part, selector, "face")
+
+
+def select_faces_of_all(part: Part, selector: str | int) -> list[tuple[int, int]]:
+    """Find faces of any solid of a part: a selector chooses among the faces of all of them together.
+
+    Returns
+    -------
+    list of (int, int)
+        Cell and face id, ascending. ``"<Y"`` are the outermost faces of the model, and not those of every solid.
+
+    Raises
+    ------
+    InputError
+        Nothing matches.
+    """
+    text = str(selector).strip().removeprefix("faces:").strip()
+    found: list[tuple[int, int]] = []
+    for cell, solid in enumerate(part.solids):
+        word = text if isinstance(selector, str) else selector
+        found += [(cell, face) for face in _by_word(part, solid.faces, word, "face")]
+    if not found and isinstance(selector, str) and _looks_like_selector(text) and not _is_name(part, text):
+        places = [(cell, face.id) for cell, solid in enumerate(part.solids) for face in solid.faces]
+        shapes = [shape for solid in part.solids for shape in _holder(solid).faces]
+        found = [places[j] for j in _chosen(shapes, text, "face")]
+    if not found:
+        select_faces(part, selector)  # says what there is
+    return found
 
 
 def select_edges(part: Part, selector: str | int) -> tuple[int, ...]:
@@ -190,15 +217,22 @@ def _looks_like_selector(text: str) -> bool:
 
 
 def _by_selector(solid: Solid, text: str, kind: Literal["face", "edge", "vertex"]) -> tuple[int, ...]:
+    holder = _holder(solid)
+    shapes = {"face": holder.faces, "edge": holder.edges, "vertex": holder.vertices}[kind]
+    return _chosen(shapes, text, kind)
+
+
+def _holder(solid: Solid) -> SolidShape:
+    holder: SolidShape = solid.kernel  # type: ignore[assignment]
+    return holder
+
+
+def _chosen(shapes: Sequence[Any], text: str, kind: Literal["face", "edge", "vertex"]) -> tuple[int, ...]:
+    """Numbers of the shapes that a CadQuery selector chooses."""
     import cadquery
 
-    holder: SolidShape = solid.kernel  # type: ignore[assignment]
-    if kind == "face":
-        candidates = [cadquery.Face(shape) for shape in holder.faces]
-    elif kind == "edge":
-        candidates = [cadquery.Edge(shape) for shape in holder.edges]
-    else:
-        candidates = [cadquery.Vertex(shape) for shape in holder.vertices]
+    make = {"face": cadquery.Face, "edge": cadquery.Edge, "vertex": cadquery.Vertex}[kind]
+    candidates = [make(shape) for shape in shapes]
     try:
         chosen = set(cadquery.selectors.StringSyntaxSelector(text).filter(candidates))
     except Exception as error:
