@@ -93,7 +93,13 @@ def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
 
 
 def find_interface_slides(
-    part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True, outside: bool = True
+    part: Part,
+    joined: JoinedMesh,
+    names: NamedFaces,
+    *,
+    along_edges: bool = True,
+    outside: bool = True,
+    every_edge: bool = False,
 ) -> InterfaceSlides:
     """Find the nodes of contacts, and of the faces around them, that may move.
 
@@ -106,6 +112,8 @@ def find_interface_slides(
         Let nodes move along the edges of contacts, too; not where their places were asked for.
     outside : bool
         Let nodes inside outer faces move; not where they have to answer others.
+    every_edge : bool
+        Let nodes move along all edges, not those of contacts alone.
     """
     n = len(joined.points)
     surface, curve = np.full((2, n), -1, dtype=np.int64)
@@ -119,7 +127,7 @@ def find_interface_slides(
         solid = part.solids[cell]
         surface[quads[:, :4]] = len(surfaces)
         surfaces.append(solid.faces[face].surface)
-        if not between:
+        if not (between or every_edge):
             continue
         edge_keys |= {int(solid.edge_keys[e]): solid.edges[e].curve for e in solid.faces[face].edges}
     uses = np.zeros(n, dtype=np.int64)

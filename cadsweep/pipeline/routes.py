@@ -7,6 +7,7 @@ one sweep       one solid                               the best of its sweeps, 
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
 decomposition   one planar solid, no stack either       cells of cuts on one skeleton
 cut             one solid of any faces                  the same, cut by OpenCASCADE
+fitted grid     one solid that all others refuse        a grid, its skin laid on the faces
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 
@@ -61,6 +62,8 @@ FAIR_STACK = 0.5
 """The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
+_SAID = {"_mesh_swept": "sweep", "_mesh_columns": "columns", "_mesh_cells": "cells"}
+"""What the record of a mesh calls the ways."""
 _MOST_LOOKED_AT = 60
 """Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
 whether cells are better than columns; both take seconds for more."""
@@ -144,9 +147,14 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     CadSweepError
         None makes a mesh; says what would.
     """
+    if options.fitted:
+        return _mesh_fitted(part, options, run, None)
     try:
         return _by_ways(part, options, run)
     except NotSweepableError as refused:
+        mesh = _fitted_instead(part, options, run, refused)
+        if mesh is not None:
+            return mesh
         raise _proposing(part, options, refused) from refused
     except (InvertedHexError, SurfaceMeshError) as refused:
         from .remedies import find_remedy
@@ -165,7 +173,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         if best is None and way is _mesh_cells:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
-            mesh = way(part, options, run, refused, share)
+            mesh = _said(way(part, options, run, refused, share), _SAID[way.__name__])
         except CadSweepError as error:
             if best is not None:
                 log.info("no cells instead of a poor mesh: %s", error)
@@ -282,6 +290,31 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     from .decomposing import is_planar, mesh_cut, mesh_decomposed
 
     return (mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share)
+
+
+def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: NotSweepableError) -> AnyMesh | None:
+    """A fitted grid of what no other way fills; None where none fits, or what is asked for is not to be had of one."""
+    from .fitted_grids import asked_in_vain
+
+    if options.fitted is False or not options.decompose or asked_in_vain(options):
+        return None
+    try:
+        return _mesh_fitted(part, options, run, refused)
+    except NotSweepableError as error:  # the reason why nothing better was to be had says more
+        log.info("%s", error)
+        return None
+
+
+def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
+    """By a fitted grid."""
+    from .fitted_grids import mesh_fitted
+
+    return _said(mesh_fitted(part, options, run, refused), "fitted")
+
+
+def _said(mesh: AnyMesh, way: str) -> AnyMesh:
+    """The mesh, with the way that it was made by in its record."""
+    return replace(mesh, info={**mesh.info, "way": way})
 
 
 def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
