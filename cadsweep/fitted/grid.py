@@ -43,7 +43,7 @@ class Grid(NamedTuple):
 
 def choose_planes(solid: Solid, facets: Facets, size: float) -> list[FloatArray]:
     """Coordinates of the grid's planes along each axis, one more on either side of the part."""
-    planes = []
+    planes: list[FloatArray] = []
     for axis in range(3):
         low, high = float(facets.points[:, axis].min()), float(facets.points[:, axis].max())
         flat = [
@@ -51,14 +51,14 @@ def choose_planes(solid: Solid, facets: Facets, size: float) -> list[FloatArray]
             for face in solid.faces
             if face.kind == "plane" and 1.0 - abs(face.normal[axis]) < _ALIGNED
         ]
-        wanted = [(x, _CLOSEST[0]) for _, x in sorted(flat, reverse=True)]
+        wanted: list[tuple[float, float]] = [(x, _CLOSEST[0]) for _, x in sorted(flat, reverse=True)]
         wanted += [(low, _CLOSEST[1]), (high, _CLOSEST[1])]
         wanted += [(float(x), _CLOSEST[1]) for x in solid.vertices[:, axis]]
         along = np.linspace(0.0, 1.0, 17)
         for edge in solid.edges:
             if edge.kind != "line":
-                x = edge.curve.evaluate(along)[:, axis]
-                wanted += [(float(x.min()), _CLOSEST[2]), (float(x.max()), _CLOSEST[2])]
+                own = edge.curve.evaluate(along)[:, axis]
+                wanted += [(float(own.min()), _CLOSEST[2]), (float(own.max()), _CLOSEST[2])]
         kept: list[float] = []
         for x, apart in wanted:
             if all(abs(x - other) > apart * size for other in kept):

@@ -49,7 +49,7 @@ _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
 _FINER = (1.0, 0.75, 0.55, 0.4)
 """Sizes that are tried, over the first."""
-_TIME = 45.0
+_TIME = 20.0
 """Seconds after which no finer grid is begun."""
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
