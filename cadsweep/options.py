@@ -142,6 +142,9 @@ class SweepOptions:
         How often every hexahedron of the finished mesh is made into eight (:func:`cadsweep.refine`).
     decompose : bool
         Cut a solid that no sweep fits into cells.
+    fitted : bool or None
+        Fill the solid by a fitted grid: True, whatever else could; False, never; None, where nothing else makes a mesh
+        of a single solid and `decompose` is on.
     cuts : sequence or None
         Cuts of the user's own, made first: ``"plane z=3"``, ``"plane 1,1,0,2.5"``, ``"face 12"``, a STEP or BREP file,
         CadQuery planes, faces and solids. A shape cuts as far as it reaches, a face of the part itself is extended.
@@ -201,6 +204,7 @@ class SweepOptions:
     allow_coarse: bool = False
     refine: int = 0
     decompose: bool = True
+    fitted: bool | None = None
     cuts: Sequence[Any] | None = None
     decompose_time: float | None = None
     suppress: Sequence[str] | None = None

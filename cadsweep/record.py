@@ -23,6 +23,8 @@ class MeshRecord(Mapping[str, Any]):
 
     Attributes
     ----------
+    way : str, mapping of str to str, or None
+        How its solid was filled: ``sweep``, ``columns``, ``cells`` or ``fitted``; of several by name.
     part : str or None
         What the CAD model calls the part.
     material : str or None
@@ -72,6 +74,7 @@ class MeshRecord(Mapping[str, Any]):
     ['assembly', 'cad']
     """
 
+    way: str | Mapping[str, str] | None = None
     part: str | None = None
     material: str | None = None
     materials: Mapping[str, str] | None = None

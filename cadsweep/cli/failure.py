@@ -33,6 +33,7 @@ _SPECIAL = {
     "smoothing=False": "--no-smoothing",
     "residual=False": "--no-residual",
     "decompose=False": "--no-decompose",
+    "fitted=True": "--fitted",
     "isolated=True, ": "",
     "same_mesh=True": "same_mesh = true",
 }

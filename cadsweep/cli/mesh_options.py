@@ -238,6 +238,11 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="ROW",
             help="Switch a rule off by its name, as 'cap: fan'; may be repeated.",
         ),
+        click.option(
+            "--fitted/--no-fitted",
+            default=None,
+            help="Fill the solid by a fitted grid, or never; without it, where nothing else makes a mesh.",
+        ),
         click.option("--allow-inverted", is_flag=True, help="Write a mesh that is not valid, marked as such."),
         click.option(
             "--allow-coarse", is_flag=True, help="Write a mesh whose volume or area is more than 5 % off the CAD's."

@@ -126,6 +126,7 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
     report = mesh.info.get("quality") or mesh.quality()
     return plain(
         {
+            "way": mesh.info.get("way"),
             "n_nodes": mesh.n_nodes,
             "n_hexes": mesh.n_hexes,
             "min_scaled_jacobian": report.min_scaled_jacobian,

@@ -43,7 +43,7 @@ OWN = (
         "periodic",
         "local_sizes",
     ),
-    *("cuts", "decompose", "decompose_time", "only", "skip", "interfaces"),
+    *("cuts", "decompose", "decompose_time", "fitted", "only", "skip", "interfaces"),
 )
 """Options that a mesh brings along, so that none may be asked for besides."""
 

@@ -255,6 +255,7 @@ def figures(mesh: BlockMesh) -> dict[str, Any]:
     """What is said of a mesh that is not in memory: the figures of ``cadsweep mesh --json``."""
     info, report = mesh.info, mesh.info["quality"]
     return {
+        "way": info.get("way"),
         "n_nodes": report.n_nodes,
         "n_hexes": report.n_hexes,
         "min_scaled_jacobian": report.min_scaled_jacobian,

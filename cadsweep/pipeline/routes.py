@@ -7,6 +7,7 @@ one sweep       one solid                               the best of its sweeps, 
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
 decomposition   one planar solid, no stack either       cells of cuts on one skeleton
 cut             one solid of any faces                  the same, cut by OpenCASCADE
+fitted grid     one solid that all others refuse        a grid, its skin laid on the faces
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 
@@ -142,11 +143,19 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     CadSweepError
         None makes a mesh; says what would.
     """
+    if options.fitted:
+        return _mesh_fitted(part, options, run, None)
     try:
         return _by_ways(part, options, run)
     except NotSweepableError as refused:
+        mesh = _fitted_instead(part, options, run, refused)
+        if mesh is not None:
+            return mesh
         raise _proposing(part, options, refused) from refused
     except (InvertedHexError, SurfaceMeshError) as refused:
+        mesh = _fitted_instead(part, options, run, refused)
+        if mesh is not None:
+            return mesh
         from .remedies import find_remedy
 
         raise refused.about(try_=find_remedy(part, options, refused, _mesh_plainly) or refused.try_) from refused
@@ -169,7 +178,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = way(part, options, run, refused, share)
+                mesh = _said(way(part, options, run, refused, share), row.removeprefix("way: "))
         except CadSweepError as error:
             if best is not None:
                 log.info("no cells instead of a poor mesh: %s", error)
@@ -289,6 +298,32 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     return (mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share)
 
 
+def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> AnyMesh | None:
+    """A fitted grid of what no other way fills; None where none fits, or what is asked for is not to be had of one."""
+    from .fitted_grids import asked_in_vain
+
+    if not rows.is_on(FITTED) or options.fitted is False or not options.decompose or asked_in_vain(options):
+        return None
+    try:
+        return _mesh_fitted(part, options, run, refused)
+    except NotSweepableError as error:  # the reason why nothing better was to be had says more
+        log.info("%s", error)
+        return None
+
+
+def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
+    """By a fitted grid."""
+    from .fitted_grids import mesh_fitted
+
+    rows.took([FITTED])
+    return _said(mesh_fitted(part, options, run, refused), "fitted")
+
+
+def _said(mesh: AnyMesh, way: str) -> AnyMesh:
+    """The mesh, with the way that it was made by in its record."""
+    return replace(mesh, info={**mesh.info, "way": way})
+
+
 def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
     """By the best of its stacks."""
     from .stacking import mesh_stacks_instead
@@ -305,5 +340,7 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh
 
 
+FITTED = "way: fitted"
+"""The way that is tried where these are all refused."""
 WAYS = {"way: sweep": _mesh_swept, "way: columns": _mesh_columns, "way: cells": _mesh_cells}
 """The ways to a mesh of one solid, in the order in which they are tried."""

@@ -13,7 +13,7 @@ from ..errors import InputError, did_you_mean
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
-from .routes import WAYS
+from .routes import FITTED, WAYS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -27,6 +27,7 @@ def all_rows() -> tuple[str, ...]:
     """
     return (
         *WAYS,
+        FITTED,
         *(attempt.row for attempt in ATTEMPTS),
         *(f"cut: {name}" for name in FAMILIES),
         *(filling.row for filling in FILLINGS),

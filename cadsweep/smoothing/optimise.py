@@ -28,7 +28,7 @@ LEAST_GAIN = 0.01
 """Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""
 
 
-class _Energy:
+class MovedEnergy:
     """Energy and gradient of a patch as a function of its free coordinates, in units of the mean length."""
 
     def __init__(self, patch: Patch, points: FloatArray) -> None:
@@ -98,7 +98,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     (n, 3) float64
         New positions; those of nodes that are not free are the given ones, bit for bit.
     """
-    energy, solve = _Energy(patch, points), _solver(patch)
+    energy, solve = MovedEnergy(patch, points), solver_of(patch)
     free = energy.x[patch.free]
     energy(free)
     best, best_score = points, patch.score(points)
@@ -108,7 +108,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
         before = energy(free)[0]
         free, _ = minimise(energy, free, solve, n_steps=iterations)
         after = energy(free)[0]
-        moved = _kept(patch, points, energy.positions(free))
+        moved = kept(patch, points, energy.positions(free))
         score = patch.score(moved)
         free = energy.coordinates(moved)
         if score.beats(best_score):
@@ -128,7 +128,7 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
         As for :func:`untangled`.
     """
     best, best_score = points, patch.score(points)
-    energy, solve = _Energy(patch, points), _solver(patch)
+    energy, solve = MovedEnergy(patch, points), solver_of(patch)
     energy.eps = 1e-9
     free = energy.x[patch.free]
     energy.shape_weight = 0.05
@@ -153,25 +153,25 @@ def _brought_back(
 
     Movements go along tangents: far ones leave a curved face, or pass the ends of edges, and nodes end upon each other.
     """
-    moved = _kept(patch, points, wanted.copy())
+    moved = kept(patch, points, wanted.copy())
     score = patch.score(moved)
     if patch.snap is None or score.beats(best_score) or not patch.score(wanted).beats(best_score):
         return moved, score
     for share in SHARES:
-        nearer = _kept(patch, points, best + share * (wanted - best))
+        nearer = kept(patch, points, best + share * (wanted - best))
         value = patch.score(nearer)
         if value.beats(best_score):
             return nearer, value
     return moved, score
 
 
-def _solver(patch: Patch) -> Callable[[FloatArray], FloatArray]:
+def solver_of(patch: Patch) -> Callable[[FloatArray], FloatArray]:
     """The Laplacian's inverse between movements that the free nodes can follow."""
     solve = laplacian_solver(patch)
     return solve if patch.projectors is None else lambda moves: patch.allowed(solve(patch.allowed(moves)))
 
 
-def _kept(patch: Patch, points: FloatArray, moved: FloatArray) -> FloatArray:
+def kept(patch: Patch, points: FloatArray, moved: FloatArray) -> FloatArray:
     """Scaling there and back rounds: nodes that are not free take their given coordinates, others go to their faces."""
     moved[~patch.free] = points[~patch.free]
     return moved if patch.snap is None else patch.snap(moved)

@@ -1,0 +1,206 @@
+"""The grid: planes on the part's own planes, vertices and extremes, cells kept where they are inside, made manifold.
+
+What is inside is told by rays along the three axes through facets of the faces, two of three agreeing: facets of two
+faces need not meet along a curved edge, and a ray may slip through there.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Solid
+from ..cells import HEX_FACES
+from ..compiled import compiled
+from ..errors import SurfaceMeshError
+
+_ALIGNED = 1e-6
+"""Sine of the angle up to which a plane face is normal to an axis."""
+_CLOSEST = (0.35, 0.6, 0.75)
+"""Distance of two planes of the grid over the size: of those on plane faces, on vertices, on extremes of edges."""
+_MOST_MENDED = 200
+"""Rounds of mending until the skin is manifold; each adds or takes away a cell at every bad place."""
+
+
+class Facets(NamedTuple):
+    """Triangles of all faces: points (n, 3), triangles (t, 3) counter-clockwise from outside, the face (t,) of each."""
+
+    points: FloatArray
+    triangles: IntArray
+    faces: IntArray
+
+
+class Grid(NamedTuple):
+    """Hexahedra (m, 8) of points (n, 3), and the quads (q, 4) of their skin, outward."""
+
+    points: FloatArray
+    hexes: IntArray
+    quads: IntArray
+
+
+def choose_planes(solid: Solid, facets: Facets, size: float) -> list[FloatArray]:
+    """Coordinates of the grid's planes along each axis, one more on either side of the part."""
+    planes: list[FloatArray] = []
+    for axis in range(3):
+        low, high = float(facets.points[:, axis].min()), float(facets.points[:, axis].max())
+        flat = [
+            (face.area, float(face.center[axis]))
+            for face in solid.faces
+            if face.kind == "plane" and 1.0 - abs(face.normal[axis]) < _ALIGNED
+        ]
+        wanted: list[tuple[float, float]] = [(x, _CLOSEST[0]) for _, x in sorted(flat, reverse=True)]
+        wanted += [(low, _CLOSEST[1]), (high, _CLOSEST[1])]
+        wanted += [(float(x), _CLOSEST[1]) for x in solid.vertices[:, axis]]
+        along = np.linspace(0.0, 1.0, 17)
+        for edge in solid.edges:
+            if edge.kind != "line":
+                own = edge.curve.evaluate(along)[:, axis]
+                wanted += [(float(own.min()), _CLOSEST[2]), (float(own.max()), _CLOSEST[2])]
+        kept: list[float] = []
+        for x, apart in wanted:
+            if all(abs(x - other) > apart * size for other in kept):
+                kept.append(x)
+        kept.sort()
+        laid = [kept[0] - size]
+        for low, high in itertools.pairwise(kept):
+            n = max(1, round((high - low) / size))
+            laid += np.linspace(low, high, n, endpoint=False).tolist()
+        planes.append(np.array([*laid, kept[-1], kept[-1] + size]))
+    return planes
+
+
+def keep_inside(planes: list[FloatArray], facets: Facets) -> Grid:
+    """Keep cells whose middle is inside, and mend where the skin is not manifold.
+
+    Raises
+    ------
+    SurfaceMeshError
+        No cell is inside, or the skin cannot be made manifold.
+    """
+    middles = [0.5 * (own[1:] + own[:-1]) for own in planes]
+    votes = np.zeros([len(own) for own in middles], dtype=np.int64)
+    for axis in range(3):
+        turned = [(axis + 1) % 3, (axis + 2) % 3, axis]
+        corners = facets.points[facets.triangles][:, :, turned]
+        inside = np.zeros([len(middles[d]) for d in turned], dtype=np.bool_)
+        # A hair beside the middle: facets' own vertices often lie on it, and a ray through one may be counted twice.
+        hair = [1.37e-7, 2.41e-7]
+        rays = [middles[d] + h * np.ptp(planes[d]) for d, h in zip(turned, hair, strict=False)]
+        _cross(corners, rays[0], rays[1], middles[axis], inside)
+        votes += np.transpose(inside, np.argsort(turned))
+    kept = _manifold(votes >= 2)
+    if not kept.any():
+        raise SurfaceMeshError("no cell of the grid is inside")
+    return _grid(planes, kept)
+
+
+@compiled()
+def _cross(corners, xs, ys, zs, inside):  # type: ignore[no-untyped-def]
+    """Flip what lies above each triangle, ray by ray."""
+    for t in range(corners.shape[0]):
+        ax, ay, az = corners[t, 0]
+        bx, by, bz = corners[t, 1]
+        cx, cy, cz = corners[t, 2]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0:
+            continue
+        i0, i1 = np.searchsorted(xs, min(ax, bx, cx)), np.searchsorted(xs, max(ax, bx, cx))
+        j0, j1 = np.searchsorted(ys, min(ay, by, cy)), np.searchsorted(ys, max(ay, by, cy))
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                u = ((bx - xs[i]) * (cy - ys[j]) - (by - ys[j]) * (cx - xs[i])) / area
+                v = ((cx - xs[i]) * (ay - ys[j]) - (cy - ys[j]) * (ax - xs[i])) / area
+                w = 1.0 - u - v
+                if u >= 0.0 and v >= 0.0 and w >= 0.0:
+                    z = u * az + v * bz + w * cz
+                    for k in range(np.searchsorted(zs, z), len(zs)):
+                        inside[i, j, k] = not inside[i, j, k]
+
+
+def _manifold(kept: np.ndarray) -> np.ndarray:
+    """The largest connected piece, cells added where two touch along an edge or at a corner alone."""
+    from scipy.ndimage import label
+
+    kept = kept.copy()
+    for _ in range(_MOST_MENDED):
+        pieces, n = label(kept)
+        if n > 1:
+            kept = pieces == 1 + int(np.argmax(np.bincount(pieces.ravel())[1:]))
+        bad = _bad_corner(kept)
+        if bad is None:
+            return kept
+        kept[bad] = True
+    raise SurfaceMeshError("the skin of the grid cannot be made manifold")
+
+
+def _bad_corner(kept: np.ndarray) -> tuple[IntArray, IntArray, IntArray] | None:
+    """A missing cell at every corner around which the cells inside, or those outside, do not hang together."""
+    nx, ny, nz = kept.shape
+    around = np.stack(
+        [kept[i : nx - 1 + i, j : ny - 1 + j, k : nz - 1 + k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    )
+    code = np.tensordot(1 << np.arange(8), around.astype(np.int64), axes=1)
+    at = np.argwhere(_FILL[code] >= 0)
+    if not len(at):
+        return None
+    rows: dict[tuple[int, int, int], None] = {}
+    touched: set[tuple[int, int, int]] = set()
+    for i, j, k in at.tolist():
+        if any((i + a, j + b, k + c) in touched for a in (0, 1) for b in (0, 1) for c in (0, 1)):
+            continue  # the cell that is added beside it may have mended it
+        fill = int(_FILL[code[i, j, k]])
+        cell = (i + (fill >> 2 & 1), j + (fill >> 1 & 1), k + (fill & 1))
+        rows[cell] = None
+        touched |= {(i + a, j + b, k + c) for a in (0, 1) for b in (0, 1) for c in (0, 1)}
+    found = np.array(list(rows), dtype=np.int64)
+    return found[:, 0], found[:, 1], found[:, 2]
+
+
+def _hangs_together(cells: set[int]) -> bool:
+    left, front = set(cells), [next(iter(cells))] if cells else []
+    while front:
+        one = front.pop()
+        if one in left:
+            left.discard(one)
+            front += [one ^ bit for bit in (1, 2, 4) if one ^ bit in left]
+    return not left
+
+
+def _fills() -> IntArray:
+    """For each of 256 ways to have cells around a corner: which one to add, -1 where the skin is manifold there."""
+    good = [
+        _hangs_together({c for c in range(8) if code >> c & 1})
+        and _hangs_together({c for c in range(8) if not code >> c & 1})
+        for code in range(256)
+    ]
+    fills = np.full(256, -1, dtype=np.int64)
+    for code in range(256):
+        if not good[code]:
+            missing = [c for c in range(8) if not code >> c & 1]
+            mended = [c for c in missing if good[code | 1 << c]]
+            # Where one does not do, the one with most neighbours: another round adds the next.
+            fills[code] = (
+                mended[0] if mended else max(missing, key=lambda c: sum(code >> (c ^ b) & 1 for b in (1, 2, 4)))
+            )
+    return fills
+
+
+_FILL = _fills()
+
+
+def _grid(planes: list[FloatArray], kept: np.ndarray) -> Grid:
+    """Nodes and hexahedra of the cells that are kept, and their skin."""
+    shape = tuple(len(own) for own in planes)
+    i, j, k = np.nonzero(kept)
+    steps = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    hexes = np.stack([np.ravel_multi_index((i + a, j + b, k + c), shape) for a, b, c in steps], axis=1)
+    used, numbers = np.unique(hexes, return_inverse=True)
+    hexes = numbers.reshape(-1, 8)
+    at = np.unravel_index(used, shape)
+    points = np.stack([own[index] for own, index in zip(planes, at, strict=True)], axis=1)
+    every = hexes[:, HEX_FACES].reshape(-1, 4)
+    _, first, counts = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
+    return Grid(points, hexes, every[np.sort(first[counts == 1])])

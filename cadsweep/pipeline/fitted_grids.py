@@ -1,0 +1,178 @@
+"""A solid filled by a fitted grid, where no sweep, columns or cuts are to be had.
+
+Place in the flow: the last row of the ways of :mod:`.routes`. Grids are tried from coarse to fine until the model's
+topology is found on one, its mesh is valid and good enough, and it passes every check that other meshes pass.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from .. import cad
+from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
+from ..blocks.joined import JoinedMesh
+from ..blocks.naming import name_faces
+from ..brep import Part, Solid
+from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..fitted import (
+    Facets,
+    Fitted,
+    choose_planes,
+    keep_inside,
+    label_quads,
+    lay_sheets,
+    match_topology,
+    merge_seams,
+    name_pieces,
+    outside_of,
+    place_on_model,
+)
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..smoothing.untangle import Guards, untangle
+from .origin import made_of
+from .run import Run
+from .several import finish
+
+log = logging.getLogger(__name__)
+
+LEAST = 0.1
+"""Worst scaled Jacobian that a fitted grid must have: what is poorer than that is of little use."""
+_GOAL = 0.25
+"""What untangling tries to reach."""
+_GUARD = 0.25
+"""Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
+_FINER = (1.0, 0.75, 0.55, 0.4)
+"""Sizes that are tried, over the first."""
+_TIME = 20.0
+"""Seconds after which no finer grid is begun."""
+_CELLS = 2500
+"""Hexahedra about as many of which the first grid has where no size is asked for."""
+_MOST = 60_000
+"""Hexahedra beyond which no finer grid is begun where no size is asked for."""
+_SENSELESS = (
+    *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
+    *("sizes", "counts", "biases", "local_sizes"),
+)
+"""Options that speak of what a fitted grid has not: layers, caps, faces that answer each other, edges with sizes."""
+
+
+def asked_in_vain(options: SweepOptions) -> list[str]:
+    """Options that are given, and that a fitted grid cannot do."""
+    return [name for name in _SENSELESS if getattr(options, name) is not None]
+
+
+def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
+    """Mesh a part of one solid by a fitted grid; `refused` says why nothing else made a mesh.
+
+    Raises
+    ------
+    InputError
+        An option that makes no sense of a fitted grid.
+    NotSweepableError
+        No grid has the topology of the model, or none gives a good mesh; says of the finest what was wrong.
+    """
+    unknown = asked_in_vain(options)
+    if unknown:
+        raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
+    facets = _facets(part.solids[0])
+    began, problem = time.perf_counter(), "it would have too many hexahedra"
+    for size in _sizes(part, options):
+        if time.perf_counter() - began > _TIME:
+            break
+        try:
+            with run.stage("fitted grid"):
+                joined, slides = _fitted(part, facets, size, run)
+            mesh = finish(part, joined, options, run, notes=[_note(refused)], slides=lambda slides=slides: slides)  # type: ignore[misc]
+        except (SurfaceMeshError, InvertedHexError) as error:
+            problem = error.what
+            log.info("fitted grid of size %g: %s", size * part.scale, problem)
+            continue
+        assert isinstance(mesh, HexMesh), "it has no factors"
+        worst = float(mesh.info["quality"].min_scaled_jacobian)
+        if worst < LEAST:
+            problem = f"its worst scaled Jacobian is {worst:.2f}"
+        elif options.tolerance is not None and mesh.info["distance"] > options.tolerance:
+            problem = f"it is {mesh.info['distance']:.3g} off the faces"
+        else:
+            return made_of(mesh, part)
+    raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
+
+
+def _note(refused: CadSweepError | None) -> str:
+    why = "it was asked for" if refused is None else refused.what
+    return f"filled by a fitted grid, good for stiffness and not for layers along walls, because {why}"
+
+
+def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
+    solid = part.solids[0]
+    first = (solid.volume / _CELLS) ** (1.0 / 3.0) if options.size is None else options.size / part.scale
+    for share in _FINER:
+        if options.size is None and solid.volume / (first * share) ** 3 > _MOST:
+            return
+        yield first * share
+
+
+def _facets(solid: Solid) -> Facets:
+    points, triangles, faces, n = [], [], [], 0
+    for face, (own, corners) in enumerate(cad.find_facets(solid)):
+        points.append(own)
+        triangles.append(corners + n)
+        faces.append(np.full(len(corners), face, dtype=np.int64))
+        n += len(own)
+    return Facets(np.concatenate(points), np.concatenate(triangles), np.concatenate(faces))
+
+
+def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMesh, InterfaceSlides]:
+    """The mesh on a grid of a size, its nodes on the model and untangled, and how they may move on.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The grid has not the model's topology, or hexahedra stay inverted.
+    """
+    solid = part.solids[0]
+    grid = keep_inside(choose_planes(solid, facets, size), facets)
+    merged = merge_seams(solid)
+    labels = label_quads(solid, merged, facets, grid.points, grid.quads, size)
+    chains = match_topology(solid, merged, grid.points, grid.quads, labels, size)
+    mesh = lay_sheets(
+        solid, Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains=chains), size
+    )
+    joined = JoinedMesh(
+        points=place_on_model(solid, mesh),
+        hexes=mesh.hexes,
+        hex_cells=np.zeros(len(mesh.hexes), dtype=np.int64),
+        quads=mesh.quads,
+        quad_cells=np.zeros(len(mesh.quads), dtype=np.int64),
+        quad_faces=mesh.labels,
+        edge_nodes={int(solid.edge_keys[edge]): nodes for edge, nodes in mesh.chains.items()},
+    )
+    slides = find_interface_slides(part, joined, name_faces(part, {}))
+    free = np.ones(len(joined.points), dtype=bool)
+    free[joined.quads] = False
+    n_at_first = len(joined.hexes)
+
+    def on_round(left: int) -> bool:
+        run.on_progress("fitted grid", 1.0 - left / n_at_first)
+        return False
+
+    found = untangle(
+        joined.points,
+        joined.hexes,
+        free | slides.mask,
+        np.full((len(joined.hexes), 3), size),
+        slides,
+        goal=_GOAL,
+        guards=Guards(*outside_of(solid, mesh, _GUARD * size)),
+        on_round=on_round,
+    )
+    if found.worst <= 0:
+        raise SurfaceMeshError("hexahedra stay inverted once the grid lies on the model")
+    faces = name_pieces(merged, facets, found.points, joined.quads, joined.quad_faces)
+    return replace(joined, points=found.points, quad_faces=faces), slides

@@ -1,0 +1,130 @@
+"""Untangling all of a mesh at once, its boundary nodes moving along the faces and edges that they are on.
+
+Place in the flow: ``pipeline`` calls it on a mesh whose nodes were just put on the model, and whose inner edges say
+nothing yet about how long they should be; what it leaves is polished by :func:`cadsweep.smoothing.improve`.
+
+Method: the regularised shape energy of :mod:`.energy`, its regularisation fading with what is inverted, over all nodes.
+Between rounds nodes go back to their entities exactly, and the directions in which they may move are found again.
+
+What it does not handle: a quad of the boundary that its own nodes cannot make convex.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..projection.descent import minimise
+from .optimise import MovedEnergy, polished, solver_of
+from .patch import Patch, proven_values
+from .sliding import Slides
+
+_ROUNDS = 14
+"""Rounds at most; what is untangled at all mostly needs five."""
+_STEPS = 40
+"""Steps of the minimiser a round: directions along faces hold for about as far."""
+_IDLE = 4
+"""Rounds without fewer inverted hexahedra after which it ends."""
+
+
+class Untangled(NamedTuple):
+    """Points (n, 3), and the worst scaled Jacobian; 0 where a hexahedron is not valid or the boundary folds."""
+
+    points: FloatArray
+    worst: float
+
+
+class Guards(NamedTuple):
+    """Hexahedra outside, on the quads of the boundary: without them it may fold over an inner edge, all inside valid.
+
+    Attributes
+    ----------
+    hexes : (q, 8) int64
+        Of nodes of the mesh and, numbered after these, of outer ones.
+    outer : callable
+        Takes points (n, 3) and returns the outer nodes (g, 3), each off its face along the normal.
+    """
+
+    hexes: IntArray
+    outer: Callable[[FloatArray], FloatArray]
+
+
+def untangle(
+    points: FloatArray,
+    hexes: IntArray,
+    free: BoolArray,
+    lengths: FloatArray,
+    slides: Slides,
+    *,
+    goal: float,
+    guards: Guards,
+    on_round: Callable[[int], bool] = lambda left: False,
+) -> Untangled:
+    """Move nodes until no hexahedron is inverted, then on until the worst is at a goal.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    hexes : (m, 8) int64
+    free : (n,) bool
+        Nodes that may move; those of `slides` along their faces and edges only.
+    lengths : (m, 3) float64
+        Wanted edge lengths of every hexahedron.
+    slides : Slides
+    guards : Guards
+    goal : float
+        Scaled Jacobian that every hexahedron should reach.
+    on_round : callable
+        Told how many hexahedra are inverted; what it returns ends the rounds.
+    """
+    nodes, n = np.flatnonzero(free), len(points)
+    every = np.concatenate([hexes, guards.hexes])
+    lengths = np.concatenate([lengths, np.repeat(np.median(lengths, axis=0)[None], len(guards.hexes), axis=0)])
+
+    def guarded(points: FloatArray) -> FloatArray:
+        return np.concatenate([points, guards.outer(points)])
+
+    def patch_at(points: FloatArray) -> Patch:
+        def snap(moved: FloatArray) -> FloatArray:
+            moved[nodes] = slides.snapped(nodes, moved[nodes], points[nodes])
+            return moved
+
+        return Patch(
+            points=points,
+            hexes=every,
+            free=np.concatenate([free, np.zeros(len(points) - n, dtype=bool)]),
+            lengths=lengths,
+            goals=np.full(len(every), goal),
+            projectors=slides.projectors(nodes, points[nodes]),
+            snap=snap,
+        )
+
+    def key_of(points: FloatArray) -> tuple[int, float]:
+        values = proven_values(guarded(points), every)
+        return int((values <= 0).sum()), -float(values[: len(hexes)].min())
+
+    best, best_key, idle = points, key_of(points), 0
+    for _ in range(_ROUNDS):
+        if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
+            break
+        patch = patch_at(guarded(points))
+        energy = MovedEnergy(patch, patch.points)
+        x = energy.x[patch.free]
+        energy(x)
+        energy.eps = np.sqrt(1e-6 + 0.04 * min(energy.least, 0.0) ** 2)
+        x, _ = minimise(energy, x, solver_of(patch), n_steps=_STEPS)
+        assert patch.snap is not None
+        points = patch.snap(energy.positions(x))[:n]
+        key = key_of(points)
+        idle = 0 if key[0] < best_key[0] else idle + 1
+        if key < best_key:
+            best, best_key = points, key
+    if best_key[0] == 0 and -best_key[1] < goal:
+        patch = patch_at(guarded(best))
+        polished_too = polished(patch, patch.points)[:n]
+        if key_of(polished_too) < best_key:
+            best, best_key = polished_too, key_of(polished_too)
+    return Untangled(best, 0.0 if best_key[0] else -best_key[1])

@@ -1,0 +1,113 @@
+"""A fitted grid: valid, on the model, with every edge of it, and said to be one."""
+
+from math import pi
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.cells import HEX_FACES
+from cadsweep.errors import InputError, NotSweepableError
+from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold
+from cadsweep.pipeline import routes
+
+
+def bored_block():
+    """A block with bores from two sides and a slanted one, none of which meet."""
+    block = cq.Workplane().box(40, 30, 20)
+    block = block.cut(cq.Workplane("XY").center(-10, 5).circle(4).extrude(40, both=True))
+    block = block.cut(cq.Workplane("XZ").center(8, 0).circle(3).extrude(40, both=True))
+    slanted = cq.Workplane("XY").transformed(rotate=(0, 35, 0)).center(-1, -9).circle(2.5).extrude(60, both=True)
+    return block.cut(slanted)
+
+
+@pytest.fixture(scope="module")
+def meshed():
+    return cs.sweep_mesh(bored_block(), fitted=True, names={"inlet": "faces:<X"})
+
+
+def test_it_is_valid_and_has_the_volume_of_the_model(meshed):
+    report = meshed.quality()
+    assert report.valid
+    assert report.min_scaled_jacobian >= 0.1
+    volume = bored_block().val().Volume()
+    # Chords of bores of five segments or more are off by less than a quarter of the bores, which are under a tenth.
+    assert abs(report.volume - volume) < 0.02 * volume
+
+
+def test_its_boundary_is_closed_and_manifold(meshed):
+    every = np.sort(meshed.hexes[:, HEX_FACES].reshape(-1, 4), axis=1)
+    _, first, counts = np.unique(every, axis=0, return_index=True, return_counts=True)
+    assert counts.max() == 2
+    outer = meshed.hexes[:, HEX_FACES].reshape(-1, 4)[first[counts == 1]]
+    sides = np.sort(np.stack([outer, np.roll(outer, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
+    assert sum(len(quads) for quads in meshed.boundaries.values()) == len(outer)
+
+
+def test_every_sharp_edge_of_the_model_is_a_chain_of_nodes_on_it(meshed):
+    solid = meshed.origin.part.solids[0]
+    joined = meshed.origin.joined
+    for edge in solid.edges:
+        if abs(edge.dihedral - pi) < 1e-3:
+            continue
+        chain = joined.edge_nodes[int(solid.edge_keys[edge.id])]
+        assert edge.curve.distance(joined.points[chain]).max() < 1e-9 * solid.size
+        assert np.allclose(joined.points[chain[[0, -1]]], solid.vertices[[edge.start, edge.end]])
+        # In order along the edge, and as long as it but for chords.
+        assert (np.diff(edge.curve.project(joined.points[chain])) > 0).all()
+
+
+def test_faces_keep_their_names_and_the_record_says_how_it_was_filled(meshed):
+    assert (meshed.points[meshed.boundaries["inlet"]][..., 0] == -20).all()
+    assert meshed.record.way == "fitted"
+    assert any("fitted grid" in note for note in meshed.record.notes)
+
+
+def test_it_is_taken_where_all_else_is_refused_and_not_where_it_is_forbidden(monkeypatch):
+    def refuse(*_):
+        raise NotSweepableError("no way")
+
+    monkeypatch.setattr(routes, "_by_ways", refuse)
+    mesh = cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0)
+    assert mesh.record.way == "fitted"
+    assert "because no way" in mesh.record.notes[-1]
+    assert mesh.n_hexes == 24  # 4 x 3 x 2 cells of the size asked for
+    with pytest.raises(NotSweepableError, match="no way"):
+        cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0, fitted=False)
+    with pytest.raises(NotSweepableError, match="no way"):
+        cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0, layers=2)
+
+
+def test_what_is_swept_stays_so_and_says_it():
+    assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0).record.way == "sweep"
+
+
+@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"periodic": {"a": "b"}}])
+def test_what_a_fitted_grid_has_not_is_refused_by_name(asked):
+    with pytest.raises(InputError, match=next(iter(asked))):
+        cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True, **asked)
+
+
+def test_a_round_inner_edge_is_refused_and_named():
+    boss = cq.Workplane().box(10, 8, 4).faces(">Z").workplane().circle(2.5).extrude(3)
+    with pytest.raises(NotSweepableError, match=r"edge \d+ \(circle"):
+        cs.sweep_mesh(boss, fitted=True)
+
+
+def test_cells_that_touch_along_an_edge_or_at_a_corner_alone_are_joined():
+    # Of the 256 ways to have cells around a corner, filling on always ends: all eight are manifold.
+    for first in range(256):
+        code = first
+        for _ in range(8):
+            if _FILL[code] < 0:
+                break
+            assert not code >> _FILL[code] & 1
+            code |= 1 << int(_FILL[code])
+        assert _FILL[code] < 0
+    kept = np.zeros((6, 6, 6), dtype=bool)
+    kept[1:3, 1:3, 1:3] = True
+    kept[3, 3, 2] = kept[3, 4, 2] = True  # along an edge
+    kept[2, 3, 1] = True
+    assert _bad_corner(_manifold(kept)) is None
