@@ -112,20 +112,19 @@ def find_interface_slides(
     curves: list[Curve] = []
     of_contact: set[int] = set()
     around: dict[int, set[tuple[int, str]]] = {}
-    for (cell, face), quads in by_face(joined):
-        between = names.first.get((cell, face), False)  # of the two sides of a contact one is enough
-        if not between and (cell, face) not in names.outside:
-            continue
+    for cell, face in names.outside | names.between:
         solid = part.solids[cell]
         own = solid.faces[face]
-        keys = {int(solid.edge_keys[e]) for e in own.edges}
-        of_contact |= keys if between else set()
-        for key in keys:
+        for key in map(int, solid.edge_keys[list(own.edges)]):
             # Pieces of one face of the model that a cut parted are one face.
             around.setdefault(key, set()).add((part.owners[cell], own.key or f"{cell}, {face}"))
-        if between or outside:
+            if (cell, face) in names.between:
+                of_contact.add(key)
+    for (cell, face), quads in by_face(joined):
+        between = names.first.get((cell, face), False)  # of the two sides of a contact one is enough
+        if between or (outside and (cell, face) in names.outside):
             surface[quads[:, :4]] = len(surfaces)
-            surfaces.append(own.surface)
+            surfaces.append(part.solids[cell].faces[face].surface)
     edges = {
         int(key): edge.curve
         for solid in part.solids
