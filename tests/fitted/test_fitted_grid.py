@@ -94,7 +94,7 @@ def test_what_is_swept_stays_so_and_says_it():
     assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0).record.way == "sweep"
 
 
-@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"periodic": {"a": "b"}}])
+@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"cuts": ["plane z=0"]}])
 def test_what_a_fitted_grid_has_not_is_refused_by_name(asked):
     with pytest.raises(InputError, match=next(iter(asked))):
         cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True, **asked)
