@@ -26,6 +26,7 @@ import numpy as np
 
 from .. import cad, rows
 from ..blocks.block_mesh import BlockMesh
+from ..blocks.joined import neighbours_of
 from ..brep import Part
 from ..errors import (
     CadError,
@@ -114,6 +115,8 @@ def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     chosen = options.only is not None or options.skip is not None
     # These are about the source, which is open now.
     options = replace(options, params=None, part=None, names=None, suppress=None)
+    if options.fitted and (options.cuts or neighbours_of(part)):
+        raise InputError("fitted=True goes without cuts and without contacts: a fitted grid fills a solid by itself")
     if options.cuts:
         from .decomposing import mesh_user_cut
 

@@ -80,11 +80,21 @@ def test_it_is_taken_where_all_else_is_refused_and_not_where_it_is_forbidden(mon
         cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0, layers=2)
 
 
+def test_a_cube_with_a_dimple_in_three_sides_which_nothing_else_fills_is_filled():
+    shape = cq.Workplane().box(20, 20, 20)
+    for place in ((10, 3, 2), (2, 10, 3), (3, 2, 10)):
+        shape = shape.cut(cq.Workplane().sphere(4).translate(place))
+    mesh = cs.sweep_mesh(shape, decompose_time=0.2)
+    assert mesh.record.way == "fitted"
+    assert mesh.record.quality.valid
+    assert mesh.record.quality.min_scaled_jacobian >= 0.1
+
+
 def test_what_is_swept_stays_so_and_says_it():
     assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0).record.way == "sweep"
 
 
-@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"periodic": {"a": "b"}}])
+@pytest.mark.parametrize("asked", [{"layers": 3}, {"sizes": {"faces:>Z": 0.2}}, {"cuts": ["plane z=0"]}])
 def test_what_a_fitted_grid_has_not_is_refused_by_name(asked):
     with pytest.raises(InputError, match=next(iter(asked))):
         cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True, **asked)
