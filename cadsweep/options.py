@@ -127,7 +127,8 @@ class SweepOptions:
         Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs.
     only, skip : sequence of str or None
         Solids of an assembly to be meshed, or not to be meshed, by name.
-    order : {1, 2}
+    order : int
+        1 to 8.
         Polynomial order of the hexahedra.
     nodes : {20, 27}
         Nodes of a hexahedron of order 2.
@@ -225,9 +226,9 @@ class SweepOptions:
         _names("only", self.only)
         _names("skip", self.skip)
         _names("suppress", self.suppress)
-        _one_of("order", self.order, (1, 2))
+        _one_of("order", self.order, tuple(range(1, 9)))
         _one_of("nodes", self.nodes, (20, 27))
-        if self.nodes == 27 and self.order == 1:
+        if self.nodes == 27 and self.order != 2:
             raise InputError("nodes=27 goes with order=2")
         _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)
