@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
 from .errors import UnknownNameError, did_you_mean
+from .lattice import order_of
 from .record import MeshRecord
 from .verbs import do
 
@@ -144,13 +145,13 @@ class HexMesh:
     ----------
     points : (n, 3) float64
         Nodes in model length units.
-    hexes : (m, 8), (m, 20) or (m, 27) int64
-        VTK node order.
-    boundaries : dict of str to (q, 4), (q, 8) or (q, 9) int64
+    hexes : (m, 8), (m, 20), (m, 27) or (m, (p + 1)^3) int64
+        VTK node order; above order 2 that of its Lagrange hexahedra (:mod:`cadsweep.lattice`).
+    boundaries : dict of str to (q, 4), (q, 8), (q, 9) or (q, (p + 1)^2) int64
         Quads of each named boundary, outward.
     parts : dict of str to (h,) int64
         Hex ids of each named volume.
-    interfaces : dict of str to (q, 4), (q, 8) or (q, 9) int64
+    interfaces : dict of str to (q, 4), (q, 8), (q, 9) or (q, (p + 1)^2) int64
         Quads between two parts, outward from the one that the name begins with.
     periodic : dict of str to (p, 2) int64
         Pairs of nodes of two boundaries whose meshes answer each other, as ``"left__right"``: each node of the first
@@ -215,8 +216,8 @@ class HexMesh:
 
     @property
     def order(self) -> int:
-        """Polynomial order, 1 or 2."""
-        return 1 if self.hexes.shape[1] == 8 else 2
+        """Polynomial order, 1 to 8; 0 of an array that is none of hexahedra."""
+        return order_of(self.hexes.shape[1])
 
     @property
     def n_nodes(self) -> int:

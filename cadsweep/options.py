@@ -130,7 +130,8 @@ class SweepOptions:
         Solids of an assembly to be meshed, or not to be meshed, by name.
     skip_unmeshable : bool
         Leave out the solids of an assembly that cannot be meshed; a note names each and says why.
-    order : {1, 2}
+    order : int
+        1 to 8.
         Polynomial order of the hexahedra.
     nodes : {20, 27}
         Nodes of a hexahedron of order 2.
@@ -237,9 +238,9 @@ class SweepOptions:
         _names("skip", self.skip)
         _names("suppress", self.suppress)
         _names("without", self.without)
-        _one_of("order", self.order, (1, 2))
+        _one_of("order", self.order, tuple(range(1, 9)))
         _one_of("nodes", self.nodes, (20, 27))
-        if self.nodes == 27 and self.order == 1:
+        if self.nodes == 27 and self.order != 2:
             raise InputError("nodes=27 goes with order=2")
         _one_of("refine", self.refine, range(9))
         _name_or_number("part", self.part)

@@ -25,6 +25,7 @@ FOUNDATION = {
     "cells",
     "corner_blocks",
     "mesh",
+    "lattice",
     "record",
     "rows",
     "quality",
@@ -95,7 +96,7 @@ ALLOWED = {
     "report": {"view", "cad"},
     # What the pipeline assembles: values made of a stage's results, and their files.
     "blocks": {"io", "projection"},
-    "order2": {"blocks"},
+    "orders": {"blocks"},
     # What is done to a finished mesh, of whatever blocks.
     "entity": {"blocks", "projection"},
 }
@@ -138,7 +139,7 @@ def test_no_circle_of_imports():
     assert not left, f"modules that know each other, or know some that do: {sorted(left)[:12]}"
 
 
-CORE = {"projection", "arrays", "brep", "sweep", "cells", "mesh", "record", "quality", "errors", "brief"}
+CORE = {"projection", "arrays", "lattice", "brep", "sweep", "cells", "mesh", "record", "quality", "errors", "brief"}
 
 
 @pytest.mark.parametrize("path", [p for p in MODULES if stage_of(p) in CORE], ids=str)

@@ -202,7 +202,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Parameter of a CadQuery script; may be repeated.",
         ),
         click.option(
-            "--order", type=click.IntRange(1, 2), default=1, show_default=True, help="Order of the hexahedra."
+            "--order", type=click.IntRange(1, 8), default=1, show_default=True, help="Order of the hexahedra."
         ),
         click.option(
             "--nodes",

@@ -151,7 +151,12 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
         raise InputError(f"the scale is a positive, finite number, not {scale}")
     if scale != 1.0:
         mesh = replace(mesh, points=mesh.points * scale)
-    labelled = label_mesh(mesh, max_name=getattr(module, "MAX_NAME", 80), reserved=getattr(module, "RESERVED", ()))
+    labelled = label_mesh(
+        mesh,
+        max_name=getattr(module, "MAX_NAME", 80),
+        reserved=getattr(module, "RESERVED", ()),
+        most_order=getattr(module, "MOST_ORDER", 2),
+    )
     try:
         if _suffix(path) == _FOLDER:
             labelled = module.with_whole_boundary(labelled)

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..errors import InputError
+from ..lattice import MOST, order_of, quad_size
 from ..mesh import HexMesh
 from .names import portable_names
 from .sides import corner_keys, find_sides
@@ -26,10 +27,6 @@ logger = logging.getLogger(__name__)
 
 DEFAULT_PART = "volume"
 """Name of the hexes that belong to no part."""
-
-HEX_SIZES = (8, 20, 27)
-QUAD_SIZES = {8: (4,), 20: (8,), 27: (9,)}
-"""Nodes of a boundary quad, by the nodes of a hex."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,9 +99,9 @@ class LabelledMesh:
     Attributes
     ----------
     points : (n, 3) float64
-    hexes : (m, 8 | 20 | 27) int64
+    hexes : (m, 8 | 20 | (p + 1)^3) int64
         VTK order.
-    quads : (q, 4 | 8 | 9) int64
+    quads : (q, 4 | 8 | (p + 1)^2) int64
         Every boundary quad once, in the order in which the boundaries name them.
     faces : Blocks
         Named boundaries, over `quads`.
@@ -162,7 +159,9 @@ def bounds_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return low, np.vstack([rows.max(axis=0).reshape(-1, 3), rest]).max(axis=0)
 
 
-def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] = ()) -> LabelledMesh:
+def label_mesh(
+    mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] = (), most_order: int = MOST
+) -> LabelledMesh:
     """Check a mesh's arrays and make them ready for writing.
 
     Raises
@@ -174,8 +173,13 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
     hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)
     if points.ndim != 2 or points.shape[1:] != (3,):
         raise InputError(f"points should have the shape (n, 3), not {points.shape}")
-    if hexes.ndim != 2 or hexes.shape[1] not in HEX_SIZES:
-        raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, 27), not {hexes.shape}")
+    if hexes.ndim != 2 or not order_of(hexes.shape[1]):
+        raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, (p + 1)^3), not {hexes.shape}")
+    if mesh.order > most_order:
+        raise InputError(
+            f"the format has no hexahedra of order {mesh.order}; write .vtu, .vtkhdf or .mesh, "
+            f"or take order={most_order}"
+        )
     if len(hexes) == 0:
         raise InputError("the mesh has no hexes; there is nothing to write")
     # What is not finite makes the sum so, in one pass; a sum of finite numbers may still overflow.
@@ -187,10 +191,10 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
     # An interface is a named set of quads as a boundary is: its name tells them apart, and its place inside the mesh.
     named = {**mesh.boundaries, **mesh.interfaces}
     boundaries = _renamed(named, max_name, reserved)
-    n_corners = QUAD_SIZES[hexes.shape[1]]
+    width = quad_size(hexes.shape[1])
     for name, quads in boundaries.items():
-        if quads.ndim != 2 or quads.shape[1] not in n_corners:
-            raise InputError(f"boundary {name!r} should have the shape (q, {n_corners[0]}), not {quads.shape}")
+        if quads.ndim != 2 or quads.shape[1] != width:
+            raise InputError(f"boundary {name!r} should have the shape (q, {width}), not {quads.shape}")
         _check_ids(quads, len(points), f"boundary {name!r}", "nodes")
     parts = _renamed(mesh.parts, max_name, reserved)
     materials = _materials(mesh)
@@ -200,7 +204,7 @@ def label_mesh(mesh: HexMesh, *, max_name: int = 80, reserved: Collection[str] =
         _check_ids(ids, len(hexes), f"part {name!r}", "hexes")
     info = {**mesh.info, "materials": materials, "colors": _recolored(mesh.info, named, boundaries, mesh.parts, parts)}
     boundaries, parts = _without_empty(boundaries, "boundary"), _without_empty(parts, "part")
-    quads, faces = _face_blocks(boundaries, n_corners[0])
+    quads, faces = _face_blocks(boundaries, width)
     faces = replace(faces, max_name=max_name)
     volumes = replace(_volume_blocks(parts, len(hexes)), max_name=max_name)
     renamed = dict(zip(named, _renamed(named, max_name, reserved), strict=True))

@@ -5,7 +5,8 @@ The attributes are the disjoint blocks of the groups; every name is an attribute
 (``mesh.bdr_attribute_sets["inlet"]``), so that overlapping groups are kept.
 
 Order 1 has ``vertices``; hex27 has ``nodes`` in the space ``L2_T1_3D_P2`` (every element its own 27 nodes, x fastest),
-as MFEM itself keeps curved meshes that are read from elsewhere. hex20 is no element of MFEM.
+as MFEM itself keeps curved meshes that are read from elsewhere, order p in ``L2_T4_3D_Pp`` (equispaced nodes). hex20 is
+no element of MFEM.
 
 Boundary quads that no name covers are written with an attribute of their own, ``unnamed``: MFEM wants the whole
 boundary.
@@ -23,17 +24,14 @@ from typing import BinaryIO
 import numpy as np
 
 from ..arrays import IntArray
-from ..cells import HEX_EDGES
 from ..errors import InputError
+from ..lattice import MOST, lexicographic, number_lattice, order_of
 from ..mesh import HexMesh
 from .labels import Blocks, LabelledMesh, check_nodes
-from .sides import SIDES, corner_keys, find_sides, quads_of_sides
+from .sides import SIDES, corner_keys
 from .text import write_rows
 
-LEXICOGRAPHIC = np.array(
-    [0, 8, 1, 11, 24, 9, 3, 10, 2, 16, 22, 17, 20, 26, 21, 19, 23, 18, 4, 12, 5, 15, 25, 13, 7, 14, 6]
-)
-"""``node(x + 3 y + 9 z) = vtk_nodes[LEXICOGRAPHIC[x + 3 y + 9 z]]``, x, y, z in 0, 1, 2."""
+MOST_ORDER = MOST
 
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
@@ -55,8 +53,10 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
         stream.write(b"3\n")
         write_rows(stream, "%r %r %r\n", mesh.points)
     else:
-        stream.write(b"\nnodes\nFiniteElementSpace\nFiniteElementCollection: L2_T1_3D_P2\nVDim: 3\nOrdering: 1\n\n")
-        write_rows(stream, "%r %r %r\n", mesh.points[mesh.hexes[:, LEXICOGRAPHIC].reshape(-1)])
+        order = order_of(size)
+        space = _space(order).encode()
+        stream.write(b"\nnodes\nFiniteElementSpace\nFiniteElementCollection: %s\nVDim: 3\nOrdering: 1\n\n" % space)
+        write_rows(stream, "%r %r %r\n", mesh.points[mesh.hexes[:, lexicographic(order)].reshape(-1)])
     stream.write(b"\nmfem_mesh_end\n")
 
 
@@ -170,31 +170,20 @@ def _floats(text: str, start: int) -> np.ndarray:
     return np.array(body.split(), dtype=np.float64)
 
 
+def _space(order: int) -> str:
+    """Discontinuous elements whose nodes are equispaced: type 1 to order 2 as MFEM writes itself, type 4 above."""
+    return f"L2_T{1 if order == 2 else 4}_3D_P{order}"
+
+
 def _curved(space: str, values: np.ndarray, hexes: IntArray, quads: IntArray) -> tuple[np.ndarray, IntArray, IntArray]:
-    if space != "L2_T1_3D_P2" or len(values) != len(hexes) * 81:
-        raise InputError(f"it has curved elements in the space {space}, or is cut short; L2_T1_3D_P2 is read")
-    vtk = np.argsort(LEXICOGRAPHIC)
-    spots = values.reshape(len(hexes), 27, 3)[:, vtk].reshape(-1, 3)
+    order = next((p for p in range(2, MOST + 1) if _space(p) == space), 0)
+    if not order or len(values) != len(hexes) * (order + 1) ** 3 * 3:
+        raise InputError(f"it has curved elements in the space {space}, or is cut short; {_space(2)} is read")
     # A node of several elements stands once for each. Corners are known by number, the others by their corners.
-    n = int(np.max(hexes)) + 1
-    edges = np.sort(hexes[:, HEX_EDGES], axis=2).reshape(-1, 2)
-    _, edge_of = np.unique(edges, axis=0, return_inverse=True)
-    order = [5, 3, 2, 4, 0, 1]  # HEX_FACES row of nodes 20 ... 25
-    _, face_of = corner_keys(hexes[:, SIDES[order, :4]].reshape(-1, 4))
-    edge_of = edge_of.reshape(len(hexes), 12)
-    n_edges, n_faces = int(np.max(edge_of)) + 1, int(np.max(face_of)) + 1
-    full = np.hstack(
-        [
-            hexes,
-            n + edge_of,
-            n + n_edges + face_of.reshape(len(hexes), 6),
-            (n + n_edges + n_faces + np.arange(len(hexes)))[:, None],
-        ]
-    )
-    points = np.empty((n + n_edges + n_faces + len(hexes), 3))
-    points[full.reshape(-1)] = spots
-    of, sides = find_sides(full, quads, len(points)) if len(quads) else (np.empty(0, int), np.empty(0, int))
-    return points, full, quads_of_sides(full, of, sides)
+    lattice = number_lattice(hexes, int(np.max(hexes)) + 1, order)
+    points = np.empty((lattice.n_nodes, 3))
+    points[lattice.hexes[:, lexicographic(order)].reshape(-1)] = values.reshape(-1, 3)
+    return points, lattice.hexes, lattice.quads(quads)
 
 
 def _sets(text: str, keyword: str, tags: IntArray, stem: str) -> dict[str, list[int]]:

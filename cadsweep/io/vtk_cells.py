@@ -13,12 +13,14 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
+from ..lattice import MOST, quad_size
 from ..mesh import HexMesh
 from .labels import LabelledMesh, check_nodes
 from .sides import find_sides
 
-CELL_TYPES = {8: 12, 20: 25, 27: 29}
-"""Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``)."""
+LAGRANGE = 72
+CELL_TYPES = {8: 12, 20: 25, 27: 29} | {(order + 1) ** 3: LAGRANGE for order in range(3, MOST + 1)}
+"""Nodes of a hex to VTK's cell type; cadsweep's node order is VTK's (``vtkCellType.h``; 72 are Lagrange)."""
 
 NODE_IDS, HEX_IDS, GHOSTS = "GlobalNodeIds", "GlobalHexIds", "vtkGhostType"
 """Data arrays of a grid in pieces; see :mod:`cadsweep.io.pvtu`."""
@@ -92,7 +94,7 @@ def grid_mesh(
     hexes, is_hex = hexes_of_cells(connectivity, offsets, types)
     check_nodes(hexes, len(points))
     boundaries = {}
-    width = {8: 4, 20: 8, 27: 9}[hexes.shape[1]]
+    width = quad_size(hexes.shape[1])
     for name in field_data.get("boundary_names", []):
         quads = np.asarray(field_data.get(f"boundary:{name}", np.empty((0, width))), dtype=np.int64)
         boundaries[str(name)] = quads.reshape(-1, width)
@@ -138,21 +140,21 @@ def join_pieces(
 
 
 def hexes_of_cells(connectivity: IntArray, offsets: IntArray, types: IntArray) -> tuple[IntArray, np.ndarray]:
-    """Hexes (m, 8 | 20 | 27) of a list of mixed cells, and which cells they are."""
+    """Hexes (m, 8 | 20 | (p + 1)^3) of a list of mixed cells, and which cells they are."""
     types = np.asarray(types)
     sizes = np.diff(offsets)
     if len(sizes) != len(types) or (sizes < 0).any() or (len(offsets) and offsets[-1] > len(connectivity)):
         raise InputError("its list of cells is cut short or does not fit together")
     solid = ~np.isin(types, list(_FLAT_TYPES))
     kinds = sorted(set(types[solid].tolist()))
-    by_type = {code: size for size, code in CELL_TYPES.items()}
     if not kinds:
         raise InputError("it has no hexahedra")
-    if len(kinds) > 1 or kinds[0] not in by_type:
+    if len(kinds) > 1 or kinds[0] not in CELL_TYPES.values():
         raise InputError(f"it has cells of the VTK types {', '.join(map(str, kinds))}; one kind of hexahedron is read")
-    size = by_type[kinds[0]]
-    if (sizes[solid] != size).any():
-        raise InputError(f"a hexahedron should have {size} nodes")
+    size = int(sizes[solid][0])
+    if (sizes[solid] != size).any() or CELL_TYPES.get(size) != kinds[0]:
+        known = sorted(nodes for nodes, code in CELL_TYPES.items() if code == kinds[0])
+        raise InputError(f"its hexahedra should have one number of nodes, of {', '.join(map(str, known))}")
     if solid.all():
         return connectivity[: len(types) * size].reshape(-1, size), solid
     return connectivity[offsets[:-1][solid][:, None] + np.arange(size)], solid
@@ -179,6 +181,7 @@ __all__ = [
     "CELL_TYPES",
     "GHOSTS",
     "HEX_IDS",
+    "LAGRANGE",
     "NODE_IDS",
     "QUAD_PLACES",
     "color_fields",

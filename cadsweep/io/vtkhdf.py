@@ -20,6 +20,7 @@ import h5py
 import numpy as np
 
 from ..errors import CadSweepError, InputError
+from ..lattice import MOST
 from ..mesh import HexMesh
 from . import vtk_cells
 from .compare import same_bytes
@@ -27,6 +28,7 @@ from .hdf5 import load
 from .labels import LabelledMesh
 
 VERSION = (2, 2)
+MOST_ORDER = MOST
 
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:

@@ -37,12 +37,14 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
+from ..lattice import MOST
 from ..mesh import HexMesh
 from . import vtk_cells
 from .compare import ExpectedBytes
 from .labels import LabelledMesh
 
 CELL_TYPES = vtk_cells.CELL_TYPES
+MOST_ORDER = MOST
 _NAMES = {
     "Float64": "f8", "Float32": "f4", "Int64": "i8", "Int32": "i4", "Int16": "i2", "Int8": "i1",
     "UInt64": "u8", "UInt32": "u4", "UInt16": "u2", "UInt8": "u1",
@@ -101,9 +103,11 @@ def write_grid(
         offset += 8 + data.nbytes
         return head
 
+    # Files of version 2.1 and before are read as having edges 10 and 11 of Lagrange cells exchanged.
+    version = "2.2" if vtk_cells.CELL_TYPES[hexes.shape[1]] == vtk_cells.LAGRANGE else "1.0"
     order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
     xml = (
-        f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{order}"'
+        f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="{version}" byte_order="{order}"'
         f' header_type="UInt64">\n<UnstructuredGrid>\n<FieldData>\n'
         + "".join(array(name, values, tuples=True) for name, values in fields.items())
         + f'</FieldData>\n<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(hexes)}">\n<PointData{marks[0]}>\n'

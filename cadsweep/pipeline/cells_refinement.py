@@ -2,7 +2,7 @@
 
 Place in the flow: :func:`cadsweep.refine` comes here where the mesh is not of one sweep.
 
-Method: the new nodes are those of hexahedra of 27 nodes (:mod:`cadsweep.order2`): on the CAD's edges and faces, and
+Method: the new nodes are those of hexahedra of 27 nodes (:mod:`cadsweep.orders`): on the CAD's edges and faces, and
 inside by the bow of the edges, which fades harmonically, and by transfinite interpolation. Where the checks find an
 invalid hex, the new nodes, and they alone, are smoothed.
 """
@@ -21,10 +21,11 @@ from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import NamedFaces
 from ..brep import Part
+from ..lattice import find_rows
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..order2.curving import curves_of, surfaces_of
-from ..order2.elevate import find_rows, place_lattice
+from ..orders.curving import curves_of, surfaces_of
+from ..orders.elevate import place_lattice
 from ..projection.target import GOOD_ENOUGH
 from .cells_accuracy import boundary_distance
 from .origin import CellsOrigin

@@ -1,4 +1,4 @@
-"""A candidate sweep as a mesh: in memory, of order 1 or 2, or in blocks."""
+"""A candidate sweep as a mesh: in memory, of any order, or in blocks."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from ..blocks.reference import make_reference
 from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..order2.curving import project_to_edges, project_to_faces
-from ..order2.elevate import elevate
+from ..orders.curving import project_to_edges, project_to_faces
+from ..orders.elevate import elevate
 from ..quality import QualityReport, check_mesh
 from ..sweep import Sweep
 from .candidates import Made, checked, refuse
@@ -35,8 +35,8 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             return check_mesh(mesh, cad=reference)
 
     factored, report = checked(factored, check, options, run, reached)
-    if options.order == 2 and (report.valid or options.allow_inverted):
-        with run.stage("order 2"):
+    if options.order > 1 and (report.valid or options.allow_inverted):
+        with run.stage(f"order {options.order}"):
             mesh = raised(mesh, Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options))
         with run.stage("quality"):
             report = check_mesh(mesh, cad=reference)
@@ -66,9 +66,10 @@ def make_blocks(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reach
 
 
 def raised(mesh: HexMesh, origin: Origin) -> HexMesh:
-    """The mesh with order 2, its middles on the CAD's edges and faces."""
+    """The mesh of the order asked for, its nodes on the CAD's edges and faces."""
     return elevate(
         mesh,
+        order=origin.options.order,
         nodes=origin.options.nodes,
         curves=project_to_edges(origin.part, origin.sweep, origin.surfaces),
         surfaces=project_to_faces(origin.part, origin.sweep, origin.factored),

@@ -3,7 +3,7 @@
 Place in the flow: after a mesh is made; :func:`refine` is public, and ``refine=K`` of ``sweep_mesh`` calls it.
 
 Method: on the boundary the new nodes are those of hexahedra of 27 nodes: middles of segments on the CAD's edges,
-middles and centres of quads on its faces (:mod:`cadsweep.order2`). They make a source cap, rings and a target cap with
+middles and centres of quads on its faces (:mod:`cadsweep.orders`). They make a source cap, rings and a target cap with
 half the steps, and the inner nodes of those come from one factored sweep. What it places a coarse node away from where
 it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
 the nodes that stay. Caps are evened out where quads at a rim got worse (:mod:`.refined_caps`). Where the checks find
@@ -29,8 +29,8 @@ from ..blocks.reference import make_reference
 from ..errors import InputError
 from ..mesh import HexMesh, SurfaceMesh
 from ..options import SweepOptions
-from ..order2.curving import project_to_edges, project_to_faces
-from ..order2.elevate import elevate, place_lattice
+from ..orders.curving import project_to_edges, project_to_faces
+from ..orders.elevate import elevate, place_lattice
 from ..projection import project_layers
 from ..quality import check_mesh
 from ..segments import ring_segments
@@ -116,8 +116,8 @@ def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
         fine, halved = _halved_mesh(fine)
         parents = parents[halved.parents]
         kept = halved.nodes[kept]
-    if mesh.order == 2:
-        fine = _second_order(fine, mesh.hexes.shape[1])
+    if mesh.order > 1:
+        fine = _high_order(fine, mesh.order, mesh.hexes.shape[1])
     return with_pairs(replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept}))
 
 
@@ -153,11 +153,12 @@ def _first_order(mesh: HexMesh, origin: Origin) -> HexMesh:
     return replace(plain, points=mesh.points[: plain.n_nodes], origin=origin)
 
 
-def _second_order(mesh: HexMesh, nodes: int) -> HexMesh:
+def _high_order(mesh: HexMesh, order: int, nodes: int) -> HexMesh:
     origin: Origin = mesh.origin
     part, sweep = origin.part, origin.sweep
     curved = elevate(
         mesh,
+        order=order,
         nodes=nodes,
         curves=project_to_edges(part, sweep, origin.surfaces),
         surfaces=project_to_faces(part, sweep, origin.factored),

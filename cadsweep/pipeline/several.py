@@ -27,8 +27,8 @@ from ..errors import InvertedHexError
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..order2.curving import curves_of, surfaces_of
-from ..order2.elevate import elevate
+from ..orders.curving import curves_of, surfaces_of
+from ..orders.elevate import elevate
 from ..plan import Fill
 from ..quality import QualityReport, check_mesh
 from ..quality.thickness import single_share
@@ -175,7 +175,7 @@ def finish(
         error = refusal(report)
         error.solids = _at_fault(mesh, report)
         raise error
-    if options.order == 2 and not (options.allow_coarse or options.allow_inverted or options.refine):
+    if options.order > 1 and not (options.allow_coarse or options.allow_inverted or options.refine):
         off = report.volume / volume - 1.0
         if abs(off) > COARSE:
             raise coarse(f"its volume is {off:+.1%} off the CAD's")
@@ -292,10 +292,11 @@ def checked_cells(
             points[better.nodes] = better.positions
             joined = joined.moved(points)
             mesh, report = checked(joined)
-    if options.order == 2 and (report.valid or options.allow_inverted):
-        with run.stage("order 2"):
+    if options.order > 1 and (report.valid or options.allow_inverted):
+        with run.stage(f"order {options.order}"):
             mesh = elevate(
                 mesh,
+                order=options.order,
                 nodes=options.nodes,
                 curves=curves_of(part, joined),
                 surfaces=surfaces_of(part, joined, names),

@@ -273,8 +273,8 @@ def _finished(origin: Origin, template: Template, run: Run) -> HexMesh:
             factored = smoothed(factored)
             mesh = factored.to_mesh()
             report = check_mesh(mesh, cad=reference)
-    if options.order == 2 and (report.valid or options.allow_inverted):
-        with run.stage("order 2"):
+    if options.order > 1 and (report.valid or options.allow_inverted):
+        with run.stage(f"order {options.order}"):
             mesh = raised(mesh, replace(origin, factored=factored))
             report = check_mesh(mesh, cad=reference)
     if not report.valid and not options.allow_inverted:

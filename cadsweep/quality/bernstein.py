@@ -1,9 +1,10 @@
 """Is the Jacobian of a hexahedron positive everywhere inside? Bernstein bounds, subdivided until decided.
 
 Place in the flow: :mod:`cadsweep.quality.accumulate` sends the hexahedra here whose first bound did
-not decide (some per ten thousand), and every hex20 and hex27.
+not decide (some per ten thousand), and every hexahedron of order 2 and above; of orders above 2 those that do not bend
+count as of order 1.
 
-Method. The Jacobian determinant is a polynomial: of degree (2, 2, 2) for hex8, (5, 5, 5) for hex27,
+Method. The Jacobian determinant is a polynomial: of degree 3 p - 1 in each direction: 2 for hex8, 5 for hex27,
 and hex20 is a hex27 whose inner nodes follow from the others. Its Bernstein coefficients are formed
 by products of those of the three columns, without evaluation points. Coefficients that are all
 positive prove the polynomial positive; a corner coefficient is a value, and disproves it. What is
@@ -18,10 +19,13 @@ Johnen, Remacle, Geuzaine, "Geometrical validity of curvilinear finite elements"
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..compiled import compiled
+from ..lattice import lexicographic, order_of
 from .kernels import ZERO
 
 MAX_BOXES = 20_000
@@ -30,14 +34,6 @@ MAX_BOXES = 20_000
 MAX_DEPTH = 40
 """Halvings of one hexahedron: the smallest box is at the rounding of its parameters."""
 
-_TENSOR_8 = np.array([0, 1, 3, 2, 4, 5, 7, 6])
-"""Corner i + 2 j + 4 k of a hexahedron in VTK's order."""
-
-_TENSOR_27 = np.array(
-    [0, 8, 1, 11, 24, 9, 3, 10, 2, 16, 22, 17, 20, 26, 21, 19, 23, 18, 4, 12, 5, 15, 25, 13, 7, 14, 6]
-)
-"""Node i + 3 j + 9 k of a hex27 in VTK's order."""
-
 
 def positive_inside(points: FloatArray, hexes: IntArray) -> tuple[np.ndarray, FloatArray]:
     """Decide for every hexahedron whether its Jacobian is positive everywhere.
@@ -45,7 +41,7 @@ def positive_inside(points: FloatArray, hexes: IntArray) -> tuple[np.ndarray, Fl
     Parameters
     ----------
     points : (n, 3) float64
-    hexes : (m, 8), (m, 20) or (m, 27) int64
+    hexes : (m, 8), (m, 20) or (m, (p + 1)^3) int64
         VTK node order.
 
     Returns
@@ -58,22 +54,51 @@ def positive_inside(points: FloatArray, hexes: IntArray) -> tuple[np.ndarray, Fl
     points = np.ascontiguousarray(points, dtype=np.float64)
     positive = np.zeros(len(hexes), dtype=np.bool_)
     volumes = np.zeros(len(hexes))
-    order = 1 if hexes.shape[1] == 8 else 2
+    order = order_of(hexes.shape[1])
     for first in range(0, len(hexes), 4096):
         some = slice(first, first + 4096)
-        controls = _controls(points, hexes[some], order)
-        _decide(controls, order, MAX_BOXES, MAX_DEPTH, positive[some], volumes[some])
+        grid = _grid(points, hexes[some], order)
+        bent = np.flatnonzero(_is_bent(grid)) if order > 2 else np.arange(len(grid))
+        if len(bent) < len(grid):
+            straight, corners = np.setdiff1d(np.arange(len(grid)), bent), np.array([0, order])
+            ends = np.ascontiguousarray(grid[np.ix_(straight, corners, corners, corners)])
+            _decide_some(ends, 1, first + straight, positive, volumes)
+        _decide_some(_controls(grid[bent], order), order, first + bent, positive, volumes)
     return positive, volumes
 
 
-def _controls(points: FloatArray, hexes: IntArray, order: int) -> FloatArray:
+def _decide_some(controls: FloatArray, order: int, at: IntArray, positive: np.ndarray, volumes: FloatArray) -> None:
+    own, sizes = np.zeros(len(at), dtype=np.bool_), np.zeros(len(at))
+    _decide(controls, order, MAX_BOXES, MAX_DEPTH, own, sizes)
+    positive[at], volumes[at] = own, sizes
+
+
+def _grid(points: FloatArray, hexes: IntArray, order: int) -> FloatArray:
+    """Nodes (m, order + 1, order + 1, order + 1, 3), indexed k, j, i."""
+    nodes = _with_inner_nodes(points[hexes]) if hexes.shape[1] == 20 else points[hexes]
+    n = order + 1
+    return np.ascontiguousarray(nodes[:, lexicographic(order)].reshape(-1, n, n, n, 3))
+
+
+def _is_bent(grid: FloatArray) -> np.ndarray:
+    """Which hexahedra are not, but for rounding, the trilinear ones of their corners."""
+    order = grid.shape[1] - 1
+    at = np.arange(order + 1) / order
+    ends = np.stack([1.0 - at, at], axis=1)
+    straight = np.einsum("kK,jJ,iI,mKJIc->mkjic", ends, ends, ends, grid[:, ::order, ::order, ::order], optimize=True)
+    off = np.abs(grid - straight).max(axis=(1, 2, 3, 4))
+    is_bent: np.ndarray = ~(off <= 1e-14 * np.abs(grid).max(axis=(1, 2, 3, 4)))
+    return is_bent
+
+
+def _controls(grid: FloatArray, order: int) -> FloatArray:
     """Bernstein control points (m, order + 1, order + 1, order + 1, 3), indexed k, j, i."""
     if order == 1:
-        return points[hexes[:, _TENSOR_8]].reshape(-1, 2, 2, 2, 3)
-    nodes = points[hexes] if hexes.shape[1] == 27 else _with_inner_nodes(points[hexes])
-    grid = nodes[:, _TENSOR_27].reshape(-1, 3, 3, 3, 3)
-    # The middle control point of a parabola through a, m, b is 2 m - (a + b) / 2.
-    to_control = np.array([[1.0, 0.0, 0.0], [-0.5, 2.0, -0.5], [0.0, 0.0, 1.0]])
+        return grid
+    at, degree = np.arange(order + 1) / order, np.arange(order + 1)
+    choose = np.array([math.comb(order, i) for i in range(order + 1)])
+    # The Bernstein polynomials at the nodes; of order 2 the inverse is exact: 2 m - (a + b) / 2.
+    to_control = np.linalg.inv(choose * at[:, None] ** degree * (1.0 - at[:, None]) ** (order - degree))
     return np.ascontiguousarray(
         np.einsum("kK,jJ,iI,mKJIc->mkjic", to_control, to_control, to_control, grid, optimize=True)
     )

@@ -26,6 +26,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..cells import BlockStructure
+from ..lattice import EDGES, number_lattice, order_of
 from ..mesh import HexMesh
 from ..threads import CHUNK, LIGHT, beside, map_chunks
 from . import conformity
@@ -84,7 +85,7 @@ def check_mesh(
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     hexes = np.ascontiguousarray(mesh.hexes, dtype=np.int64)
     seen = QualityAccumulator()
-    if hexes.ndim != 2 or hexes.shape[1] not in (8, 20, 27) or points.ndim != 2 or points.shape[1] != 3:
+    if hexes.ndim != 2 or not order_of(hexes.shape[1]) or points.ndim != 2 or points.shape[1] != 3:
         return make_report(seen, n_nodes=len(points), problems=[f"points {points.shape}, hexes {hexes.shape}"])
     if not len(hexes):
         return make_report(seen, n_nodes=len(points), problems=["there are no hexahedra"])
@@ -210,26 +211,24 @@ def _general_problems(points: FloatArray, hexes: IntArray) -> tuple[list[str], I
             f"the first is on hex {use.clashing[0] // 6}"
         )
     if hexes.shape[1] > 8:
-        problems += _order_2_problems(hexes)
+        problems += _between_problems(hexes)
     return problems, conformity.face_nodes(hexes, use.once)
 
 
-_MIDDLES = np.array(
-    [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)], dtype=np.int64
-)
-
-
-def _order_2_problems(hexes: IntArray) -> list[str]:
-    """An edge must have one middle node, whichever hexahedron it is seen from."""
-    ends = np.sort(hexes[:, _MIDDLES].reshape(-1, 2), axis=1)
-    middles = hexes[:, 8:20].ravel()
-    n = int(np.max(hexes)) + 1
-    order = np.argsort(ends[:, 0] * n + ends[:, 1], kind="stable")
-    keys, middles = (ends[:, 0] * n + ends[:, 1])[order], middles[order]
-    clash = np.flatnonzero((keys[1:] == keys[:-1]) & (middles[1:] != middles[:-1]))
-    if not len(clash):
+def _between_problems(hexes: IntArray) -> list[str]:
+    """An edge and a face must have the same nodes, at the same places, whichever hexahedron they are seen from."""
+    order, size = order_of(hexes.shape[1]), hexes.shape[1]
+    lattice = number_lattice(hexes[:, :8], int(np.max(hexes)) + 1, order)
+    own = np.empty(lattice.n_nodes, dtype=np.int64)
+    own[lattice.hexes[:, :size]] = hexes
+    rows, columns = np.nonzero(own[lattice.hexes[:, :size]] != hexes)
+    if not len(rows):
         return []
-    a, b = divmod(int(keys[clash[0]]), n)
+    on_edges = np.flatnonzero(columns < 8 + 12 * (order - 1))
+    if not len(on_edges):
+        return [f"faces have different nodes inside in different hexahedra, the first is on hex {rows[0]}"]
+    ends = hexes[rows[on_edges, None], EDGES[(columns[on_edges] - 8) // (order - 1)]]
+    a, b = min(np.sort(ends, axis=1).tolist())
     return [f"edges have different middle nodes in different hexahedra, the first is between nodes {a} and {b}"]
 
 

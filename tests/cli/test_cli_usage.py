@@ -50,7 +50,7 @@ def test_help_needs_no_heavy_import(args):
         ["mesh", "a.step", "-o", "a.vtu", "--fractions", "0,2,1"],
         ["mesh", "a.step", "-o", "a.vtu", "--functional", "K"],
         ["mesh", "a.step", "-o", "a.vtu", "--strategy", "best"],
-        ["mesh", "a.step", "-o", "a.vtu", "--order", "3"],
+        ["mesh", "a.step", "-o", "a.vtu", "--order", "9"],
         ["mesh", "a.step", "-o", "a.vtu", "--timeout", "0"],
         ["mesh", "a.step", "-o", "a.vtu", "--max-memory", "-1"],
         ["mesh", "a.step", "-o", "a.vtu", "--max-hexes", "0"],

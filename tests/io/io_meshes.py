@@ -6,7 +6,7 @@ import numpy as np
 
 from cadsweep.cells import side_quads, sweep_hexes
 from cadsweep.mesh import HexMesh
-from cadsweep.order2.elevate import elevate
+from cadsweep.orders.elevate import elevate
 
 
 def box(nx: int = 3, ny: int = 2, nz: int = 4, *, size: tuple[float, float, float] = (3.0, 2.0, 1.0)) -> HexMesh:

@@ -9,7 +9,7 @@ from cadsweep.cells import HEX_EDGES
 from cadsweep.errors import InputError, InvertedHexError
 from cadsweep.io.sides import SIDES
 from cadsweep.mesh import HexMesh
-from cadsweep.order2.elevate import elevate
+from cadsweep.orders.elevate import elevate
 from cadsweep.quality import positive_inside
 
 from .io_meshes import bent_box, box, twisted_box

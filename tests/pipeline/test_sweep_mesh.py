@@ -214,7 +214,7 @@ def test_what_cannot_be_swept_is_refused_with_reasons():
         {"functional": "K"},
         {"fractions": [0, 0.5]},
         {"fractions": [0, 0.7, 0.6, 1]},
-        {"order": 3},
+        {"order": 9},
         {"nodes": 27},
         {"source": ">Z", "target": ">Z"},
         {"colour": "red"},

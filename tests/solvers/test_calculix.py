@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.order2.elevate import elevate
+from cadsweep.orders.elevate import elevate
 
 from .calculix import POISSON, YOUNG, require_calculix, solve
 

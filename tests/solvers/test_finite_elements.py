@@ -9,7 +9,7 @@ from cadsweep import io
 from cadsweep.cells import side_quads, sweep_hexes
 from cadsweep.io.mfem_mesh import LEXICOGRAPHIC
 from cadsweep.mesh import HexMesh
-from cadsweep.order2.elevate import elevate
+from cadsweep.orders.elevate import elevate
 
 skfem = pytest.importorskip("skfem")
 pytestmark = pytest.mark.solver

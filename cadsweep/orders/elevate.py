@@ -1,4 +1,4 @@
-"""Meshes of order 2: middles of edges, faces and volumes for a mesh of order 1.
+"""Meshes of order 2 and above, here of order 2: middles of edges, faces and volumes for a mesh of order 1.
 
 Place in the flow: after ``smoothing``, before the last ``quality``; ``pipeline`` calls :func:`elevate` and hands over
 the CAD geometry as callables.
@@ -13,7 +13,7 @@ Method. Corners keep their numbers; new nodes follow them: one an edge, then (he
    for which hex20 and hex27 are the same shape inside; centres on a CAD surface are projected.
 4. The Jacobian is proven positive inside every hex, or the mesh is refused.
 
-Not handled: orders above 2; moving the corners.
+Orders above 2 are :mod:`.high`'s. Not handled: moving the corners.
 
 References
 ----------
@@ -23,8 +23,9 @@ Meth. Eng. 7 (1973): transfinite interpolation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -32,11 +33,10 @@ import scipy
 from ..arrays import FloatArray, IntArray, distinct
 from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError, InvertedHexError
+from ..lattice import MOST, find_rows, unique_rows
 from ..mesh import HexMesh
 from ..quality import positive_inside
-
-Projection = Callable[[FloatArray], FloatArray]
-"""Takes points (m, 3) near a curve or surface and returns points (m, 3) on it."""
+from .high import OPPOSITE, Projection, place_high
 
 _FACE_NODES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
 """Corners of the face whose centre is node 20 + j of a hex27."""
@@ -44,27 +44,26 @@ _FACE_NODES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], 
 _FACE_EDGES = np.array([[8, 7, 11, 3], [1, 10, 5, 9], [0, 9, 4, 8], [11, 6, 10, 2], [3, 2, 1, 0], [4, 5, 6, 7]])
 """Edges of the same faces, as rows of ``HEX_EDGES``."""
 
-_OPPOSITE = np.array(
-    [[0, 2], [0, 4], [2, 6], [4, 6], [1, 3], [1, 5], [3, 7], [5, 7], [8, 9], [9, 10], [10, 11], [11, 8]]
-)
-"""Pairs of edges of a hex that lie opposite in one of its faces."""
-
 
 def elevate(
     mesh: HexMesh,
     *,
+    order: int = 2,
     nodes: int = 20,
     curves: Iterable[tuple[IntArray, Projection]] = (),
     surfaces: Iterable[tuple[IntArray, Projection]] = (),
     allow_inverted: bool = False,
 ) -> HexMesh:
-    """Return the mesh with hexes of 20 or 27 nodes, its boundaries with quads of 8 or 9.
+    """Return the mesh with hexes of order 2 (20 or 27 nodes) or p (``(p + 1) ** 3``), its quads alike.
 
     Parameters
     ----------
     mesh : HexMesh
         Of order 1.
+    order : int
+        2 to 8.
     nodes : {20, 27}
+        Of a hex of order 2.
     curves : iterable of (segments (s, 2) int64, projection)
         Mesh edges that lie on a CAD edge, as pairs of nodes in any order, and the projection to that edge's curve.
     surfaces : iterable of (quads (q, 4) int64, projection)
@@ -81,25 +80,40 @@ def elevate(
     Raises
     ------
     InputError
-        The mesh is not of order 1, `nodes` is not 20 or 27, or a segment or quad is none of the mesh.
+        The mesh is not of order 1, `order` or `nodes` is none of those above, or a segment or quad is none of the mesh.
     InvertedHexError
         The Jacobian of a hex is not positive everywhere; names the hexes.
     """
-    stacked, hexes, edges, faces = place_lattice(mesh, nodes=nodes, curves=curves, surfaces=surfaces)
-    n = mesh.n_nodes
+    if not 2 <= order <= MOST:
+        raise InputError(f"the order of a raised mesh is 2 to {MOST}, not {order!r}")
+    if order > 2:
+        _check_plain(mesh)
+        known = [(np.asarray(quads, dtype=np.int64), project) for quads, project in surfaces]
+        stacked, lattice = place_high(mesh, order, list(curves), known)
+        hexes, raised = lattice.hexes, lattice.quads
+    else:
+        stacked, hexes, edges, faces = place_lattice(mesh, nodes=nodes, curves=curves, surfaces=surfaces)
+        n = mesh.n_nodes
+        raised = partial(_elevated_quads, edges=edges, n=n, faces=faces, first_face=n + len(edges))
     positive, _ = positive_inside(stacked, hexes)
     if not positive.all() and not allow_inverted:
         worst = np.flatnonzero(~positive)
+        x, y, z = mesh.points[mesh.hexes[worst[0]]].mean(axis=0)
         raise InvertedHexError(
-            f"{len(worst)} hexes of order 2 have a Jacobian that is not positive inside, the first is hex {worst[0]}: "
+            f"{len(worst)} hexes of order {order} have a Jacobian that is not positive inside, the first is hex "
+            f"{worst[0]} at ({x:.6g}, {y:.6g}, {z:.6g}): "
             "the curved boundary is too coarsely meshed; try a smaller size or order=1",
             hexes=worst[:10].tolist(),
         )
     boundaries, interfaces = (
-        {name: _elevated_quads(quads, edges, n, faces, first_face=n + len(edges)) for name, quads in named.items()}
-        for named in (mesh.boundaries, mesh.interfaces)
+        {name: raised(quads) for name, quads in named.items()} for named in (mesh.boundaries, mesh.interfaces)
     )
     return replace(mesh, points=stacked, hexes=hexes, boundaries=boundaries, interfaces=interfaces, structure=None)
+
+
+def _check_plain(mesh: HexMesh) -> None:
+    if mesh.hexes.shape[1] != 8:
+        raise InputError(f"the mesh is of order {mesh.order} already")
 
 
 def place_lattice(
@@ -110,8 +124,7 @@ def place_lattice(
     surfaces: Iterable[tuple[IntArray, Projection]],
 ) -> tuple[FloatArray, IntArray, IntArray, IntArray | None]:
     """Points, hexes (m, `nodes`), edges (e, 2) and faces (f, 4; of 27 nodes alone) of :func:`elevate`, not checked."""
-    if mesh.hexes.shape[1] != 8:
-        raise InputError("the mesh is of order 2 already")
+    _check_plain(mesh)
     if nodes not in {20, 27}:
         raise InputError(f"a hex of order 2 has 20 or 27 nodes, not {nodes!r}")
     n = mesh.n_nodes
@@ -180,7 +193,7 @@ def _faded(bow: FloatArray, fixed: np.ndarray, edge_of: IntArray) -> FloatArray:
     free = np.flatnonzero(~fixed)
     if len(free) == 0:
         return bow
-    pairs, _ = unique_rows(np.sort(edge_of[:, _OPPOSITE].reshape(-1, 2), axis=1))
+    pairs, _ = unique_rows(np.sort(edge_of[:, OPPOSITE].reshape(-1, 2), axis=1))
     rows, columns = np.concatenate([pairs, pairs[:, ::-1]]).T
     links = scipy.sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(bow), len(bow))).tocsr()
     laplacian = (scipy.sparse.diags_array(np.asarray(links.sum(axis=1)).ravel()) - links).tocsr()
@@ -215,22 +228,3 @@ def _elevated_quads(quads: IntArray, edges: IntArray, n: int, faces: IntArray | 
 def _quad_edges(quads: IntArray) -> IntArray:
     """Edges 0-1, 1-2, 2-3, 3-0 of quads (q, 4), each with its lesser node first: (q, 4, 2)."""
     return np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2)
-
-
-def unique_rows(rows: IntArray) -> tuple[IntArray, IntArray]:
-    """Different rows of node ids, ascending, and for every row its place among them."""
-    order = np.lexsort(rows.T[::-1])
-    ordered = rows[order]
-    new = np.ones(len(rows), dtype=bool)
-    np.any(ordered[1:] != ordered[:-1], axis=1, out=new[1:])
-    place = np.empty(len(rows), dtype=np.int64)
-    place[order] = np.cumsum(new) - 1
-    return ordered[new], place
-
-
-def find_rows(known: IntArray, wanted: IntArray, what: str) -> IntArray:
-    """Places of rows among known, ascending rows."""
-    rows, place = unique_rows(np.concatenate([known, wanted]))
-    if len(rows) != len(known):
-        raise InputError(f"a {what} is none of the mesh")
-    return place[len(known) :]

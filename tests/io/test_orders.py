@@ -1,0 +1,184 @@
+"""Orders above 2: the lattice is VTK's, nodes are on the CAD, straight stays straight, others read the files."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cadsweep import io
+from cadsweep.errors import InputError, InvertedHexError
+from cadsweep.lattice import lexicographic, number_lattice
+from cadsweep.mesh import HexMesh
+from cadsweep.orders.elevate import elevate
+from cadsweep.quality import check_mesh, positive_inside
+
+from .io_meshes import box, twisted_box
+
+ORDERS = range(1, 9)
+
+
+def _turned(mesh: HexMesh) -> HexMesh:
+    """The same body with nodes renumbered, so that neighbours see edges and faces from all sides."""
+    number = np.random.default_rng(3).permutation(mesh.n_nodes)
+    points = np.empty_like(mesh.points)
+    points[number] = mesh.points
+    boundaries = {name: number[quads] for name, quads in mesh.boundaries.items()}
+    return HexMesh(points=points, hexes=number[mesh.hexes], boundaries=boundaries, parts=mesh.parts)
+
+
+def _rolled(order: int, n: int = 2) -> tuple[HexMesh, float]:
+    """A plate rolled to a part of a ring about the y axis, and its volume; its outside lies on two cylinders."""
+    flat = _turned(box(n, 1, 1, size=(1.0, 1.0, 1.0)))
+    angle, radius = flat.points[:, 0], 3.0 + flat.points[:, 2]
+    points = np.column_stack([radius * np.sin(angle), flat.points[:, 1], radius * np.cos(angle)])
+    mesh = HexMesh(points=points, hexes=flat.hexes, boundaries=flat.boundaries, parts=flat.parts)
+
+    def onto(places):
+        own = np.hypot(places[:, 0], places[:, 2])
+        scale = np.where(own < 3.45, 3.0, 4.0) / own
+        return places * np.column_stack([scale, np.ones_like(scale), scale])
+
+    curved = [(mesh.boundaries[name], onto) for name in ("source", "target")]
+    return elevate(mesh, order=order, nodes=27, surfaces=curved), (4.0**2 - 3.0**2) / 2
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_the_lattice_is_vtks(order):
+    vtk = pytest.importorskip("vtkmodules.vtkCommonDataModel")
+    n = order + 1
+    for place, number in enumerate(lexicographic(order).tolist()):
+        at = (place % n, place // n % n, place // n // n)
+        assert vtk.vtkLagrangeHexahedron.PointIndexFromIJK(*at, (order, order, order)) == number
+
+
+@pytest.mark.parametrize("order", [2, 3, 5])
+def test_neighbours_share_the_nodes_between_them(order):
+    mesh = _turned(twisted_box())
+    high = elevate(mesh, order=order, nodes=27)
+    np.testing.assert_array_equal(high.points[: mesh.n_nodes], mesh.points)
+    np.testing.assert_array_equal(high.hexes[:, :8], mesh.hexes)
+    assert len(np.unique(high.hexes)) == high.n_nodes == len(np.unique(high.points.round(9), axis=0))
+    before, after = (positive_inside(m.points, m.hexes)[1] for m in (mesh, high))
+    np.testing.assert_allclose(after, before, rtol=1e-12)
+    report = check_mesh(high)
+    assert report.valid
+    assert report.order == order
+
+
+@pytest.mark.parametrize("order", [3, 4])
+def test_straight_hexes_stay_trilinear_bit_for_the_rounding(order):
+    mesh = _turned(twisted_box())
+    high = elevate(mesh, order=order)
+    at = np.arange(order + 1) / order
+    ends = np.stack([1.0 - at, at], axis=1)
+    corners = mesh.points[mesh.hexes[:, [0, 1, 3, 2, 4, 5, 7, 6]]].reshape(-1, 2, 2, 2, 3)
+    expected = np.einsum("kK,jJ,iI,mKJIc->mkjic", ends, ends, ends, corners).reshape(mesh.n_hexes, -1, 3)
+    np.testing.assert_allclose(high.points[high.hexes[:, lexicographic(order)]], expected, atol=1e-13)
+
+
+@pytest.mark.parametrize("order", [3, 4, 5])
+def test_nodes_are_on_the_surface_and_the_volume_converges(order):
+    """Halving the size divides the error of the volume by 2^(p + 1) but for terms of higher order."""
+    errors = []
+    for n in (1, 2):
+        mesh, volume = _rolled(order, n)
+        for name, radius in (("source", 3.0), ("target", 4.0)):
+            on = mesh.points[np.unique(mesh.boundaries[name])]
+            np.testing.assert_allclose(np.hypot(on[:, 0], on[:, 2]), radius, rtol=1e-14)
+        assert check_mesh(mesh).valid
+        errors.append(abs(positive_inside(mesh.points, mesh.hexes)[1].sum() - volume))
+    assert errors[1] < errors[0] / (0.9 * 2 ** (order + 1))
+
+
+def test_a_fold_is_refused_with_its_place():
+    mesh = box(2, 2, 2)
+    with pytest.raises(InvertedHexError, match=r"order 3 .* at \("):
+        elevate(mesh, order=3, surfaces=[(mesh.boundaries["source"], lambda p: p + [0.0, 0.0, 3.0])])
+    with pytest.raises(InputError, match="2 to 8"):
+        elevate(mesh, order=9)
+    with pytest.raises(InputError, match="order 3 already"):
+        elevate(elevate(mesh, order=3), order=4)
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf", ".mesh"])
+@pytest.mark.parametrize("order", [3, 8])
+def test_files_bring_the_mesh_back(suffix, order, tmp_path):
+    mesh, _ = _rolled(order)
+    mesh.write(tmp_path / f"ring{suffix}")
+    back = io.read(tmp_path / f"ring{suffix}")
+    assert back.order == order
+    assert sorted(back.boundaries) == sorted(mesh.boundaries)
+    np.testing.assert_array_equal(back.points[back.hexes], mesh.points[mesh.hexes])
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".inp", ".bdf", ".cgns", ".med", ".e", ".su2"])
+def test_formats_without_the_order_refuse_it(suffix, tmp_path):
+    mesh, _ = _rolled(3)
+    with pytest.raises(InputError, match="no hexahedra of order 3"):
+        mesh.write(tmp_path / f"ring{suffix}")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf"])
+def test_vtk_reads_the_same_body(suffix, tmp_path):
+    """VTK evaluates its own shape functions at a place of no node, as tensors of Lagrange polynomials do."""
+    pyvista = pytest.importorskip("pyvista")
+    mesh, _ = _rolled(3)
+    mesh.write(tmp_path / f"ring{suffix}")
+    grid = pyvista.read(tmp_path / f"ring{suffix}")
+    assert set(grid.celltypes) == {72}
+    at = np.array([0.21, 0.57, 0.83])
+    nodes = np.arange(4) / 3
+    values = [
+        np.array([np.prod([(x - b) / (a - b) for b in nodes if b != a]) for a in nodes])
+        for x in at
+    ]  # fmt: skip
+    weights = np.einsum("k,j,i->kji", values[2], values[1], values[0]).ravel()
+    for cell in range(mesh.n_hexes):
+        place, own = [0.0] * 3, [0.0] * 64
+        grid.GetCell(cell).EvaluateLocation(_sub_id(), at.tolist(), place, own)
+        expected = weights @ mesh.points[mesh.hexes[cell, lexicographic(3)]]
+        np.testing.assert_allclose(place, expected, rtol=1e-12)
+
+
+def _sub_id():
+    reference = pytest.importorskip("vtkmodules.vtkCommonCore").reference
+    return reference(0)
+
+
+@pytest.mark.parametrize("order", [3, 6])
+def test_mfem_reads_the_same_volume(order, tmp_path):
+    mfem = pytest.importorskip("mfem.ser")
+    mesh, _ = _rolled(order)
+    mesh.write(tmp_path / "ring.mesh")
+    read = mfem.Mesh(str(tmp_path / "ring.mesh"), 1, 1)
+    # MFEM's own GetElementVolume takes too few points for a Jacobian of this degree.
+    rule, volume = mfem.IntRules.Get(5, 3 * order), 0.0
+    for element in range(read.GetNE()):
+        change = read.GetElementTransformation(element)
+        for point in (rule.IntPoint(q) for q in range(rule.GetNPoints())):
+            change.SetIntPoint(point)
+            volume += point.weight * change.Weight()
+    assert read.GetNodalFESpace().GetMaxElementOrder() == order
+    assert volume == pytest.approx(positive_inside(mesh.points, mesh.hexes)[1].sum(), rel=1e-9)
+
+
+def test_numbers_of_one_hex_are_a_permutation():
+    lattice = number_lattice(np.arange(8)[None], 8, 4)
+    assert sorted(lattice.hexes[0].tolist()) == list(range(125))
+    assert lattice.n_nodes == 125
+
+
+@pytest.mark.cad
+@pytest.mark.parametrize("order", [3, 6])
+def test_nodes_of_a_tube_lie_on_its_cylinders(order):
+    cq = pytest.importorskip("cadquery")
+    import cadsweep as cs
+
+    mesh = cs.sweep_mesh(cq.Workplane().circle(3).circle(2).extrude(4), size=1.5, layers=2, order=order)
+    assert mesh.hexes.shape[1] == (order + 1) ** 3
+    sides = np.unique(np.concatenate([quads for name, quads in mesh.boundaries.items() if name.startswith("side")]))
+    radius = np.hypot(*mesh.points[sides, :2].T)
+    assert np.minimum(abs(radius - 2), abs(radius - 3)).max() < 1e-9
+    volume = positive_inside(mesh.points, mesh.hexes)[1].sum()
+    assert volume == pytest.approx(np.pi * 5 * 4, rel=10.0**-order)
