@@ -120,9 +120,7 @@ def _graded(
     divisions: Mapping[int, Division],
     alike: Sequence[tuple[int, int, bool]],
 ) -> dict[int, FloatArray]:
-    """Fractions of all edges that are graded or answer one that is, by key."""
-    if not divisions:
-        return {}
+    """Fractions of all edges that are not divided evenly, by key."""
     with_counts = list(zip(part.solids, counts, strict=True))
     n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
     asked = divided(divisions, n)

@@ -30,6 +30,8 @@ Answer = tuple[Sequence[DirectedEdge], ...]
 """Two chains of directed edges that have equally many segments, node by node."""
 
 _EVEN = 1e-12
+_MOST_LEANING = 1.0
+"""Segments by which nodes of an even edge may be from those of the chain across."""
 _MOST_LOG_RATIO = np.log(1e6)
 
 
@@ -121,7 +123,7 @@ def graded_together(  # noqa: PLR0917
     asked: Mapping[int, FloatArray],
     alike: Iterable[tuple[int, int, bool]] = (),
 ) -> dict[int, FloatArray]:
-    """Fractions of the edges of several cells that are graded, or answer one that is, by key.
+    """Fractions of the edges of several cells that are graded, or answer one that is, or would lean (:func:`leaning`).
 
     Parameters
     ----------
@@ -143,8 +145,10 @@ def graded_together(  # noqa: PLR0917
     pairs += [(solid, pair) for solid, grid in grids for pair in ((grid.bottom, grid.top), (grid.left, grid.right))]
     answers = [tuple([(int(s.edge_keys[e]), f) for e, f in chain] for chain in pair) for s, pair in pairs]
     answers += [([(a, True)], [(b, same)]) for a, b, same in alike]
+    found: dict[int, FloatArray] = {**leaning(answers, counts, lengths), **asked}
+    if not found:
+        return {}
     layouts = [(sweep.solid.edge_keys.tolist(), build_grid(sweep, own)) for sweep, own in sweeps]
-    found: dict[int, FloatArray] = dict(asked)
     n = -1
     while n != len(found):
         n = len(found)
@@ -160,6 +164,27 @@ def graded_together(  # noqa: PLR0917
                 fractions = rescaled(own_places)
                 found[keys[e]] = fractions if placed.forward else turned_round(fractions)
     return found
+
+
+def leaning(
+    answers: Iterable[Answer], counts: Mapping[int, int], lengths: Mapping[int, float]
+) -> dict[int, FloatArray]:
+    """Fractions of single edges across from chains of several, where even segments would be far from theirs.
+
+    A chain whose edges need unlike sizes, as where a neighbour's cuts end at it, has nodes that are nowhere near even
+    ones: the rectangle between them would lean by whole segments. Up to one it is left: the edge is even, then.
+    """
+    reached: dict[int, list[FloatArray]] = {}
+    for pair in answers:
+        for one, other in (pair, pair[::-1]):
+            if len(one) == 1 or len(other) != 1 or sum(counts[e] for e, _ in one) != counts[other[0][0]]:
+                continue
+            (edge, forward) = other[0]
+            places = _fractions(np.concatenate([_weights(e, way, counts, lengths, {}) for e, way in one]))
+            n = counts[edge]
+            if np.abs(places * n - np.arange(n + 1)).max() > _MOST_LEANING:
+                reached.setdefault(edge, []).append(places if forward else turned_round(places))
+    return {e: np.asarray(np.mean(rows, axis=0)) for e, rows in reached.items()}
 
 
 def spread(
