@@ -155,7 +155,7 @@ FINE = 1e-6
 
 
 Mass = tuple[float, FloatArray]
-"""Volume and centroid (3,)."""
+"""Volume or area, and centroid (3,)."""
 
 
 def volume_and_center(shape: Any) -> Mass:
@@ -164,6 +164,14 @@ def volume_and_center(shape: Any) -> Mass:
     BRepGProp.VolumeProperties_s(shape, properties)
     center = properties.CentreOfMass()
     return abs(float(properties.Mass())), np.array([center.X(), center.Y(), center.Z()])
+
+
+def area_and_center(face: Any) -> Mass:
+    """Area of a face, and its centroid (3,)."""
+    properties = GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, properties)
+    center = properties.CentreOfMass()
+    return float(properties.Mass()), np.array([center.X(), center.Y(), center.Z()])
 
 
 def fine_volume(shape: Any) -> float:

@@ -117,6 +117,9 @@ def print_info(data: dict[str, Any], *, edges: bool = False, verbose: bool = Fal
         colored = ("color",) if any(f["color"] for f in faces) else ()
         columns = ("id", "name", "type", "area", "center", "role", *colored)
         console.print(_table("Faces", columns, (_face_row(f)[: len(columns)] for f in faces)))
+        if blends := [row for row in data["blends"] if row["solid"] == index]:
+            columns = ("faces", "replaces", "form", "radius", "between")
+            console.print(_table("Blends", columns, map(_blend_row, blends)))
         if edges:
             columns = ("id", "name", "type", "length", "middle", "faces", "role")
             rows = (_edge_row(row) for row in data["edges"] if row["solid"] == index)
@@ -227,6 +230,17 @@ def _row(number: int, sweep: dict[str, Any]) -> tuple[Any, ...]:
         f"{sweep['length']:.6g}",
         f"{sweep['score']:.2f}",
         "; ".join(sweep["notes"]),
+    )
+
+
+def _blend_row(blend: dict[str, Any]) -> tuple[Any, ...]:
+    low, high = (f"{radius:.4g}" for radius in blend["radii"])
+    return (
+        ", ".join(map(str, blend["faces"])),
+        f"a{'n edge' if blend['kind'] == 'edge' else ' corner'}",
+        "convex" if blend["convex"] else "concave",
+        low if low == high else f"{low} to {high}",
+        " and ".join(", ".join(map(str, side)) for side in blend["supports"]),
     )
 
 

@@ -148,6 +148,17 @@ def summarise(mesh: HexMesh) -> dict[str, Any]:
     )
 
 
+def _in_model_units(part: Part, tables: dict[str, list[dict[str, Any]]]) -> None:
+    for edge in tables["edges"]:
+        edge["length"] *= part.scale
+        edge["middle"] = part.to_model(np.asarray(edge["middle"]))
+    for face in tables["faces"]:
+        face["area"] *= part.scale**2
+        face["center"] = part.to_model(np.asarray(face["center"]))
+    for sweep in tables["sweeps"]:
+        sweep["length"] *= part.scale
+
+
 def describe_part(
     source: str,
     *,
@@ -161,6 +172,7 @@ def describe_part(
     on_progress: Progress,
 ) -> dict[str, Any]:
     """Faces, edges, sweeps and reasons of a part, as ``cadsweep info --json`` prints them; `caps`: source, target."""
+    from ..blends import find_blends
     from ..cad import find_contacts
     from ..pipeline import load
     from ..pipeline.attempts import open_and_find
@@ -190,7 +202,7 @@ def describe_part(
             loaded, _ = open_and_find(loaded, *caps)
     chosen = [resolve_cap(loaded, cap) for cap in caps]
     data: dict[str, Any] = {"name": loaded.name, "notes": loaded.notes, "names": loaded.names, "solids": []}
-    data.update(faces=[], edges=[], sweeps=[], rejected=[], stacks=[], no_stacks=[])
+    data.update(faces=[], edges=[], blends=[], sweeps=[], rejected=[], stacks=[], no_stacks=[])
     for index, solid in enumerate(loaded.solids):
         found: Any
         try:
@@ -202,14 +214,8 @@ def describe_part(
             for other in other_directions(loaded, found):
                 tables["sweeps"] += describe(other.solid, [other])["sweeps"]
         tables["edges"] = describe_edges(solid, None if error is not None else found[0])
-        for edge in tables["edges"]:
-            edge["length"] *= loaded.scale
-            edge["middle"] = loaded.to_model(np.asarray(edge["middle"]))
-        for face in tables["faces"]:
-            face["area"] *= loaded.scale**2
-            face["center"] = loaded.to_model(np.asarray(face["center"]))
-        for sweep in tables["sweeps"]:
-            sweep["length"] *= loaded.scale
+        tables["blends"] = [blend.described(solid) for blend in find_blends(solid)]
+        _in_model_units(loaded, tables)
         for name, rows in tables.items():
             data[name] += [{"solid": index, **row} for row in rows]
         volume = solid.volume * loaded.scale**3

@@ -37,9 +37,11 @@ from ..shapes import (
     FACE,
     SOLID,
     SolidShape,
+    area_and_center,
     compound,
     index_map,
     listed,
+    mapped,
     shapes_of,
     subshapes,
     typed,
@@ -52,6 +54,8 @@ logger = logging.getLogger(__name__)
 
 _NUMBER = re.compile(r"(faces?:?)?\s*\d+")
 _NOTHING = "suppress '{}': the part has no such feature, or it is removed already"
+_SAME = 1e-7
+"""Faces whose area and middle differ by less, as a share of the area and its root, are one."""
 SMALL = 0.05
 """Radius of a rounding, or diameter of a hole, as a share of the part's size, up to which a refusal tries it."""
 
@@ -171,7 +175,7 @@ class _Solid:
         for feature in features:
             place = self.solid.units.place(np.mean([self.solid.faces[f].center for f in feature.faces], axis=0))
             before = volume_and_center(self.traced.shape)[0]
-            why = _remove(self.traced, feature)
+            why = remove(self.traced, feature)
             if why:
                 self.notes.append(f"not suppressed: {feature.what} at ({place}): {why}")
                 continue
@@ -183,7 +187,7 @@ class _Solid:
 
     def read(self) -> Solid:
         """The solid without them."""
-        found, lost = _read(self.solid, self.traced)
+        found, lost = read_without(self.solid, self.traced)
         self.notes += [f"name '{name}' is lost: what had it is suppressed" for name in lost]
         return found
 
@@ -205,7 +209,7 @@ def small_features(part: Part) -> list[str]:
     return [word for word, features in found.items() if any(True for _ in features)]
 
 
-def _remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
+def remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
     """Remove a feature; what is wrong where that cannot be, and nothing is changed."""
     faces = [face for f in feature.faces for face in traced.faces[f]]
     tool = BRepAlgoAPI_Defeaturing()
@@ -234,7 +238,7 @@ def _remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
 
     def image(sub: Any) -> Any:
         if tool.IsDeleted(sub):
-            return None
+            return _as_it_was(sub, present)
         became = listed(tool.Modified(sub))
         return compound(became) if became else sub
 
@@ -242,7 +246,19 @@ def _remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
     return ""
 
 
-def _read(solid: Solid, traced: Traced) -> tuple[Solid, list[str]]:
+def _as_it_was(sub: Any, present: Any) -> Any:
+    """The face that a deleted one still is: where only its edges were joined, OpenCASCADE's history does not know."""
+    if sub.ShapeType() != FACE:
+        return None
+    area, middle = area_and_center(sub)
+    for face in mapped(present, FACE):
+        other, there = area_and_center(face)
+        if abs(other - area) <= _SAME * area and np.linalg.norm(there - middle) <= _SAME * np.sqrt(area):
+            return face
+    return None
+
+
+def read_without(solid: Solid, traced: Traced) -> tuple[Solid, list[str]]:
     """The solid as it is now, with the labels of what it was, and the names that nothing has any more."""
     part_surfaces(traced)
     divide_closed(traced)
@@ -270,4 +286,4 @@ def _names(labels: Labels) -> list[str]:
     return of_faces + [name for edge in labels.edges for name in edge.names]
 
 
-__all__ = ["small_features", "suppress"]
+__all__ = ["read_without", "remove", "small_features", "suppress"]

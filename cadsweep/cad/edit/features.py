@@ -93,7 +93,7 @@ def find_fillets(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Fea
         n_tangent = sum(abs(solid.edges[e].dihedral - pi) < TANGENT for e in face.edges)
         if radius < below and turn < HALF_TURN and n_tangent >= 2:
             radii[face.id] = radius
-    for faces in _together(solid, radii):
+    for faces in hanging_together(solid, radii):
         radius = max(radii[f] for f in faces)
         yield Feature(what=f"fillet of radius {radius * scale:.4g}", faces=tuple(faces))
 
@@ -115,7 +115,7 @@ def find_holes(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Featu
         at = adaptor.Value(u, v)
         if is_hollow(face, np.array([at.X(), at.Y(), at.Z()]), place, along):
             walls[face.id] = adaptor.LastUParameter() - adaptor.FirstUParameter()
-    for faces in _together(solid, walls):
+    for faces in hanging_together(solid, walls):
         if sum(walls[f] for f in faces) < 2.0 * pi - TANGENT:
             continue
         radius = max(BRepAdaptor_Surface(shapes_of(solid).faces[f]).Cylinder().Radius() for f in faces)
@@ -123,7 +123,7 @@ def find_holes(solid: Solid, below: float, scale: float = 1.0) -> Iterator[Featu
         yield Feature(what=f"hole of diameter {2.0 * radius * scale:.4g}", faces=tuple(sorted({*faces, *inside})))
 
 
-def _together(solid: Solid, faces: Collection[int]) -> list[list[int]]:
+def hanging_together(solid: Solid, faces: Collection[int]) -> list[list[int]]:
     """Groups of the given faces that hang together at edges."""
     left, found = set(faces), []
     while left:
@@ -141,7 +141,7 @@ def _together(solid: Solid, faces: Collection[int]) -> list[list[int]]:
 
 def _reached_through(solid: Solid, faces: Collection[int]) -> set[int]:
     """Faces that hang together with the rest of the solid by the given ones alone."""
-    others = _together(solid, {face.id for face in solid.faces} - set(faces))
+    others = hanging_together(solid, {face.id for face in solid.faces} - set(faces))
     if len(others) < 2:
         return set()
     outside = max(others, key=lambda group: sum(solid.faces[f].area for f in group))
@@ -149,4 +149,4 @@ def _reached_through(solid: Solid, faces: Collection[int]) -> set[int]:
     return {f for group in others if group is not outside and touched & set(group) for f in group}
 
 
-__all__ = ["Feature", "find_features", "find_fillets", "find_holes"]
+__all__ = ["Feature", "find_features", "find_fillets", "find_holes", "hanging_together"]
