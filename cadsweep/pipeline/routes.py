@@ -55,6 +55,9 @@ NO_REMEDY = "leave the feature with that face out of the model; cuts and suppres
 NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
 """The same of a solid without an inner corner."""
 
+SWEEP, COLUMNS, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "cells", "fitted"))
+"""The ways to a mesh of one solid by name; the last is tried where the others are all refused."""
+
 GOOD_STACK = 0.3
 """Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
 them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
@@ -167,17 +170,17 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
 def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """As :func:`mesh_solid`, with a refusal that proposes nothing."""
     refused: CadSweepError | None = None
-    if not rows.is_on("way: sweep"):
+    if not rows.is_on(SWEEP):
         refused = NotSweepableError("no sweep was looked for", try_="switch a row of the table 'way' on again")
     best: AnyMesh | None = None
     shares: set[str] = set()
     share = 1.0
     for row, way in WAYS.items():
-        if not rows.is_on(row) or (way is _mesh_cells and not options.decompose):
+        if not rows.is_on(row) or (row == CELLS and not options.decompose):
             continue
-        if best is not None and (way is _mesh_columns or run.is_over()):
+        if best is not None and (row == COLUMNS or run.is_over()):
             continue  # columns along a poor sweep are as poor, or there is no time for more
-        if best is None and way is _mesh_cells:
+        if best is None and row == CELLS:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
@@ -191,7 +194,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         if best is None or _worst(mesh) > _worst(best):
             best, shares = mesh, {*own, row}
         enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
-        if way is _mesh_columns and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
+        if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             enough, share = _good_columns(mesh), SECOND_LOOK
         if enough or not _may_be_better(part, options):
             break
@@ -343,7 +346,5 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh
 
 
-FITTED = "way: fitted"
-"""The way that is tried where these are all refused."""
-WAYS = {"way: sweep": _mesh_swept, "way: columns": _mesh_columns, "way: cells": _mesh_cells}
+WAYS = {SWEEP: _mesh_swept, COLUMNS: _mesh_columns, CELLS: _mesh_cells}
 """The ways to a mesh of one solid, in the order in which they are tried."""

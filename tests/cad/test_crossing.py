@@ -84,7 +84,7 @@ def test_no_cuts_are_looked_for_where_faces_touch(monkeypatch):
     def search(*_args):
         pytest.fail("a search for cuts that cannot find any")
 
-    monkeypatch.setattr(routes, "_mesh_cells", search)
+    monkeypatch.setitem(routes.WAYS, routes.CELLS, search)
     with pytest.raises(cs.CadError, match="touch at"):
         cs.sweep_mesh(bored_twice(wall=0.0))
 

@@ -7,7 +7,7 @@ import pytest
 
 from cadsweep import io
 from cadsweep.cells import side_quads, sweep_hexes
-from cadsweep.io.mfem_mesh import LEXICOGRAPHIC
+from cadsweep.lattice import lexicographic
 from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 
@@ -112,7 +112,7 @@ def test_curved_sides_without_the_surface_lose_the_order(tmp_path):
 def halved(mesh: HexMesh) -> HexMesh:
     """The same straight-edged mesh with every hex in eight."""
     fine = elevate(mesh, nodes=27)
-    grid = fine.hexes[:, LEXICOGRAPHIC].reshape(-1, 3, 3, 3)  # z, y, x
+    grid = fine.hexes[:, lexicographic(2)].reshape(-1, 3, 3, 3)  # z, y, x
     corners = [(0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0)]
     children = [
         np.stack([grid[:, k + c, j + b, i + a] for c, b, a in corners], axis=1)
