@@ -67,7 +67,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
         layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
         options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
         try:
-            made.append((cells, _mesh_group(own, options, run.anew(), mesh_one)))
+            made.append((cells, _by_solid(own, _mesh_group(own, options, run.anew(), mesh_one))))
             continue
         except CadSweepError as error:
             if isinstance(error, InputError):
@@ -203,6 +203,13 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options, found.model)
     return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
+
+
+def _by_solid(part: Part, mesh: AnyMesh) -> AnyMesh:
+    """The mesh of a group, its record saying of each solid how it was filled."""
+    way = mesh.info["way"]
+    names = dict.fromkeys(part.models[owner].name for owner in part.owners)
+    return replace(mesh, info={**mesh.info, "way": dict.fromkeys(names, way) if isinstance(way, str) else way})
 
 
 def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:

@@ -39,6 +39,7 @@ def info_of_all(infos: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "material": None,
         "materials": {k: v for info in infos for k, v in info.get("materials", {}).items()},
         "cad_volume": sum(info["cad_volume"] for info in infos),
+        "way": _ways(infos),
         "sweeps": [sweep for info in infos for sweep in info["sweeps"]],
         "colors": {
             kind: {k: v for info in infos for k, v in info.get("colors", {}).get(kind, {}).items()}
@@ -46,6 +47,14 @@ def info_of_all(infos: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         },
         "notes": list(dict.fromkeys(note for info in infos for note in info["notes"])),
     }
+
+
+def _ways(infos: Sequence[Mapping[str, Any]]) -> dict[str, str] | None:
+    """How each solid was filled; None where a mesh was made like another, which does not say."""
+    known = [info.get("way") for info in infos]
+    if not all(isinstance(way, Mapping) for way in known):
+        return None
+    return {solid: way for own in known for solid, way in (own or {}).items()}
 
 
 __all__ = ["info_of_all", "side_by_side"]

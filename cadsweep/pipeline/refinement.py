@@ -118,7 +118,8 @@ def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
         kept = halved.nodes[kept]
     if mesh.order > 1:
         fine = _high_order(fine, mesh.order, mesh.hexes.shape[1])
-    return with_pairs(replace(fine, parents=parents, info={**fine.info, "coarse_nodes": kept}))
+    info = {**fine.info, "way": mesh.info.get("way"), "coarse_nodes": kept}
+    return with_pairs(replace(fine, parents=parents, info=info))
 
 
 def _refine_groups(origin: GroupsOrigin, levels: int, run: Run) -> HexMesh:

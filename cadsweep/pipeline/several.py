@@ -78,7 +78,18 @@ def mesh_complex(
             if divided is None:
                 raise
             wishes, finer = divided, [FINER]
+    mesh = replace(mesh, info={**mesh.info, "way": _way(found)})
     return mesh if isinstance(mesh, BlockMesh) else with_pairs(made_of(mesh, found.model))
+
+
+def _way(found: Complex) -> str | dict[str, str]:
+    """How the solid was filled; of several by name."""
+    part, filled = found.part, dict[str, str]()
+    for owner, way in zip(part.owners, found.plan.ways, strict=True):
+        name = part.models[owner].name
+        is_one = name not in filled and not isinstance(way.fill, CornerBlocks)
+        filled[name] = "sweep" if is_one else "cells"
+    return filled if len(part.models) > 1 else filled[part.models[0].name]
 
 
 def _finished(  # noqa: PLR0917

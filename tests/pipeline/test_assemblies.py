@@ -405,3 +405,12 @@ def test_a_selector_on_solids_that_touch_means_their_outermost_faces():
     (pairs,) = mesh.periodic.values()
     assert np.allclose(mesh.points[pairs[:, 1]] - mesh.points[pairs[:, 0]], (0, 20, 0))
     assert mesh.points[pairs, 2].max() <= mesh.points[mesh.hexes[mesh.parts["low"]], 2].max() + 1e-9
+
+
+def test_the_record_says_of_each_solid_how_it_was_filled():
+    block = cq.Workplane().box(40, 30, 20).faces(">Z").workplane().center(-10, 0).hole(8)
+    crossed = block.faces(">X").workplane(centerOption="CenterOfMass").hole(6, 12)
+    far = cq.Workplane().box(10, 10, 10).translate((100, 0, 0))
+    whole = assembly(crossed=crossed, far=far, lid=cq.Workplane().box(40, 30, 5).translate((0, 0, 12.5)))
+    assert cs.sweep_mesh(whole, size=4.0).record.way == {"crossed": "cells", "far": "sweep", "lid": "sweep"}
+    assert cs.sweep_mesh(far, size=5.0).record.way == "sweep"
