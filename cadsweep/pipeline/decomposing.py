@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -224,10 +223,13 @@ def _best_of(
             break
     poor = options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
     if chosen is not None and poor and not run.is_over():
-        with suppress(CadSweepError), rows.share() as own:  # the mesh, or the refusal, is there already
-            mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
+        try:
+            with rows.share() as own:
+                mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
             if best is None or _worst(mesh) > _worst(best):
                 best, shares = mesh, own
+        except CadSweepError as error:  # the mesh, or the refusal, is there already
+            log.info("moving nodes on the faces does not help: %s", error)
     if best is not None and chosen is not None:
         rows.took({*shares, *(f"cut: {cut.family}" for cut in chosen.part.cuts if cut.family)})
     return best, failure

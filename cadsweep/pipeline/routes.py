@@ -321,8 +321,9 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
     """By a fitted grid."""
     from .fitted_grids import mesh_fitted
 
+    mesh = mesh_fitted(part, options, run, refused)
     rows.took([FITTED])
-    return _said(mesh_fitted(part, options, run, refused), "fitted")
+    return _said(mesh, "fitted")
 
 
 def _said(mesh: AnyMesh, way: str) -> AnyMesh:
