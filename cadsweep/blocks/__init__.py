@@ -14,6 +14,6 @@ slabs        blocks that are made some layers at a time
 block_mesh   blocks in one numbering, with the surface of their parts
 stream       a mesh larger than memory, slab by slab
 pieces       what each of several processes makes of it
-halves       a hexahedron in eight, for refinement; ``halved_cells`` of cells
+halved_cells a hexahedron in eight, for refinement
 ============ =====================================================================
 """

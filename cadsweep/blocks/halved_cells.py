@@ -1,7 +1,7 @@
 """Every hexahedron of a mesh of several cells in eight: which hex and quad of the fine mesh comes from where.
 
 Place in the flow: ``pipeline`` has the new nodes placed as those of hexahedra of 27 nodes, which are the fine mesh's;
-the coarse ones keep their numbers. :mod:`.halves` does the same for one sweep, layer by layer.
+the coarse ones keep their numbers.
 """
 
 from __future__ import annotations

@@ -92,7 +92,13 @@ def _groups(numbers: IntArray) -> list[tuple[int, IntArray]]:
 
 
 def find_interface_slides(
-    part: Part, joined: JoinedMesh, names: NamedFaces, *, along_edges: bool = True, outside: bool = True
+    part: Part,
+    joined: JoinedMesh,
+    names: NamedFaces,
+    *,
+    along_edges: bool = True,
+    outside: bool = True,
+    curved: bool = True,
 ) -> InterfaceSlides:
     """Find the nodes on faces and edges of the model, and of contacts, that may move.
 
@@ -104,7 +110,9 @@ def find_interface_slides(
     along_edges : bool
         Let nodes move along edges, too; not where their places were asked for.
     outside : bool
-        Let nodes on outer faces and their edges move; not where they have to answer others, or to keep a tolerance.
+        Let nodes on outer faces and their edges move; not where they have to answer others.
+    curved : bool
+        Let nodes move where what they are on is bent; not where quads and segments have to keep a tolerance.
     """
     n = len(joined.points)
     surface, curve = np.full((2, n), -1, dtype=np.int64)
@@ -122,14 +130,15 @@ def find_interface_slides(
                 of_contact.add(key)
     for (cell, face), quads in by_face(joined):
         between = names.first.get((cell, face), False)  # of the two sides of a contact one is enough
-        if between or (outside and (cell, face) in names.outside):
+        own = part.solids[cell].faces[face]
+        if (between or (outside and (cell, face) in names.outside)) and (curved or own.kind == "plane"):
             surface[quads[:, :4]] = len(surfaces)
-            surfaces.append(part.solids[cell].faces[face].surface)
+            surfaces.append(own.surface)
     edges = {
         int(key): edge.curve
         for solid in part.solids
         for key, edge in zip(solid.edge_keys, solid.edges, strict=True)
-        if int(key) in around
+        if int(key) in around and (curved or edge.kind == "line")
     }
     uses = np.zeros(n, dtype=np.int64)
     for key, nodes in joined.edge_nodes.items():

@@ -17,7 +17,7 @@ making     order 2 and checks: one candidate in memory
 complexes  the cells of a part and a plan for them (`decomposing`, `assemblies` ask); `several` meshes and checks them
 meshing    what users call
 origin     what a mesh was made from
-refinement every hexahedron into eight (one sweep; `cells_refinement`: any other mesh); `family`: nested meshes
+refinement every hexahedron into eight; `family`: nested meshes
 like       the mesh of one part on another: `matching` pairs their `graphs`, `template` is the mesh, `sweep_like` and
            `cells_like` carry it
 derivatives nodes by a parameter of the model

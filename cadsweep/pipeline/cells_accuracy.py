@@ -348,7 +348,9 @@ def finer_sizes(part: Part, counts: Sequence[Intervals], factors: dict[int, floa
             key = int(solid.edge_keys[edge.id])
             if key in factors and key not in spoken:
                 count = max(1, int(own.counts[edge.id]))
-                finer = edge.length / (count + max(LEAST_MORE, ceil(count * (factors[key] - 1.0))))
-                # What was asked for before may not have been had: counts are whole, and loops even.
-                sizes[key] = min(finer, sizes.get(key, np.inf), asked.edge_sizes.get(key, np.inf))
+                more = count + max(LEAST_MORE, ceil(count * (factors[key] - 1.0)))
+                # What was asked for before may not have been had, as counts are whole, loops even and neighbours want
+                # others: it is asked for the more.
+                finer = min(edge.length, asked.edge_sizes.get(key, np.inf) * count) / more
+                sizes[key] = min(finer, sizes.get(key, np.inf))
     return sizes

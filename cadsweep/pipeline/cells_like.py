@@ -115,9 +115,12 @@ def _boundary(template: CellsTemplate, match: Match, part: Part, starts: FirstId
     for edge, (nodes, fractions) in template.edges.items():
         if edge not in done:
             there, same = match.edges[edge]
-            points[nodes] = curves[there].evaluate(fractions if same else 1.0 - fractions)
+            own = np.isfinite(fractions)
+            at = fractions[own] if same else 1.0 - fractions[own]
+            points[nodes[own]] = curves[there].evaluate(at)
     for vertex, node in enumerate(template.vertices.tolist()):
-        points[node] = corners[match.vertices[vertex]]
+        if node >= 0:
+            points[node] = corners[match.vertices[vertex]]
     for face, meshed in template.faces.items():
         loops = meshed.loops()
         known = meshed.nodes[np.concatenate(loops)]

@@ -18,7 +18,7 @@ from ..arrays import FloatArray, IntArray
 from ..blocks.cell_files import cells_as_arrays, cells_from_arrays
 from ..blocks.cells import CellBlocks
 from ..blocks.finish import by_face, to_hex_mesh
-from ..brep import Part, Units
+from ..brep import Edge, Part, Units
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection.carried import MeshedFace, meshed_face
@@ -61,9 +61,9 @@ class CellsTemplate:
     faces : dict of int to MeshedFace
         Of a face between two solids, the first one's.
     edges : dict of int to ((m,) int64, (m,) float64)
-        Nodes along every edge, start to end, and their fractions of its arc length.
+        Nodes along every edge that is followed, start to end, and their fractions of its arc length.
     vertices : (v,) int64
-        Node on every vertex.
+        Node on every vertex; -1 where there is none, as on a seam that nothing follows.
     outside, between : dict of int to tuple of str
         Names of boundaries and interfaces by face.
     first_faces : tuple of int
@@ -116,17 +116,16 @@ def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
         quads.append(every)
         faces.append(found.faces + starts.faces[j])
         vertices[starts.vertices[j] : starts.vertices[j + 1]] = found.vertices
-        for e, chain in enumerate(found.edges):
-            at = np.clip(solid.edges[e].curve.project(joined.points[chain[1:-1]]), 0.0, 1.0)
-            edges[starts.edges[j] + e] = chain, np.concatenate([[0.0], at, [1.0]])
+        for e, chain in found.edges.items():
+            edges[starts.edges[j] + e] = chain, _fractions(solid.edges[e], chain, joined.points, found.vertices)
         row = 0
         for place, rows in own:
-            face = int(faces[-1][row])
+            pieces = [f + starts.faces[j] for f in found.pieces[int(found.faces[row])]]
             if place in names.outside:
-                outside[face] = names.outside[place]
+                outside |= dict.fromkeys(pieces, names.outside[place])
             else:
-                between[face] = names.between[place]
-                first += [face] if names.first[place] else []
+                between |= dict.fromkeys(pieces, names.between[place])
+                first += pieces if names.first[place] else []
             row += len(rows)
     ids, rows = np.concatenate(faces), np.concatenate(quads)
     plain = to_hex_mesh(origin.part, joined, names, {k: v for k, v in mesh.info.items() if k != "quality"})
@@ -147,6 +146,17 @@ def make_cells_template(origin: CellsOrigin, mesh: HexMesh) -> CellsTemplate:
         solids=meshed_words(origin.options),
         factored=_factored(origin),
     )
+
+
+def _fractions(edge: Edge, chain: IntArray, points: FloatArray, vertices: IntArray) -> FloatArray:
+    """Of an edge's length, where its nodes are; no number for a node over its end, which is of another edge."""
+    at = np.clip(edge.curve.project(points[chain]), 0.0, 1.0)
+    for place, vertex, end in ((0, edge.start, 0.0), (-1, edge.end, 1.0)):
+        if chain[place] == vertices[vertex]:
+            at[place] = end
+        elif at[place] == end:
+            at[place] = np.nan
+    return at
 
 
 def _factored(origin: CellsOrigin) -> FactoredCells | None:

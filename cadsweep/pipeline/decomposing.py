@@ -254,9 +254,25 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         names = f"{', '.join(_ONE_SWEEP[:-1])} and {_ONE_SWEEP[-1]}"
         raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
-        found = plan_cells(cad.apply_cuts(part, options.cuts or ()), run, decompose=options.decompose)
+        cut = cad.apply_cuts(part, options.cuts or ())
+        try:
+            found = plan_cells(cut, run, decompose=options.decompose)
+        except NotSweepableError:
+            found = _cut_last(part, options, run)
     options = for_all_solids(part, options)
     return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
+
+
+def _cut_last(part: Part, options: SweepOptions, run: Run) -> Complex:
+    """The cells of a part as it is, cut as its user asks: a swept cell is often one on both sides of a cut.
+
+    Raises
+    ------
+    NotSweepableError
+        Why the part has no cells, or these none after the cuts.
+    """
+    cells = plan_cells(part, run, decompose=options.decompose).part
+    return plan_cells(cad.apply_cuts(cells, options.cuts or ()), run, decompose=options.decompose)
 
 
 def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:

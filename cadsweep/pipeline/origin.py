@@ -49,6 +49,11 @@ class Origin:
         return sweep_entities(self.part, self.sweep, self.surfaces, self.factored)
 
     @property
+    def joined(self) -> JoinedMesh:
+        """The mesh as arrays, working units."""
+        return self.entities.joined
+
+    @property
     def names(self) -> NamedFaces:
         """Names of the faces that are no cuts."""
         return name_sweep(self.sweep)
@@ -67,6 +72,12 @@ class Origin:
     def references(self) -> CadReference:
         """What the CAD model says that the mesh must be."""
         return make_reference(self.part, self.sweep)
+
+    def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
+        """Of a mesh that was made of this one, and is no product of factors."""
+        return CellsOrigin(
+            model=self.part, part=self.part, joined=joined, names=self.names, options=self.options, sweep=self.sweep
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,6 +122,10 @@ class CellsOrigin:
     def references(self) -> CadReference | Mapping[str, CadReference]:
         """What the CAD model says that the mesh must be."""
         return make_references(self.part, self.names) if self.sweep is None else make_reference(self.part, self.sweep)
+
+    def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
+        """Of a mesh that was made of this one, and is no product of factors."""
+        return replace(self, joined=joined, cells=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

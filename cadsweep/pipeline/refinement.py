@@ -1,15 +1,11 @@
 """Nested refinement: every hexahedron into eight, the nodes there are kept, the new ones on the CAD model.
 
-Place in the flow: after a mesh is made; :func:`refine` is public, and ``refine=K`` of ``sweep_mesh`` calls it.
+Place in the flow: after a mesh is made; :func:`refine` is public, and ``refine=K`` of ``sweep_mesh`` calls it. It asks
+where nodes are (:mod:`cadsweep.entity`), and not how the mesh was made.
 
-Method: on the boundary the new nodes are those of hexahedra of 27 nodes: middles of segments on the CAD's edges,
-middles and centres of quads on its faces (:mod:`cadsweep.orders`). They make a source cap, rings and a target cap with
-half the steps, and the inner nodes of those come from one factored sweep. What it places a coarse node away from where
-it is, by smoothing or by the strategy, is added to the new nodes around in the mean, so that the mesh has no kinks at
-the nodes that stay. Caps are evened out where quads at a rim got worse (:mod:`.refined_caps`). Where the checks find
-an invalid hex, the new nodes, and they alone, are smoothed.
-
-Meshes of several cells are refined by :mod:`.cells_refinement`.
+Method: the new nodes are those of hexahedra of 27 nodes (:mod:`cadsweep.orders`): on the CAD's edges and faces, and
+inside by the bow of the edges, which fades harmonically, and by transfinite interpolation. Where the checks find an
+invalid hex, or one far worse than it was, the new nodes, and they alone, are smoothed.
 
 Not handled: a quad with two segments on one smooth curve has an angle there that tends to two right ones, whatever is
 done inside: nested meshes keep such quads, and their worst scaled Jacobian halves.
@@ -17,30 +13,33 @@ done inside: nested meshes keep such quads, and their worst scaled Jacobian halv
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from .. import estimate, smoothing
-from ..blocks.block import FactoredMesh
-from ..blocks.halves import Halved, halve, halved_surfaces
-from ..blocks.reference import make_reference
+from .. import estimate
+from ..arrays import BoolArray, FloatArray, IntArray
+from ..blocks.halved_cells import halve_joined, split_quads
+from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
+from ..blocks.joined import JoinedMesh
+from ..blocks.naming import NamedFaces
+from ..brep import Part
 from ..errors import InputError
-from ..mesh import HexMesh, SurfaceMesh
+from ..lattice import find_rows
+from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.curving import project_to_edges, project_to_faces
-from ..orders.elevate import elevate, place_lattice
-from ..projection import project_layers
-from ..quality import check_mesh
-from ..segments import ring_segments
-from .cells_refinement import refine_cells
+from ..orders.curving import curves_of, surfaces_of
+from ..orders.elevate import place_lattice
+from ..projection.target import GOOD_ENOUGH
+from .cells_accuracy import boundary_distance
 from .groups import put_together
-from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
+from .origin import GroupsOrigin, origin_of
 from .pairs import with_pairs
-from .refined_caps import share_out
 from .refusing import refusal
 from .run import Run, silent
+from .several import checked_cells
 
 MOST_LEVELS = 8
 """Each makes eight times as many hexes."""
@@ -102,24 +101,7 @@ def _refine(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
     origin = origin_of(mesh, "refining")
     if isinstance(origin, GroupsOrigin):
         return _refine_groups(origin, levels, run)
-    if isinstance(origin, CellsOrigin):
-        cells, parents = refine_cells(mesh, levels, run)
-        return replace(
-            cells, parents=parents, info={**cells.info, "coarse_nodes": np.arange(len(origin.joined.points))}
-        )
-    parents, kept = (
-        np.arange(mesh.n_hexes),
-        np.arange(origin.factored.structure.n_nodes * origin.factored.n_node_layers),
-    )
-    fine = _first_order(mesh, origin)
-    for _ in range(levels):
-        fine, halved = _halved_mesh(fine)
-        parents = parents[halved.parents]
-        kept = halved.nodes[kept]
-    if mesh.order > 1:
-        fine = _high_order(fine, mesh.order, mesh.hexes.shape[1])
-    info = {**fine.info, "way": mesh.info.get("way"), "coarse_nodes": kept}
-    return with_pairs(replace(fine, parents=parents, info=info))
+    return _refine_cells(mesh, levels, run)
 
 
 def _refine_groups(origin: GroupsOrigin, levels: int, run: Run) -> HexMesh:
@@ -146,133 +128,106 @@ def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:
         return refine(mesh, options.refine)
 
 
-def _first_order(mesh: HexMesh, origin: Origin) -> HexMesh:
-    """The mesh as one of order 1."""
-    if mesh.order == 1:
-        return mesh
-    plain = origin.factored.to_mesh()
-    return replace(plain, points=mesh.points[: plain.n_nodes], origin=origin)
+def _refine_cells(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
+    """A mesh with its steps halved `levels` times."""
+    origin = mesh.origin
+    part, names, joined = origin.part, origin.names, origin.joined
+    parents = np.arange(len(joined.hexes))
+    plain = replace(origin.options, order=1, nodes=20)
+    info: dict[str, Any] = {**mesh.info, "notes": list(mesh.info["notes"])}
+    fine = _first_order(mesh, part, joined)
+    for level in range(levels):
+        lattice, hexes, edges, faces = place_lattice(
+            fine, nodes=27, curves=curves_of(part, joined), surfaces=surfaces_of(part, joined, names)
+        )
+        assert faces is not None
+        middle = Middles(n=fine.n_nodes, edges=edges, faces=faces)
+        halved = _halved(joined, (lattice[fine.n_nodes :] - part.offset) / part.scale, hexes, middle)
+        parents = np.repeat(parents, 8)
+        info["distance"] = boundary_distance(part, halved, names) * part.scale
+        info = {**info, "sweeps": [{**sweep, "layers": 2 * sweep["layers"]} for sweep in info["sweeps"]]}
+        kept = np.zeros(len(halved.points), dtype=bool)
+        kept[: fine.n_nodes] = True
+        goal = GOOD_ENOUGH * fine.info["quality"].min_scaled_jacobian
+        fine = checked_cells(
+            part,
+            halved,
+            names,
+            plain if level < levels - 1 else origin.options,
+            run,
+            make=partial(_fine_mesh, fine, middle, part),
+            info=info,
+            smooth_below=goal,
+            goal=goal,
+            kept=kept,
+            slides=None
+            if origin.options.wall_layers  # whose heights were asked for
+            else partial(_new_slides, part, halved, names, origin.options, kept),
+            references=origin.references,
+        )
+        report = fine.info["quality"]
+        if not report.valid and not origin.options.allow_inverted:
+            raise refusal(report)
+        joined = fine.origin.joined
+    info = {**fine.info, "coarse_nodes": np.arange(len(origin.joined.points))}
+    return with_pairs(replace(fine, origin=origin.of_joined(joined), parents=parents, info=info))
 
 
-def _high_order(mesh: HexMesh, order: int, nodes: int) -> HexMesh:
-    origin: Origin = mesh.origin
-    part, sweep = origin.part, origin.sweep
-    curved = elevate(
-        mesh,
-        order=order,
-        nodes=nodes,
-        curves=project_to_edges(part, sweep, origin.surfaces),
-        surfaces=project_to_faces(part, sweep, origin.factored),
-        allow_inverted=origin.options.allow_inverted,
-    )
-    return _checked(curved, origin)
+def _new_slides(
+    part: Part, halved: JoinedMesh, names: NamedFaces, options: SweepOptions, kept: BoolArray
+) -> InterfaceSlides:
+    """New nodes inside faces, which may move on these."""
+    slides = find_interface_slides(part, halved, names, along_edges=False, outside=not options.periodic)
+    return replace(slides, mask=slides.mask & ~kept)
 
 
-def _halved_mesh(mesh: HexMesh) -> tuple[HexMesh, Halved]:
-    origin: Origin = mesh.origin
-    part, sweep, factored = origin.part, origin.sweep, origin.factored
-    lattice, hexes, _, _ = place_lattice(
-        mesh,
-        nodes=27,
-        curves=project_to_edges(part, sweep, origin.surfaces),
-        surfaces=project_to_faces(part, sweep, factored),
-    )
-    halved = halve(factored.structure, hexes)
-    model = lattice[halved.lattice]
-    points = (model - factored.offset) / factored.scale
-    if not halved.structure.periodic:
-        placed = points[[0, -1]]
-        share_out(points, halved, sweep, origin.surfaces)
-        for layer, before in zip((0, -1), placed, strict=True):
-            moved = (points[layer] != before).any(axis=1)
-            model[layer][moved] = points[layer][moved] * factored.scale + factored.offset
-    around, along = (edges for _, edges in ring_segments(sweep, origin.surfaces))
-    surfaces = halved_surfaces(
-        halved, origin.surfaces, points, around=around, along=along, target_edges=sweep.target_edges
-    )
-    fine = _factored(origin, halved, surfaces, points)
-    made = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=fine, options=origin.options)
-    result = _exact(fine.to_mesh(), mesh, halved, model, made)
-    report = check_mesh(result, cad=make_reference(part, sweep))
-    if not report.valid and origin.options.smoothing:
-        made = replace(made, factored=_smoothed(fine, halved))
-        result = _exact(made.factored.to_mesh(), mesh, halved, model, made)
-    return _checked(result, made), halved
+def _first_order(mesh: HexMesh, part: Part, joined: JoinedMesh) -> HexMesh:
+    """The mesh as one of order 1: of a hex and a quad of order 2 the corners come first."""
+    boundaries = {name: quads[:, :4] for name, quads in mesh.boundaries.items()}
+    interfaces = {name: quads[:, :4] for name, quads in mesh.interfaces.items()}
+    points = mesh.points[: len(joined.points)]
+    return replace(mesh, points=points, hexes=mesh.hexes[:, :8], boundaries=boundaries, interfaces=interfaces)
 
 
-def _exact(fine: HexMesh, coarse: HexMesh, halved: Halved, model: np.ndarray, origin: Origin) -> HexMesh:
-    """The mesh with the coarse nodes, and those on its boundary, where they are to the last bit."""
-    structure = halved.structure
-    boundary = np.zeros((origin.factored.n_node_layers, structure.n_nodes), dtype=bool)
-    boundary[:, np.concatenate(structure.loops)] = True
-    if not structure.periodic:
-        boundary[[0, -1]] = True
-    points = fine.points
-    points[boundary.reshape(-1)] = model[: len(boundary)][boundary]
-    points[halved.nodes] = coarse.points
-    return replace(fine, origin=origin)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Middles:
+    """Numbers of the nodes between the `n` coarse ones: in the middle of edges (e, 2), then of quads (f, 4)."""
+
+    n: int
+    edges: IntArray
+    faces: IntArray
+
+    def of_edges(self, pairs: IntArray) -> IntArray:
+        """Nodes in the middle of segments (s, 2)."""
+        return self.n + find_rows(self.edges, np.sort(pairs, axis=1), "segment")
+
+    def split(self, quads: IntArray) -> IntArray:
+        """Quads (q, 4) as four each."""
+        sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
+        centres = self.n + len(self.edges) + find_rows(self.faces, np.sort(quads, axis=1), "quad")
+        return split_quads(quads, self.of_edges(sides).reshape(-1, 4), centres)
 
 
-def _checked(mesh: HexMesh, origin: Origin) -> HexMesh:
-    report = check_mesh(mesh, cad=make_reference(origin.part, origin.sweep))
-    if not report.valid and not origin.options.allow_inverted:
-        raise refusal(report, origin.part, origin.sweep)
-    return replace(mesh, info={**mesh.info, "quality": report})
-
-
-def _factored(origin: Origin, halved: Halved, surfaces: SurfaceMesh, points: np.ndarray) -> FactoredMesh:
-    """The factors of the fine sweep, and what the coarse nodes ask of it besides."""
-    coarse, options = origin.factored, origin.options
-    placed = project_layers(
-        surfaces.source.points,
-        surfaces.source.quads,
-        surfaces.rings,
-        loops=surfaces.source.loops,
-        functional=options.functional,
-        strategy=options.strategy,
-        target_points=points[-1],
-        residual=options.residual,
-    )
-    n, n_layers = halved.n_coarse, coarse.structure.n_layers
-    wanted = points[::2, :n]
-    swept = np.asarray(placed.points(slice(0, 2 * n_layers + 1)))
-    shifts = halved.prolonged(wanted - swept[::2, :n])
-    shifts[:, np.concatenate(surfaces.source.loops)] = 0.0
-    shifts[[0, -1]] = 0.0
-    last = 2 * n_layers + (not halved.structure.periodic)
-    moved = np.flatnonzero((shifts[:last] != 0.0).any(axis=2))
-    info: dict[str, Any] = {**coarse.info, "notes": [*coarse.info["notes"]]}
-    info["sweeps"] = [
-        {**sweep, "layers": 2 * sweep["layers"], "span_layers": [2 * one for one in sweep["span_layers"]]}
-        for sweep in coarse.info["sweeps"]
-    ]
-    info.pop("quality", None)
-    info.pop("distance", None)  # of the coarse mesh
-    return replace(
-        coarse,
-        sweep=placed,
-        structure=halved.structure,
-        source_owners=np.repeat(coarse.source_owners, 4),
-        target_owners=np.repeat(coarse.target_owners, 4),
-        side_owners=np.repeat(np.repeat(coarse.side_owners, 2, axis=0), 2, axis=1),
-        kept_nodes=np.empty(0, dtype=np.int64),
-        moved_nodes=moved,
-        moved_points=(swept[:last] + shifts[:last]).reshape(-1, 3)[moved],
+def _fine_mesh(coarse: HexMesh, middle: Middles, part: Part, joined: JoinedMesh, info: dict[str, Any]) -> HexMesh:
+    """The mesh of `joined`, with the names of the coarse one, whose nodes stay to the last bit."""
+    points = part.to_model(joined.points)
+    points[: coarse.n_nodes] = coarse.points
+    return HexMesh(
+        points=points,
+        hexes=joined.hexes,
+        boundaries={name: middle.split(quads) for name, quads in coarse.boundaries.items()},
+        interfaces={name: middle.split(quads) for name, quads in coarse.interfaces.items()},
+        parts={name: (8 * ids[:, None] + np.arange(8)).reshape(-1) for name, ids in coarse.parts.items()},
         info=info,
     )
 
 
-def _smoothed(fine: FactoredMesh, halved: Halved) -> FactoredMesh:
-    """Mend the worst places by moving new nodes alone."""
-    structure = halved.structure
-    fixed = np.zeros((fine.n_node_layers, structure.n_nodes), dtype=bool)
-    fixed[:, np.concatenate(structure.loops)] = True
-    fixed[::2, : halved.n_coarse] = True
-    if not structure.periodic:
-        fixed[[0, -1]] = True
-    points = fine.points().reshape(-1, 3)
-    better = smoothing.improve(points, structure, fixed=fixed.reshape(-1))
-    fine = fine.noted(better.steps)
-    moved = np.union1d(fine.moved_nodes, better.nodes)
-    points[better.nodes] = better.positions
-    return replace(fine, moved_nodes=moved, moved_points=(points[moved] - fine.offset) / fine.scale)
+def _halved(joined: JoinedMesh, places: FloatArray, hexes: IntArray, middle: Middles) -> JoinedMesh:
+    """The joined mesh with new nodes at `places`, working units."""
+    chains = {}
+    for key, nodes in joined.edge_nodes.items():
+        chain = np.empty(2 * len(nodes) - 1, dtype=np.int64)
+        chain[::2] = nodes
+        chain[1::2] = middle.of_edges(np.column_stack([nodes[:-1], nodes[1:]]))
+        chains[key] = chain
+    return halve_joined(joined, np.concatenate([joined.points, places]), hexes, middle.split(joined.quads), chains)

@@ -6,7 +6,7 @@ open, faces merged); those that touch are planned and meshed together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -30,7 +30,7 @@ from ..options import SweepOptions
 from ..orders.curving import curves_of, surfaces_of
 from ..orders.elevate import elevate
 from ..plan import Fill
-from ..quality import QualityReport, check_mesh
+from ..quality import CadReference, QualityReport, check_mesh
 from ..quality.thickness import single_share
 from ..smoothing import Blocks, Slides
 from ..sweep import Intervals
@@ -265,6 +265,7 @@ def checked_cells(
     goal: float = smoothing.GOAL,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
+    references: CadReference | Mapping[str, CadReference] | None = None,
 ) -> HexMesh:
     """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
 
@@ -280,13 +281,16 @@ def checked_cells(
         Nodes that smoothing must not move, besides those on the model's faces.
     slides : callable or None
         Gives the nodes on the model's faces that smoothing may move on these.
+    references : optional
+        What the CAD model says that the mesh must be, where that is not what its solids say by name.
 
     Returns
     -------
     HexMesh
         With its report as ``info["quality"]``, valid or not.
     """
-    references = make_references(part, names)
+    if references is None:
+        references = make_references(part, names)
 
     def checked(joined: JoinedMesh) -> tuple[HexMesh, QualityReport]:
         with run.stage("assembly"):
@@ -359,7 +363,8 @@ def find_slides(
         joined,
         names,
         along_edges=not (options.biases or matched),
-        outside=not matched and (bool(names.between) or options.tolerance is None),
+        outside=not matched,
+        curved=options.tolerance is None,
     )
 
 

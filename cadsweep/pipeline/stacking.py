@@ -287,7 +287,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         made.joined,
         options,
         run,
-        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *made.notes],
+        notes=[*stack.notes, *dict.fromkeys(walls.plan.notes), *made.notes, *_without_effect(options)],
         found=off,
         # Nodes that answer others, or stand at a distance from a wall that was asked for, stay where they are.
         slides=None
@@ -339,18 +339,18 @@ def _merged(known: _Known, size: float | None) -> _Known:
 
 
 def _only_for_sweeps(options: SweepOptions) -> None:
-    """Refuse what columns have no use for: their layers go by levels, and their nodes stay over those of the plane."""
-    for name, instead in (("fractions", "try size and sizes"), ("bias", "try size and sizes")):
+    """Refuse what columns have no use for: their layers go by levels."""
+    for name in ("fractions", "bias"):
         if getattr(options, name) is not None:
-            raise _not_for_columns(name, instead)
+            raise InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: try size and sizes")
+
+
+def _without_effect(options: SweepOptions) -> list[str]:
+    """The note on how layers are to be placed: in columns all nodes of one stand over each other, under any map."""
     usual = SweepOptions()
-    for name in ("functional", "strategy", "residual"):
-        if getattr(options, name) != getattr(usual, name):
-            raise _not_for_columns(name, "leave it out")
-
-
-def _not_for_columns(name: str, instead: str) -> InputError:
-    return InputError(f"{name} goes with a plain sweep, and this part is a stack of columns: {instead}")
+    names = [name for name in ("functional", "strategy", "residual") if getattr(options, name) != getattr(usual, name)]
+    said = f"{' and '.join(names)} of no effect: the part is a stack of columns, which stand straight"
+    return [said] if names else []
 
 
 def _limits(stack: Stack, reached: float) -> list[str]:

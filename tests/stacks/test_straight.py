@@ -112,7 +112,13 @@ def test_only_faces_between_columns_are_matched(part, monkeypatch):
     assert cs.sweep_mesh(part, size=2.0).info["quality"].valid
 
 
-@pytest.mark.parametrize("option", [{"strategy": "source"}, {"functional": "F"}, {"residual": False}, {"bias": 2.0}])
+def test_columns_stand_straight_under_any_functional(part):
+    plain, asked = (cs.sweep_mesh(part, size=2.0, **own) for own in ({}, {"functional": "F", "residual": False}))
+    assert np.array_equal(asked.points, plain.points)
+    assert any(note.startswith("functional and residual of no effect") for note in asked.info["notes"])
+
+
+@pytest.mark.parametrize("option", [{"bias": 2.0}, {"fractions": [0.0, 0.5, 1.0]}])
 def test_what_columns_have_no_use_for_is_refused(part, option):
     (name,) = option
     with pytest.raises(cs.InputError, match=f"^{name} goes with a plain sweep, and this part is a stack of columns"):
