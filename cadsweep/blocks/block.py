@@ -99,6 +99,10 @@ class FactoredMesh:
             block.reshape(-1, 3)[self.moved_nodes[first:last] - start * n] = self.moved_points[first:last]
         return self.to_model(block)
 
+    def working_points(self) -> FloatArray:
+        """All nodes (n, 3), layer by layer, working units."""
+        return replace(self, scale=1.0, offset=np.zeros(3)).points().reshape(-1, 3)
+
     def to_model(self, points: FloatArray) -> FloatArray:
         """Bring working points to model units, in place where there is anything to do."""
         if self.scale != 1.0:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
@@ -70,6 +70,11 @@ def reading(path: str | PathLike[str]) -> Iterator[dict[str, Any]]:
         raise InputError(
             f"{path}: not a file of sweep factors, or a damaged one ({error}); write or copy it again"
         ) from error
+
+
+def has_factors(arrays: Mapping[str, Any]) -> bool:
+    """Whether arrays are, or have among them, those of :func:`factor_arrays`."""
+    return _PREFIX + "text" in arrays
 
 
 def factored_of_arrays(arrays: dict[str, Any]) -> FactoredMesh:

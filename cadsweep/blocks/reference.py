@@ -19,13 +19,18 @@ Names = frozenset[str]
 def make_reference(part: Part, sweep: Sweep) -> CadReference:
     """What the CAD model says of a solid that is swept by itself, in model units."""
     alone = Part(solids=(sweep.solid,), scale=part.scale, offset=part.offset)
-    return _Reference(alone, name_sweep(sweep), 0, ring=sweep if sweep.closed else None).make()
+    return _Reference(alone, name_sweep(sweep), 0, twins=twins_of(sweep)).make()
 
 
-def make_references(part: Part, names: NamedFaces) -> dict[str, CadReference]:
-    """What the CAD model says of every solid, by name, in model units."""
+def twins_of(sweep: Sweep) -> dict[int, int] | None:
+    """Of a ring that was cut open, the edges of the one side of the cut, and those of the other at the same places."""
+    return {t: e for e, (t, _) in sweep.target_edges.items()} if sweep.closed else None
+
+
+def make_references(part: Part, names: NamedFaces, twins: Mapping[int, int] | None = None) -> dict[str, CadReference]:
+    """What the CAD model says of every solid, by name, in model units; `twins` as by :func:`twins_of`."""
     return {
-        model.name: _Reference(part, names, owner).make()
+        model.name: _Reference(part, names, owner, twins=twins).make()
         for owner, model in enumerate(part.models)
         if owner in part.owners
     }
@@ -34,11 +39,11 @@ def make_references(part: Part, names: NamedFaces) -> dict[str, CadReference]:
 class _Reference:
     """The outside of one solid of the model, put together from its cells' faces that are no cuts."""
 
-    def __init__(self, part: Part, names: NamedFaces, owner: int, *, ring: Sweep | None = None) -> None:
-        """`ring`: the sweep of a solid that was cut open, whose caps are in one place."""
+    def __init__(self, part: Part, names: NamedFaces, owner: int, *, twins: Mapping[int, int] | None) -> None:
+        """`twins`: of a ring that was cut open."""
         self.part = part
         self.owner = owner
-        self.ring = ring
+        self.ring = twins
         self.between = names.between
         self.cells = [cell for cell, own in enumerate(part.owners) if own == owner]
         self.pieces: dict[Piece, tuple[str, ...]] = {
@@ -192,8 +197,8 @@ class _Reference:
         """Edges, by key, in one place: of a ring cut open, the sides beside both edges of a pair meet there."""
         if self.ring is None:
             return {}
-        keys = self.ring.solid.edge_keys.tolist()
-        found = {keys[t]: keys[e] for e, (t, _) in self.ring.target_edges.items()}
+        keys = self.part.solids[self.cells[0]].edge_keys.tolist()
+        found = {keys[t]: keys[e] for t, e in self.ring.items()}
         return found | {e: t for t, e in found.items()}
 
 

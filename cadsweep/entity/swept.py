@@ -5,8 +5,6 @@ Place in the flow: ``pipeline`` makes the :class:`~.entities.Entities` of a swee
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
@@ -25,7 +23,7 @@ def sweep_entities(part: Part, sweep: Sweep, surfaces: SurfaceMesh, factored: Fa
     """Where the nodes of a sweep's mesh are, numbered as there: layer by layer."""
     structure = factored.structure
     n, n_layers = structure.n_nodes, structure.n_layers
-    points = replace(factored, scale=1.0, offset=np.zeros(3)).points().reshape(-1, 3)
+    points = factored.working_points()
     joined = JoinedMesh(
         points=points,
         hexes=sweep_hexes(structure.quads, n, n_layers, periodic=structure.periodic),

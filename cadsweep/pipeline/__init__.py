@@ -18,8 +18,7 @@ complexes  the cells of a part and a plan for them (`decomposing`, `assemblies` 
 meshing    what users call
 origin     what a mesh was made from
 refinement every hexahedron into eight; `family`: nested meshes
-like       the mesh of one part on another: `matching` pairs their `graphs`, `template` is the mesh, `sweep_like` and
-           `cells_like` carry it
+like       the mesh of one part on another: `matching` pairs their `graphs`, `template` is the mesh
 derivatives nodes by a parameter of the model
 run        seconds by stage, progress
 ========== =========================================================================

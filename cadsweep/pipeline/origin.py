@@ -11,7 +11,7 @@ from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import NamedFaces, name_sweep
-from ..blocks.reference import make_reference, make_references
+from ..blocks.reference import make_reference, make_references, twins_of
 from ..brep import Part
 from ..entity.entities import Entities
 from ..errors import InputError
@@ -73,10 +73,26 @@ class Origin:
         """What the CAD model says that the mesh must be."""
         return make_reference(self.part, self.sweep)
 
+    @property
+    def twins(self) -> dict[int, int] | None:
+        """Of a ring that was cut open, edges at the same places."""
+        return twins_of(self.sweep)
+
+    @property
+    def is_swept(self) -> bool:
+        """Whether the model is as it was made ready for one sweep."""
+        return True
+
     def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
         """Of a mesh that was made of this one, and is no product of factors."""
         return CellsOrigin(
-            model=self.part, part=self.part, joined=joined, names=self.names, options=self.options, sweep=self.sweep
+            model=self.part,
+            part=self.part,
+            joined=joined,
+            names=self.names,
+            options=self.options,
+            twins=self.twins,
+            is_swept=True,
         )
 
 
@@ -96,8 +112,10 @@ class CellsOrigin:
     options : SweepOptions
     cells : CellBlocks, FactoredMesh or None
         The factors of which `joined` was multiplied out before its nodes were smoothed, where it was.
-    sweep : Sweep or None
-        How the one cell is swept, of a mesh that was refined or carried from one of one sweep.
+    twins : dict of int to int or None
+        Of a ring that was cut open, edges at the same places.
+    is_swept : bool
+        Whether the model is as it was made ready for one sweep, of a mesh that was refined or carried from such a one.
     """
 
     model: Part
@@ -106,7 +124,8 @@ class CellsOrigin:
     names: NamedFaces
     options: SweepOptions
     cells: CellBlocks | FactoredMesh | None = None
-    sweep: Sweep | None = None
+    twins: dict[int, int] | None = None
+    is_swept: bool = False
 
     @cached_property
     def entities(self) -> Entities:
@@ -121,7 +140,8 @@ class CellsOrigin:
     @property
     def references(self) -> CadReference | Mapping[str, CadReference]:
         """What the CAD model says that the mesh must be."""
-        return make_references(self.part, self.names) if self.sweep is None else make_reference(self.part, self.sweep)
+        found = make_references(self.part, self.names, self.twins)
+        return next(iter(found.values())) if self.is_swept else found
 
     def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
         """Of a mesh that was made of this one, and is no product of factors."""
@@ -192,3 +212,12 @@ def made_of(mesh: HexMesh, model: Part) -> HexMesh:
     if not isinstance(mesh.origin, CellsOrigin):
         return mesh
     return replace(mesh, origin=replace(mesh.origin, model=model))
+
+
+def first_order(mesh: HexMesh, n_nodes: int) -> HexMesh:
+    """A mesh with so many corners as one of order 1: of a hex and a quad of any order they come first."""
+    boundaries = {name: quads[:, :4] for name, quads in mesh.boundaries.items()}
+    interfaces = {name: quads[:, :4] for name, quads in mesh.interfaces.items()}
+    return replace(
+        mesh, points=mesh.points[:n_nodes], hexes=mesh.hexes[:, :8], boundaries=boundaries, interfaces=interfaces
+    )

@@ -35,7 +35,7 @@ from ..orders.elevate import place_lattice
 from ..projection.target import GOOD_ENOUGH
 from .cells_accuracy import boundary_distance
 from .groups import put_together
-from .origin import GroupsOrigin, origin_of
+from .origin import GroupsOrigin, first_order, origin_of
 from .pairs import with_pairs
 from .refusing import refusal
 from .run import Run, silent
@@ -135,7 +135,7 @@ def _refine_cells(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
     parents = np.arange(len(joined.hexes))
     plain = replace(origin.options, order=1, nodes=20)
     info: dict[str, Any] = {**mesh.info, "notes": list(mesh.info["notes"])}
-    fine = _first_order(mesh, part, joined)
+    fine = first_order(mesh, len(joined.points))
     for level in range(levels):
         lattice, hexes, edges, faces = place_lattice(
             fine, nodes=27, curves=curves_of(part, joined), surfaces=surfaces_of(part, joined, names)
@@ -179,14 +179,6 @@ def _new_slides(
     """New nodes inside faces, which may move on these."""
     slides = find_interface_slides(part, halved, names, along_edges=False, outside=not options.periodic)
     return replace(slides, mask=slides.mask & ~kept)
-
-
-def _first_order(mesh: HexMesh, part: Part, joined: JoinedMesh) -> HexMesh:
-    """The mesh as one of order 1: of a hex and a quad of order 2 the corners come first."""
-    boundaries = {name: quads[:, :4] for name, quads in mesh.boundaries.items()}
-    interfaces = {name: quads[:, :4] for name, quads in mesh.interfaces.items()}
-    points = mesh.points[: len(joined.points)]
-    return replace(mesh, points=points, hexes=mesh.hexes[:, :8], boundaries=boundaries, interfaces=interfaces)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,37 +1,41 @@
 """What another part's mesh must know of a mesh to be like it: no CAD, arrays and names alone.
 
-Place in the flow: made from a mesh's :class:`~.origin.Origin`, or read from a file of factors, which holds it;
-:mod:`.like` carries it to another part.
+Place in the flow: made from what a mesh was made from (:mod:`.origin`), or read from a file, which holds it;
+:mod:`.like` carries it to another part. It is by the model's faces, edges and vertices, whatever the mesh is made of.
+Ids of these run through all solids of the model (:func:`~.graphs.first_ids`).
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..blocks.block import FactoredMesh
-from ..mesh import HexMesh, QuadMesh, SurfaceMesh
+from ..blocks.cells import CellBlocks
+from ..brep import Edge, Solid, Units
+from ..entity.entities import Entities
+from ..mesh import HexMesh
+from ..options import SweepOptions
 from ..projection.carried import MeshedFace, meshed_face
-from ..sweep import LinkingSide, Sweep
-from .cells_template import (
-    CellsTemplate,
-    faces_of_arrays,
-    make_cells_template,
-    meshed_words,
-    parameter_arrays,
-    tuples,
-)
-from .graphs import Graph, graph_of
-from .origin import CellsOrigin, GroupsOrigin, Origin, origin_of
+from .graphs import Graph, first_ids, graph_of_part
+from .model_faces import OnModel, find_on_model
+from .origin import CellsOrigin, GroupsOrigin, Origin, first_order, origin_of
 
-PREFIX = "like_"
 
-_CHAINS = ("bottom", "right", "top", "left")
+class FactoredCells(NamedTuple):
+    """Cells as factors, and the units of the model that their nodes are brought to."""
+
+    cells: CellBlocks
+    units: Units
+
+    def placed(self) -> tuple[FloatArray, FloatArray, IntArray]:
+        """Nodes in working and in model units, and hexahedra."""
+        joined = self.cells.joined()
+        return joined.points, self.units.to_model(joined.points), joined.hexes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,38 +44,64 @@ class Template:
 
     Attributes
     ----------
-    factored : FactoredMesh
+    points : (n, 3) float64
+        Working units.
+    mesh : HexMesh
+        Of order 1, in model units; what others get of it are its hexes and names.
     graph : Graph
-        Of the solid that was swept.
-    roles : dict
-        The fields of its :class:`~cadsweep.sweep.Sweep`, but the solid.
-    surfaces : SurfaceMesh
-    target_faces : (q,) int64
-        Face of every quad of the target cap.
+        Of the solids before they were cut.
+    hex_solids : (m,) int64
+        Solid of every hex.
+    quads : (q, 4) int64
+        Boundary of every solid, outward; a quad between two solids stands here twice.
+    quad_faces : (q,) int64
     faces : dict of int to MeshedFace
-        By face id; nodes are numbered layer by layer, ``k * n_nodes + i``, also those of the last layer of a ring.
-    on_edges : dict of int to ((m,) int64, (m,) float64)
-        Nodes on every edge, vertices left out, and their fractions of its arc length.
+        Of a face between two solids, the first one's.
+    edges : dict of int to ((m,) int64, (m,) float64)
+        Nodes along every edge that is followed, start to end, and their fractions of its arc length.
+    vertices : (v,) int64
+        Node on every vertex; -1 where there is none, as on a seam that nothing follows.
+    outside, between : dict of int to tuple of str
+        Names of boundaries and interfaces by face.
+    first_faces : tuple of int
+        A face of every solid.
+    first : tuple of int
+        Faces of the solids that the names of their interfaces begin with.
+    solids : dict of str to Any
+        What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
+    factored : FactoredCells, FactoredMesh or None
+        What `points` and the mesh's nodes and hexes are multiplied out of, where it is known.
+    answers : dict of int to int
+        Of one sweep, the face of the target that every face of the source is carried to.
+    twins : dict of int to int or None
+        Of a ring that was cut open, the edges of the one side of the cut, and those of the other at the same places.
+    is_swept : bool
+        Whether the model was made ready for one sweep, as another part has to be; and the caps that its user named.
     choice : (Any, Any)
-        The caps that the user named, if so.
     residual : bool
-        Whether the sweep carries what its affine maps leave.
+        Whether one sweep carries what its affine maps leave.
     """
 
-    factored: FactoredMesh
+    points: FloatArray
+    mesh: HexMesh
     graph: Graph
-    roles: dict[str, Any]
-    surfaces: SurfaceMesh
-    target_faces: IntArray
+    hex_solids: IntArray
+    quads: IntArray
+    quad_faces: IntArray
     faces: dict[int, MeshedFace]
-    on_edges: dict[int, tuple[IntArray, FloatArray]]
+    edges: dict[int, tuple[IntArray, FloatArray]]
+    vertices: IntArray
+    outside: dict[int, tuple[str, ...]]
+    between: dict[int, tuple[str, ...]]
+    first_faces: tuple[int, ...]
+    first: tuple[int, ...]
+    solids: dict[str, Any]
+    factored: FactoredCells | FactoredMesh | None = None
+    answers: dict[int, int] = field(default_factory=dict)
+    twins: dict[int, int] | None = None
+    is_swept: bool = False
     choice: tuple[Any, Any] = (None, None)
     residual: bool = True
-
-    @property
-    def n_layers(self) -> int:
-        """Layers of hexahedra."""
-        return self.factored.structure.n_layers
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,7 +123,7 @@ class GroupsTemplate:
     solids: dict[str, Any]
 
 
-AnyTemplate = Template | CellsTemplate | GroupsTemplate
+AnyTemplate = Template | GroupsTemplate
 
 
 def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
@@ -105,185 +135,131 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
         The mesh does not know its CAD model, or its nodes do not follow the model's edges.
     """
     origin = origin_of(mesh, purpose)
-    if isinstance(origin, CellsOrigin):
-        return make_cells_template(origin, mesh)
     if isinstance(origin, GroupsOrigin):
         return GroupsTemplate(
             groups=tuple((group.solids, make_template(group.mesh, purpose)) for group in origin.groups),
             mesh=mesh,
             solids=meshed_words(origin.options),
         )
-    return make_sweep_template(origin)
-
-
-def make_sweep_template(origin: Origin) -> Template:
-    """See a mesh of one sweep as a template."""
-    sweep, surfaces, factored = origin.sweep, origin.surfaces, origin.factored
-    source, n = surfaces.source, factored.structure.n_nodes
-    n_layers = factored.structure.n_layers
-    points = np.full((n_layers + 1, n, 3), np.nan)
-    points[:, np.concatenate(source.loops)] = surfaces.rings
-    points[0], points[-1] = source.points, factored.sweep.layer(n_layers)
-    flat = points.reshape(-1, 3)
-    target_faces = np.full(len(source.quads), sweep.target[0], dtype=np.int64)
-    if len(sweep.target) > 1:
-        for face, there in sweep.target_faces.items():
-            target_faces[source.faces == face] = there
-    owned = quads_of_faces(factored, surfaces, target_faces)
-    solid = sweep.solid
+    model, names, joined = origin.model, origin.names, origin.joined
+    starts, graph = first_ids(model), graph_of_part(model)
+    solid_of = {owner: solid for solid, owner in enumerate(model.owners)}
+    quads, faces, edges = [], [], dict[int, tuple[IntArray, FloatArray]]()
+    vertices = np.full(starts.vertices[-1], -1, dtype=np.int64)
+    outside, between, first = dict[int, tuple[str, ...]](), dict[int, tuple[str, ...]](), list[int]()
+    for owner, j in sorted(solid_of.items()):
+        own = [
+            (place, rows)
+            for place, rows in origin.entities.faces.items()
+            if (names.of(place) or origin.is_swept) and origin.part.owners[place[0]] == owner
+        ]
+        every = np.concatenate([rows for _, rows in own])
+        solid = model.solids[j]
+        is_whole = len(origin.part.solids) == len(model.solids) and origin.part.solids[j] is solid
+        found = _as_meshed(origin.entities, j, own) if is_whole else find_on_model(solid, joined.points, every)
+        quads.append(every)
+        faces.append(found.faces + starts.faces[j])
+        vertices[starts.vertices[j] : starts.vertices[j + 1]] = found.vertices
+        for e, chain in found.edges.items():
+            edges[starts.edges[j] + e] = chain, _fractions(solid.edges[e], chain, joined.points, found.vertices)
+        row = 0
+        for place, rows in own:
+            pieces = [f + starts.faces[j] for f in found.pieces[int(found.faces[row])]]
+            if place in names.outside:
+                outside |= dict.fromkeys(pieces, names.outside[place])
+            elif place in names.between:
+                between |= dict.fromkeys(pieces, names.between[place])
+                first += pieces if names.first[place] else []
+            row += len(rows)
+    ids, rows = np.concatenate(faces), np.concatenate(quads)
+    plain = first_order(mesh, len(joined.points))
     return Template(
-        factored=factored,
-        graph=graph_of(solid),
-        roles=_roles(sweep),
-        surfaces=surfaces,
-        target_faces=target_faces,
-        faces={face: meshed_face(quads, flat, solid.faces[face].surface) for face, quads in owned.items()},
-        on_edges={
-            edge: (nodes, np.clip(solid.edges[edge].curve.project(flat[nodes]), 0.0, 1.0))
-            for edge, nodes in _nodes_on_edges(sweep, surfaces, n).items()
-        },
+        points=joined.points,
+        mesh=replace(plain, origin=None, info={k: v for k, v in mesh.info.items() if k != "quality"}),
+        graph=graph,
+        hex_solids=np.array([solid_of[owner] for owner in origin.part.owners], dtype=np.int64)[joined.hex_cells],
+        quads=rows,
+        quad_faces=ids,
+        faces=_meshed(model.solids, joined.points, rows, ids, graph),
+        edges=edges,
+        vertices=vertices,
+        outside=outside,
+        between=between,
+        first_faces=starts.faces[:-1],
+        first=tuple(sorted(set(first))),
+        solids=meshed_words(origin.options),
+        factored=_factored(origin),
+        answers=_answers(origin),
+        twins=origin.twins,
+        is_swept=origin.is_swept,
         choice=(origin.options.source, origin.options.target),
         residual=origin.options.residual,
     )
 
 
-def quads_of_faces(factored: FactoredMesh, surfaces: SurfaceMesh, target_faces: IntArray) -> dict[int, IntArray]:
-    """Quads on every face, of nodes numbered layer by layer."""
-    source, structure = surfaces.source, factored.structure
-    n = structure.n_nodes
-    ring = np.concatenate(source.loops)
-    following = np.concatenate([np.roll(loop, -1) for loop in source.loops])
-    layers = np.arange(structure.n_layers)[:, None] * n
-    sides = np.stack([ring + layers, following + layers, following + layers + n, ring + layers + n], axis=-1)
-    found: dict[int, list[IntArray]] = {}
-    for ids, quads in (
-        (source.faces, source.quads),
-        (target_faces, source.quads + structure.n_layers * n),
-        (surfaces.side_faces.reshape(-1), sides.reshape(-1, 4)),
-    ):
-        for face in np.unique(ids).tolist():
-            found.setdefault(face, []).append(quads[ids == face])
-    return {face: np.concatenate(pieces) for face, pieces in found.items()}
+def _as_meshed(entities: Entities, cell: int, own: Sequence[tuple[tuple[int, int], IntArray]]) -> OnModel:
+    """What a solid's nodes are on, of one that nothing was cut from."""
+    solid = entities.part.solids[cell]
+    chains = {e: entities.chains.get(key) for e, key in enumerate(solid.edge_keys.tolist())}
+    return OnModel(
+        faces=np.repeat([face for (_, face), _ in own], [len(rows) for _, rows in own]),
+        edges={e: chain for e, chain in chains.items() if chain is not None},
+        vertices=np.array([entities.vertices.get(key, -1) for key in solid.vertex_keys.tolist()], dtype=np.int64),
+        pieces={face: (face,) for (_, face), _ in own},
+    )
 
 
-def _nodes_on_edges(sweep: Sweep, surfaces: SurfaceMesh, n: int) -> dict[int, IntArray]:
-    """Nodes inside every edge: on the rings, and on the inner edges of caps."""
-    source = surfaces.source
-    nodes = np.arange(len(surfaces.rings))[:, None] * n + np.concatenate(source.loops)
-    inside = (surfaces.node_edges >= 0) & (surfaces.node_vertices < 0)
-    found = {int(e): nodes[inside & (surfaces.node_edges == e)] for e in np.unique(surfaces.node_edges[inside])}
-    on_loops = {edge for loop in sweep.source_loops for edge, _ in loop}
-    last = (len(surfaces.rings) - 1) * n
-    for edge, chain in source.edge_nodes.items():
-        if edge in on_loops:
-            continue
-        found[edge] = chain[1:-1]
-        target = sweep.target_edges.get(edge, (-1, True))[0]
-        if target in surfaces.target_edge_points:
-            found[target] = chain[1:-1] + last
-    return found
+def _answers(origin: Origin | CellsOrigin) -> dict[int, int]:
+    """The face of the target that every face of the source of one sweep is carried to."""
+    if not isinstance(origin, Origin):
+        return {}
+    sweep = origin.sweep
+    alone = len(sweep.source) == len(sweep.target) == 1
+    return {sweep.source[0]: sweep.target[0]} if alone else dict(sweep.target_faces)
 
 
-def _roles(sweep: Sweep) -> dict[str, Any]:
-    sides = [{"face": s.face, **{name: getattr(s, name) for name in _CHAINS}} for s in sweep.linking_sides]
+def _fractions(edge: Edge, chain: IntArray, points: FloatArray, vertices: IntArray) -> FloatArray:
+    """Of an edge's length, where its nodes are; no number for a node over its end, which is of another edge."""
+    at = np.clip(edge.curve.project(points[chain]), 0.0, 1.0)
+    for place, vertex, end in ((0, edge.start, 0.0), (-1, edge.end, 1.0)):
+        if chain[place] == vertices[vertex]:
+            at[place] = end
+        elif at[place] == end:
+            at[place] = np.nan
+    return at
+
+
+def _factored(origin: Origin | CellsOrigin) -> FactoredCells | FactoredMesh | None:
+    """The factors of a mesh, with the nodes that are elsewhere by now; None where it is not made of any."""
+    factors, points = origin.factors, origin.joined.points
+    if isinstance(factors, FactoredMesh):
+        moved = np.flatnonzero((factors.working_points() != points).any(axis=1))
+        moved = np.union1d(factors.moved_nodes, moved).astype(np.int64)
+        return replace(factors, moved_nodes=moved, moved_points=points[moved])
+    if factors is None or not np.array_equal((first := factors.joined()).hexes, origin.joined.hexes):
+        return None
+    moved = np.flatnonzero((first.points != points).any(axis=1))
+    cells = replace(factors, moved_nodes=moved, moved_points=points[moved])
+    return FactoredCells(cells, Units(origin.part.scale, origin.part.offset))
+
+
+def meshed_words(options: SweepOptions) -> dict[str, Any]:
+    """Which solids are meshed, and whether they share what they touch in."""
     return {
-        "source": sweep.source,
-        "target": sweep.target,
-        "linking_sides": sides,
-        "source_loops": sweep.source_loops,
-        "target_loops": sweep.target_loops,
-        "rails": sweep.rails,
-        "stations": sweep.stations,
-        "spans": sweep.spans,
-        "span_lengths": sweep.span_lengths,
-        "target_faces": sorted(sweep.target_faces.items()),
-        "target_edges": sorted((e, *there) for e, there in sweep.target_edges.items()),
-        "score": sweep.score,
-        "closed": sweep.closed,
+        "only": None if options.only is None else list(options.only),
+        "skip": None if options.skip is None else list(options.skip),
+        "interfaces": options.interfaces,
     }
 
 
-def template_arrays(template: Template) -> dict[str, Any]:
-    """The own arrays of a sweep's template, for a numpy archive that holds its factors."""
-    surfaces, graph = template.surfaces, template.graph
-    text = {
-        "graph": {name: getattr(graph, name) for name in Graph.__dataclass_fields__},
-        "roles": template.roles,
-        "choice": template.choice if _is_plain(template.choice) else (None, None),
-        "residual": template.residual,
-        "faces": list(template.faces),
-        "edges": list(template.on_edges),
-        "edge_nodes": list(surfaces.source.edge_nodes),
-        "target_edges": list(surfaces.target_edge_points),
+def _meshed(
+    solids: Sequence[Solid], points: FloatArray, quads: IntArray, ids: IntArray, graph: Graph
+) -> dict[int, MeshedFace]:
+    """Every face with its quads, those between two solids once."""
+    surfaces = [face.surface for solid in solids for face in solid.faces]
+    twice = {max(pair) for pair in graph.shared_faces}
+    return {
+        face: meshed_face(quads[ids == face], points, surfaces[face])
+        for face in np.unique(ids).tolist()
+        if face not in twice
     }
-    arrays: dict[str, Any] = {
-        "text": np.array(json.dumps(text)),
-        "source_faces": surfaces.source.faces.astype(np.int32),
-        "side_faces": surfaces.side_faces.astype(np.int32),
-        "node_edges": surfaces.node_edges.astype(np.int32),
-        "node_vertices": surfaces.node_vertices.astype(np.int32),
-        "target_faces": template.target_faces.astype(np.int32),
-    }
-    arrays |= parameter_arrays(template.faces)
-    for edge, (nodes, fractions) in template.on_edges.items():
-        arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
-    for edge, nodes in surfaces.source.edge_nodes.items():
-        arrays[f"chain_{edge}"] = nodes
-    for edge, points in surfaces.target_edge_points.items():
-        arrays[f"target_{edge}"] = points
-    return {PREFIX + name: array for name, array in arrays.items()}
-
-
-def _is_plain(value: Any) -> bool:
-    try:
-        json.dumps(value)
-    except TypeError:
-        return False
-    return True
-
-
-def template_of_arrays(factored: FactoredMesh, arrays: Mapping[str, Any]) -> Template:
-    """The template again."""
-    own = {name.removeprefix(PREFIX): array for name, array in arrays.items() if name.startswith(PREFIX)}
-    text = json.loads(str(own["text"]))
-    sweep = factored.sweep
-    source = QuadMesh(
-        points=sweep.source_points,
-        quads=sweep.quads,
-        faces=own["source_faces"].astype(np.int64),
-        loops=sweep.loops,
-        edge_nodes={edge: own[f"chain_{edge}"] for edge in text["edge_nodes"]},
-    )
-    surfaces = SurfaceMesh(
-        source=source,
-        rings=sweep.rings,
-        side_faces=own["side_faces"].astype(np.int64),
-        node_edges=own["node_edges"].astype(np.int64),
-        node_vertices=own["node_vertices"].astype(np.int64),
-        target_edge_points={edge: own[f"target_{edge}"] for edge in text["target_edges"]},
-    )
-    target_faces = own["target_faces"].astype(np.int64)
-    n, n_layers = factored.structure.n_nodes, factored.structure.n_layers
-    points = np.full((n_layers + 1, n, 3), np.nan)
-    points[:, np.concatenate(sweep.loops)] = sweep.rings
-    points[0], points[-1] = sweep.source_points, sweep.layer(n_layers)
-    flat = points.reshape(-1, 3)
-    quads = quads_of_faces(factored, surfaces, target_faces)
-    faces = faces_of_arrays({face: quads[face] for face in text["faces"]}, flat, own)
-    return Template(
-        factored=factored,
-        graph=Graph(**{name: tuples(value) for name, value in text["graph"].items()}),
-        roles=text["roles"],
-        surfaces=surfaces,
-        target_faces=target_faces,
-        faces=faces,
-        on_edges={edge: (own[f"on_{edge}"], own[f"at_{edge}"]) for edge in text["edges"]},
-        choice=tuple(text["choice"]),
-        residual=text["residual"],
-    )
-
-
-def linking_side(side: Mapping[str, Any], face: int, directed: Any) -> LinkingSide:
-    """A linking side with its chains run through `directed`, which takes an edge of the template to one of the part."""
-    chains = {name: tuple(directed(edge, forward) for edge, forward in side[name]) for name in _CHAINS}
-    return LinkingSide(face=face, **chains)

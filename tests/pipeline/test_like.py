@@ -71,7 +71,7 @@ def test_connectivity_names_and_numbers_are_equal_and_a_part_is_like_itself(base
         # And back again: on edges all is as it was, inside faces the map of a boundary has no exact inverse.
         back = cs.sweep_mesh(base(), like=variant)
         off = np.abs(back.points - mesh.points).max(axis=1)
-        on_edges = np.concatenate([nodes for nodes, _ in make_template(mesh, "a test").on_edges.values()])
+        on_edges = np.concatenate([nodes for nodes, _ in make_template(mesh, "a test").edges.values()])
         assert off[on_edges % mesh.n_nodes].max() < 1e-6
         assert off.max() < 0.1 * options["size"]
 
