@@ -25,7 +25,7 @@ from .cap_sizes import least_of, sizes_along_rims, sizes_inside
 from .curvature import divide_by_curvature
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
-from .periodic import cap_motion
+from .periodic_sides import cap_motion
 from .run import Run
 
 MOST_LOST = 0.005

@@ -20,11 +20,12 @@ from ..options import SweepOptions
 from .complexes import plan_cells
 from .groups import as_blocks, blocks_together, make_group, put_together
 from .local_sizes import for_all_solids
+from .named_faces import solids_with
 from .origin import AnyMesh
 from .remedies import MOST_HEXES
 from .run import Run, silent
 from .several import mesh_complex
-from .shared_hints import check_words, has_face, local_biases, local_hints, resolve_wishes
+from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
 from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
@@ -64,8 +65,8 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     while waiting:
         cells = waiting.pop(0)
         own = subset(part, cells)
-        layers = {word: value for word, value in (asked.wall_layers or {}).items() if has_face(own, word)}
-        options = replace(asked, periodic=_about(own, asked.periodic), wall_layers=layers or None)
+        layers = {w: value for w, value in (asked.wall_layers or {}).items() if solids_with(part, w) & set(cells)}
+        options = replace(asked, periodic=_about(part, cells, asked.periodic), wall_layers=layers or None)
         try:
             made.append((cells, _by_solid(own, _mesh_group(own, options, run.anew(), mesh_one))))
             continue
@@ -117,7 +118,7 @@ def _check_options(part: Part, options: SweepOptions) -> None:
     check_words(part, options)
     _check_periodic(part, options)
     for word in options.wall_layers or {}:
-        if not has_face(part, word):
+        if not solids_with(part, word):
             raise InputError(f"wall_layers: no face of any solid is called '{word}'")
 
 
@@ -152,21 +153,26 @@ def _explained(part: Part, own: Part, error: CadSweepError, options: SweepOption
     return found
 
 
-def _about(part: Part, periodic: Mapping[str, str] | None) -> dict[str, str] | None:
-    """The matched faces of which both are on solids of this part."""
-    both = {one: other for one, other in (periodic or {}).items() if has_face(part, one) and has_face(part, other)}
+def _about(part: Part, cells: Sequence[int], periodic: Mapping[str, str] | None) -> dict[str, str] | None:
+    """The matched faces of which both are on some solids of the part."""
+    both = {
+        one: other
+        for one, other in (periodic or {}).items()
+        if all(solids_with(part, word) & set(cells) for word in (one, other))
+    }
     return both or None
 
 
 def _check_periodic(part: Part, options: SweepOptions) -> None:
     """Refuse matched faces that are nowhere, or on solids that do not hang together."""
     together = separated(part) if options.interfaces == "separate" else part
-    groups = [subset(together, cells) for cells in touching_groups(together)]
+    groups = touching_groups(together)
     for one, other in (options.periodic or {}).items():
-        for word in (one, other):
-            if not has_face(part, word):
+        solids = [solids_with(together, word) for word in (one, other)]
+        for word, own in zip((one, other), solids, strict=True):
+            if not own:
                 raise InputError(f"periodic: no face of any solid is called '{word}'")
-        if not any(has_face(own, one) and has_face(own, other) for own in groups):
+        if not any(all(own & set(cells) for own in solids) for cells in groups):
             raise InputError(
                 f"periodic: '{one}' and '{other}' are on solids that share no nodes: match faces of solids that touch"
             )

@@ -13,9 +13,9 @@ from ..plan import Plan
 from ..surface import Division, Partners
 from ..sweep import Sweep
 from .biases import divisions_of, resolve_biases, splits_of
-from .cell_periodic import find_cell_matches, partners_of
 from .cell_walls import CellWalls, plan_cell_walls
 from .local_sizes import Field, size_field
+from .periodic import find_matches, partners_of
 from .size_divisions import divide_by_sizes
 from .wall_corners import finer_in_cells
 
@@ -58,7 +58,7 @@ def resolve_asks(  # noqa: PLR0917
     SurfaceMeshError
         The cells divide matched faces in different places.
     """
-    partners = partners_of(part, find_cell_matches(part, model, options))
+    partners = partners_of(part, find_matches(part, model, options))
     wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
     biases = divisions_of(resolve_biases(part, options, model))
     wishes = replace(wishes, splits=splits_of(biases))

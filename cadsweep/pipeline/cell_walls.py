@@ -21,7 +21,7 @@ from ..options import SweepOptions
 from ..plan import Plan
 from ..surface import Division
 from ..sweep import Sweep
-from .cell_periodic import faces_called
+from .named_faces import faces_called
 from .walls import LEAST_SLANT, MOST_OF_EDGE, STRAIGHT_ON, count_between, heights_of, joints, layered
 
 

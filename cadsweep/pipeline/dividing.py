@@ -17,7 +17,7 @@ from ..options import SweepOptions
 from ..sweep import Intervals, Sweep
 from .biases import say_graded, splits_of
 from .hints import Hints
-from .periodic import cap_motion, side_motions, tied_counts
+from .periodic_sides import cap_motion, side_motions, tied_counts
 from .run import Run
 from .wall_corners import finer_at_corners
 from .walls import WallPlan, plan_walls

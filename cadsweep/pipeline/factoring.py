@@ -17,7 +17,7 @@ from ..options import SweepOptions
 from ..projection import project_layers
 from ..sweep import Intervals, Sweep
 from .accuracy import accurate_boundary, check_coarse
-from .periodic import cap_motion, find_matches
+from .periodic_sides import cap_motion, of_sweep
 from .run import Run
 from .wall_heights import between_caps, on_caps, row_tolerance
 
@@ -38,7 +38,7 @@ def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, s
     with run.stage("projection"):
         if surfaces.source.walls:
             surfaces, target = on_caps(sweep, surfaces, target)
-            motion = cap_motion(sweep, find_matches(part, sweep, options))
+            motion = cap_motion(sweep, of_sweep(part, sweep, options))
             if motion is not None:
                 target = replace(target, points=motion(surfaces.source.points))
         place = partial(

@@ -18,7 +18,7 @@ from ..surface import Division
 from ..sweep import Sweep
 from .biases import biases_of, divisions_of, resolve_biases, whole_edges
 from .local_sizes import GROWTH, size_field
-from .periodic import Match, find_matches, with_images
+from .periodic_sides import SweepMatch, of_sweep, with_images
 from .size_divisions import divide_by_sizes, least_along
 
 _SAMPLES = 100
@@ -42,7 +42,7 @@ class Hints:
         Wanted lengths (m,) at points (m, 3) of the source cap, working units.
     divisions : dict of int to callable
         How edges divide themselves that are not divided evenly.
-    matches : tuple of Match
+    matches : tuple of SweepMatch
         Faces whose meshes answer each other.
     """
 
@@ -51,7 +51,7 @@ class Hints:
     wished: frozenset[int] = frozenset()
     inside: Callable[[FloatArray], FloatArray] | None = None
     divisions: dict[int, Division] = field(default_factory=dict)
-    matches: tuple[Match, ...] = ()
+    matches: tuple[SweepMatch, ...] = ()
 
 
 def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
@@ -63,7 +63,7 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
     """
     sizes = _sizes(part, options)
-    matches = find_matches(part, sweep, options)
+    matches = of_sweep(part, sweep, options)
     named = frozenset(sizes)
     divisions = with_images(matches, _graded(part, sweep, options))
     wanted = intervals.default_size(sweep) if options.size is None else options.size / part.scale
@@ -107,7 +107,7 @@ def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> li
     fitting, errors = [], []
     for sweep in sweeps:
         try:
-            find_matches(part, sweep, options)
+            of_sweep(part, sweep, options)
             for word in options.rail_layers or {}:
                 _chains(part, sweep, word)
             fitting.append(sweep)

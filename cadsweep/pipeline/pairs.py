@@ -1,6 +1,6 @@
 """Pairs of nodes on matched faces of a finished mesh, whatever it is made of.
 
-Place in the flow: the last step of making a mesh, and of refining it. :mod:`.cell_periodic` says which faces answer
+Place in the flow: the last step of making a mesh, and of refining it. :mod:`.periodic` says which faces answer
 each other, and by what motion.
 """
 
@@ -27,12 +27,11 @@ def with_pairs(mesh: HexMesh) -> HexMesh:
     origin = mesh.origin
     if origin is None or not origin.options.periodic:
         return mesh
-    from .cell_periodic import find_cell_matches  # few ask for pairs
-    from .periodic import pair_nodes
+    from .periodic import find_matches, pair_nodes  # few ask for pairs
 
     part, outside = origin.part, origin.names.outside
     pairs = {}
-    for match in find_cell_matches(part, origin.model, origin.options):
+    for match in find_matches(part, origin.model, origin.options):
         names = tuple(_boundary(mesh, outside, own) for own in match.places)
         nodes = [np.unique(np.concatenate([mesh.boundaries[name] for name in own])) for own in names]
         motion = match.motion.in_units(part.scale, part.offset)

@@ -1,28 +1,30 @@
 """Faces whose meshes answer each other node by node: sectors, representative volumes, cascades.
 
-The motion that carries one face to the other is found from the CAD model and checked on all its edges. Both faces get
-equal counts, and the nodes of the second are the images of those of the first.
+The motion that carries one face, or group of faces, to the other is found from the CAD model and checked on their
+outlines; what divides them inside is known when it is known what the part is made of. Both get equal counts, and the
+nodes of the second are the images of those of the first: of pieces that cells have of them (:func:`partners_of`), of
+one sweep's sides or caps and of the walls of columns (:mod:`.periodic_sides`).
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from .. import cad
 from ..arrays import FloatArray, IntArray
-from ..brep import Edge, Face, Part, Solid
+from ..brep import Edge, Face, Part
 from ..errors import InputError, SurfaceMeshError
 from ..options import SweepOptions
-from ..surface import Division, Motion, turned
-from ..sweep import Intervals, Sweep
+from ..surface import Motion, Partners
+from .named_faces import Place, faces_called
 
 SAME = 1e-5
 """Distance, in sizes of the part, up to which a face carried to another one lies on it."""
-_SAMPLES = 5
+_SAMPLES = 9
 """Places along an edge that must answer places on the other face."""
 _PARALLEL = 1e-9
 """Sine of the angle of two normals below which they are parallel."""
@@ -30,65 +32,83 @@ _PARALLEL = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Match:
-    """Two faces, or groups of faces, and the motion from the first to the second.
+    """Two groups of faces and what carries the first to the second.
 
     Attributes
     ----------
     words : (str, str)
         What the user calls them.
-    faces : (frozenset of int, frozenset of int)
+    places : (frozenset of (int, int), frozenset of (int, int))
+        Cell and face.
     motion : Motion
-    edges : dict of int to (int, bool)
-        Edge of the first to that of the second, and whether it runs from start to start.
     """
 
     words: tuple[str, str]
-    faces: tuple[frozenset[int], frozenset[int]]
+    places: tuple[frozenset[Place], frozenset[Place]]
     motion: Motion
-    edges: dict[int, tuple[int, bool]]
 
 
-def find_matches(part: Part, sweep: Sweep, options: SweepOptions) -> tuple[Match, ...]:
-    """The matched faces of a sweep.
+def find_matches(part: Part, model: Part, options: SweepOptions) -> list[Match]:
+    """The matched faces of a part, before it is known how its cells divide them.
 
     Raises
     ------
     InputError
-        A name that no face has, faces that no translation or rotation carries to each other, or faces that are
-        neither both sides nor the two caps of the sweep.
+        A name that no face has, or faces that no translation or rotation carries to each other.
     """
     found = []
     for one, other in (options.periodic or {}).items():
-        faces = tuple(frozenset(cad.select_faces(part, word)) for word in (one, other))
-        _check_roles(sweep, faces[0], faces[1], (str(one), str(other)))
-        found.append(_match(sweep.solid, (faces[0], faces[1]), (str(one), str(other))))
-    return tuple(found)
+        words = (str(one), str(other))
+        places = (faces_called(part, model, one), faces_called(part, model, other))
+        for word, own in zip(words, places, strict=True):
+            if not own:
+                raise InputError(f"periodic: '{word}' lies between solids: there it is no boundary of the mesh")
+        if places[0] & places[1]:
+            raise InputError(f"periodic: '{words[0]}' and '{words[1]}' have a face in common")
+        sets = [[part.solids[cell].faces[f] for cell, f in sorted(own)] for own in places]
+        near = nearness(part)
+        rims = [_rim(part, own) for own in places]
+        for motion in motions_between(sets[0], sets[1]):
+            back = motion.inverse()
+            if _lies_on(rims[0], rims[1], motion, near) and _lies_on(rims[1], rims[0], back, near):
+                found.append(Match(words=words, places=places, motion=motion))
+                break
+        else:
+            raise no_motion(words)
+    return found
 
 
-def _check_roles(sweep: Sweep, first: frozenset[int], second: frozenset[int], words: tuple[str, str]) -> None:
-    sides = {side.face for side in sweep.linking_sides}
-    caps = {frozenset(sweep.source), frozenset(sweep.target)}
-    if first & second:
-        raise InputError(f"periodic: '{words[0]}' and '{words[1]}' have a face in common")
-    if (first <= sides and second <= sides) or {first, second} == caps:
-        return
-    raise InputError(
-        f"periodic: '{words[0]}' and '{words[1]}' are neither both sides of the sweep from "
-        f"{sweep.solid.faces[sweep.source[0]].label()} nor its two caps: choose the caps with source and target"
-    )
+def nearness(part: Part) -> float:
+    """How far what is carried to something may be off it."""
+    return SAME * max(solid.size for solid in part.solids) + max(solid.tolerance for solid in part.solids)
 
 
-def _match(solid: Solid, faces: tuple[frozenset[int], frozenset[int]], words: tuple[str, str]) -> Match:
-    one, other = ([solid.faces[f] for f in sorted(own)] for own in faces)
-    near = SAME * solid.size + solid.tolerance
-    for motion in motions_between(one, other):
-        ours, theirs = ({e: solid.edges[e] for face in own for e in face.edges} for own in (one, other))
-        edges, alone = edge_images(ours, theirs, motion, near)
-        if not alone:
-            return Match(words=words, faces=faces, motion=motion, edges=edges)
-    raise InputError(
+def no_motion(words: tuple[str, str]) -> InputError:
+    return InputError(
         f"periodic: no translation or rotation carries '{words[0]}' to '{words[1]}': their outlines differ"
     )
+
+
+def _edges(part: Part, places: frozenset[Place]) -> dict[int, Edge]:
+    """Edges of faces, by key."""
+    return {
+        int(part.solids[cell].edge_keys[e]): part.solids[cell].edges[e]
+        for cell, f in sorted(places)
+        for e in part.solids[cell].faces[f].edges
+    }
+
+
+def _rim(part: Part, places: frozenset[Place]) -> list[Edge]:
+    """The edges that one of the faces alone has: the outline, whatever divides it inside."""
+    seen = Counter(key for place in places for key in _outline(part, place))
+    return [edge for key, edge in _edges(part, places).items() if seen[key] == 1]
+
+
+def _lies_on(rim: Sequence[Edge], other: Sequence[Edge], motion: Motion, near: float) -> bool:
+    """Whether an outline is carried onto another one."""
+    at = np.linspace(0.0, 1.0, _SAMPLES)
+    image = motion(np.concatenate([edge.curve.evaluate(at) for edge in rim]))
+    return bool((np.min([edge.curve.distance(image) for edge in other], axis=0) <= near).all())
 
 
 def motions_between(one: Sequence[Face], other: Sequence[Face]) -> list[Motion]:
@@ -136,59 +156,6 @@ def edge_images(
     return found, alone + [t for t in theirs if t not in {image for image, _ in found.values()}]
 
 
-def tied_counts(
-    sweep: Sweep, matches: Sequence[Match], counts: Intervals, demanded: Mapping[tuple[int, ...], int]
-) -> dict[tuple[int, ...], int]:
-    """Counts that make matched edges around the loops equal, beside those that are demanded.
-
-    Raises
-    ------
-    InputError
-        Two edges that answer each other are asked to have unlike counts.
-    """
-    single = {edges[0]: n for edges, n in demanded.items() if len(edges) == 1}
-    rails = set(sweep.rails)
-    found: dict[tuple[int, ...], int] = {}
-    for match in matches:
-        for a, (b, _) in match.edges.items():
-            if a == b or a in rails or b in rails:
-                continue
-            asked = {single[e] for e in (a, b) if e in single}
-            if len(asked) > 1:
-                labels = " and ".join(sweep.solid.edges[e].label() for e in (a, b))
-                raise InputError(f"periodic: {labels} answer each other, and are asked to have unlike counts")
-            n = asked.pop() if asked else max(int(counts.counts[a]), int(counts.counts[b]))
-            found |= {(e,): n for e in (a, b) if e not in single and counts.counts[a] != counts.counts[b]}
-    return found
-
-
-def with_images(matches: Sequence[Match], divisions: Mapping[int, Division]) -> dict[int, Division]:
-    """The divisions of edges, and of those that answer them on matched faces."""
-    found = dict(divisions)
-    for match in matches:
-        for a, (b, same) in match.edges.items():
-            for one, other in ((a, b), (b, a)):
-                if one in divisions and other not in divisions:
-                    found[other] = divisions[one] if same else turned(divisions[one])
-    return found
-
-
-def side_motions(sweep: Sweep, matches: Sequence[Match]) -> list[tuple[frozenset[int], frozenset[int], Motion]]:
-    """Matches of sides, for the surface stage."""
-    sides = {side.face for side in sweep.linking_sides}
-    return [(*match.faces, match.motion) for match in matches if match.faces[0] <= sides]
-
-
-def cap_motion(sweep: Sweep, matches: Sequence[Match]) -> Motion | None:
-    """The motion from the source to the target, where these are matched."""
-    for match in matches:
-        if match.faces[0] == frozenset(sweep.source):
-            return match.motion
-        if match.faces[0] == frozenset(sweep.target):
-            return match.motion.inverse()
-    return None
-
-
 def pair_nodes(
     points: FloatArray, nodes: tuple[IntArray, IntArray], motion: Motion, words: tuple[str, str]
 ) -> IntArray:
@@ -209,3 +176,52 @@ def pair_nodes(
             f"{len(first)} and {len(second)} nodes, the farthest {float(np.max(far)):.3g} from its partner"
         )
     return np.column_stack([first, second[index]])
+
+
+def partners_of(part: Part, matches: Sequence[Match]) -> list[Partners]:
+    """Which edges and faces of the cells are the images of which.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The cells divide two matched faces in different places; names the cell and the edge without an image.
+    """
+    found = []
+    for match in matches:
+        one, other = (_edges(part, own) for own in match.places)
+        edges, alone = edge_images(one, other, match.motion, nearness(part))
+        if alone:
+            raise _divided_differently(part, match, alone[0])
+        by_edges = {_outline(part, place): place for place in match.places[1]}
+        faces = {}
+        for cell, f in match.places[0]:
+            image = by_edges.get(frozenset(edges[key][0] for key in _outline(part, (cell, f))))
+            if image is None:
+                raise _divided_differently(part, match, min(_outline(part, (cell, f))))
+            there, g = image
+            faces[int(part.solids[cell].face_keys[f])] = int(part.solids[there].face_keys[g])
+        found.append(Partners(motion=match.motion, edges=edges, faces=faces))
+    return found
+
+
+def _outline(part: Part, place: Place) -> frozenset[int]:
+    cell, f = place
+    solid = part.solids[cell]
+    return frozenset(int(solid.edge_keys[e]) for e in solid.faces[f].edges)
+
+
+def _divided_differently(part: Part, match: Match, key: int) -> SurfaceMeshError:
+    for own, (word, partner), motion in zip(
+        match.places, (match.words, match.words[::-1]), (match.motion, match.motion.inverse()), strict=True
+    ):
+        for cell, f in sorted(own):
+            solid = part.solids[cell]
+            if key in solid.edge_keys[list(solid.faces[f].edges)]:
+                edge = solid.edges[solid.edge_keys.tolist().index(key)]
+                where = solid.units.place(motion(edge.midpoint[None])[0])
+                return SurfaceMeshError(
+                    f"periodic: {edge.label()} divides {solid.faces[f].label()} of '{word}' (cell {cell} of "
+                    f"'{part.models[part.owners[cell]].name}'), and nothing divides '{partner}' at its image, around "
+                    f"({where}): cut there, too, with cuts"
+                )
+    raise AssertionError("the edge is on one of the faces")

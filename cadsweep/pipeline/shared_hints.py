@@ -12,8 +12,8 @@ from ..errors import InputError, did_you_mean
 from ..intervals import KeyDemand, Wishes
 from ..options import SweepOptions
 from .biases import names_edges
-from .cell_periodic import faces_called
 from .edge_pieces import pieces_along
+from .named_faces import faces_called
 from .subsets import subset
 
 
@@ -49,17 +49,6 @@ def check_words(part: Part, options: SweepOptions) -> None:
             raise InputError(
                 f"biases: no edge of any solid is called '{word}'; the solids are {', '.join(sorted(solids)[:12])}"
             )
-
-
-def has_face(part: Part, word: str | int) -> bool:
-    """Whether a face of any of the solids is called so."""
-    for cell in range(len(part.solids)):
-        try:
-            cad.select_faces(subset(part, [cell]), word)
-        except InputError:
-            continue  # another solid may have it
-        return True
-    return False
 
 
 def local_hints(part: Part, options: SweepOptions) -> LocalHints:

@@ -29,14 +29,13 @@ from .candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
 from .origin import AnyMesh
 from .pairs import with_pairs
 from .parts import only_solid
-from .periodic import side_motions, tied_counts, with_images
+from .periodic_sides import of_walls, side_motions, tied_counts, with_images
 from .run import Run
 from .several import finish
 from .stack_accuracy import MadeStack, accurate_stack
 from .stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
 from .stack_merging import merged_stack
 from .stack_narrow import narrow_hints
-from .stack_periodic import match_walls
 from .stack_plane import mesh_plane
 from .stack_sizes import by_place
 from .stack_walls import StackWalls, finer_stack, plan_stack_walls
@@ -224,7 +223,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         stack, sheets = _merged(known, size)
     hints = resolve_stack_hints(part, stack, sheets, options)
     memory = surface.Memory()
-    matches, walls = match_walls(part, stack, options), StackWalls()
+    matches, walls = of_walls(part, stack, options), StackWalls()
 
     def attempt(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
