@@ -20,7 +20,7 @@ import logging
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -123,6 +123,14 @@ class Tools:
     is_late: Callable[[], bool] = lambda: False
 
 
+class Step(NamedTuple):
+    """A cutter, the cell that it parts, and others that are parted with it where that is its way."""
+
+    cutter: Cutter
+    cell: Solid
+    others: tuple[Solid, ...]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
     """A part on the way.
@@ -148,6 +156,8 @@ class Found:
         By how much it goes before others of its cost, for cuts that keep features apart.
     until : int
         Count of parts up to which it does.
+    steps : tuple of Step
+        What was cut by what, so that the same can be done to these cells where they are part of something else.
     """
 
     part: Part
@@ -160,6 +170,7 @@ class Found:
     prices: float = 0.0
     lent: float = 0.0
     until: int = 0
+    steps: tuple[Step, ...] = ()
 
     def rank(self, n_parts: int) -> float:
         """What it costs, less what is lent, when so many parts have been looked at."""
@@ -322,7 +333,9 @@ class CellSearch:
                 if cutter.leads and child.cost - lent > found.cost - found.lent - LEAD:
                     lent = child.cost - found.cost + found.lent + LEAD
                     until = max(until, self.n_parts + CREDIT)
-                yield replace(child, lent=lent, until=until)
+                solids = found.part.solids
+                step = Step(cutter, solids[cell], tuple(solids[j] for j in found.blocked))
+                yield replace(child, lent=lent, until=until, steps=(*found.steps, step))
 
     def targets(self, found: Found) -> list[tuple[int, list[int]]]:
         """The cells that may be cut, and the faces that are in the way there."""

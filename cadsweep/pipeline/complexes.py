@@ -10,19 +10,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import pi
 
+import numpy as np
+
 from .. import cad, decomposition, recognition
 from ..blocks.joined import neighbours_of
-from ..brep import Part, Solid
+from ..brep import Cut, Part, Solid
 from ..decomposition.curved import Found, Tools, find_cells
 from ..errors import NotSweepableError, PlanError
 from ..plan import Fill, Plan, list_ways, make_plan
 from ..sweep import Sweep
 from .run import Run
+from .subsets import subset
 
 log = logging.getLogger(__name__)
 
 _FEW = 2
 """Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
+
+_SAME = 1e-5
+"""Share of its volume and size by which a cell and its copy with more on it may differ."""
 
 _MOST_CONTACTS = 3
 """Contacts of a solid that a refusal lists."""
@@ -52,6 +58,8 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
         if not decompose:
             raise _refused(part, candidates, error) from error
     found = cut_until_planned(part, run)
+    if found.plan is None and len(part.models) > 1 and not run.is_late():
+        found = _cut_as_alone(part, run) or found
     if found.plan is None:
         raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
     return as_complex(found, part)
@@ -100,6 +108,47 @@ def cut_until_planned(part: Part, run: Run) -> Found:
     found, n_parts = find_cells(cad.divide_corners(part) or part, cutting_tools(run))
     log.info("%d parts looked at, %d cuts", n_parts, len(found.cuts))
     return found
+
+
+def _cut_as_alone(part: Part, run: Run) -> Found | None:
+    """Solids cut as each is cut by itself, which goes on through what they touch, and further; None where it ends."""
+    tools, cuts, cut = cutting_tools(run), list[Cut](), part
+    for owner in range(len(part.models)):
+        cells = [cell for cell, own in enumerate(part.owners) if own == owner]
+        if len(cells) != 1 or recognise(part.solids[cells[0]]):
+            continue
+        own = subset(part, cells)
+        alone = cad.part_apart(own) or own
+        found, _ = find_cells(cad.divide_corners(alone) or alone, tools)
+        if found.plan is None:
+            continue
+        for step in found.steps:
+            there = [_same_cell(cut, owner, solid) for solid in (step.cell, *step.others)]
+            if there[0] is None:
+                break
+            pieces = tools.split(cut, there[0], step.cutter, [cell for cell in there[1:] if cell is not None])
+            then = None if pieces is None else pieces.imprinted()
+            if then is None:
+                break
+            cut = then
+        else:
+            cuts += found.cuts
+    if cut is part or run.is_late():
+        return None
+    log.info("solids cut as alone: %d cells", len(cut.solids))
+    found = cut_until_planned(cut, run)
+    return replace(found, cuts=(*cuts, *found.cuts))
+
+
+def _same_cell(part: Part, owner: int, solid: Solid) -> int | None:
+    """The cell of a part that takes the place of a solid, whatever is imprinted on it; None where there is none."""
+    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    for cell, own in enumerate(part.solids):
+        same = abs(own.volume - solid.volume) <= _SAME * solid.volume and part.owners[cell] == owner
+        off = max(np.abs(own.vertices.min(axis=0) - low).max(), np.abs(own.vertices.max(axis=0) - high).max())
+        if same and off <= _SAME * solid.size:
+            return cell
+    return None
 
 
 def recognise(solid: Solid) -> list[Fill]:

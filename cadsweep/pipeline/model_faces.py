@@ -95,7 +95,7 @@ class _Finder:
         on_edge = np.full(len(self.segments), -1, dtype=np.int64)
         for edge, chain in edges.items():
             on_edge[np.searchsorted(self.segments, self.keys(chain[:-1], chain[1:]))] = edge
-        pieces = _pieces(self.solid, edges)
+        pieces = faces_parted(self.solid, edges)
         return OnModel(faces=self.faces(on_edge, pieces), edges=edges, vertices=self.vertices, pieces=pieces)
 
     def allowance(self, gap: float) -> float:
@@ -192,7 +192,7 @@ def _is_seam(solid: Solid, edge: int) -> bool:
     return len({face.key for face in solid.faces if edge in face.edges}) == 1
 
 
-def _pieces(solid: Solid, followed: Container[int]) -> dict[int, tuple[int, ...]]:
+def faces_parted(solid: Solid, followed: Container[int]) -> dict[int, tuple[int, ...]]:
     """Faces that no edge parts, by the first of them."""
     of_edge = [[face.id for face in solid.faces if edge.id in face.edges] for edge in solid.edges]
     pairs = [(own[0], own[-1]) for edge, own in enumerate(of_edge) if edge not in followed]

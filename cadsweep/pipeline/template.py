@@ -22,7 +22,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..projection.carried import MeshedFace, meshed_face
 from .graphs import Graph, first_ids, graph_of_part
-from .model_faces import OnModel, find_on_model
+from .model_faces import OnModel, faces_parted, find_on_model
 from .origin import CellsOrigin, GroupsOrigin, Origin, first_order, origin_of
 
 
@@ -200,12 +200,14 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
 def _as_meshed(entities: Entities, cell: int, own: Sequence[tuple[tuple[int, int], IntArray]]) -> OnModel:
     """What a solid's nodes are on, of one that nothing was cut from."""
     solid = entities.part.solids[cell]
-    chains = {e: entities.chains.get(key) for e, key in enumerate(solid.edge_keys.tolist())}
+    chains = {e: entities.chains[key] for e, key in enumerate(solid.edge_keys.tolist()) if key in entities.chains}
+    pieces = faces_parted(solid, chains)
+    first = {face: united for united, faces in pieces.items() for face in faces}
     return OnModel(
-        faces=np.repeat([face for (_, face), _ in own], [len(rows) for _, rows in own]),
-        edges={e: chain for e, chain in chains.items() if chain is not None},
+        faces=np.repeat([first[face] for (_, face), _ in own], [len(rows) for _, rows in own]),
+        edges=chains,
         vertices=np.array([entities.vertices.get(key, -1) for key in solid.vertex_keys.tolist()], dtype=np.int64),
-        pieces={face: (face,) for (_, face), _ in own},
+        pieces=pieces,
     )
 
 

@@ -125,3 +125,14 @@ def test_a_tolerance_on_cells_and_columns_that_touch():
     mesh = cs.sweep_mesh(shape, size=3.6, tolerance=0.02)
     check(mesh, shape)
     assert mesh.quality().min_scaled_jacobian > 0.3
+
+
+def test_blocks_under_a_lid_go_along_though_cuts_have_replaced_a_seam():
+    """Cuts take the two halves of a bore as one face, and no nodes follow the edges between these."""
+    base = cs.sweep_mesh(mixed(1.0), size=SIZE)
+    other = cs.sweep_mesh(mixed(1.1), like=base)
+    assert np.array_equal(other.hexes, base.hexes)
+    assert np.abs(other.points - base.points).max() > 0.5
+    check(other, mixed(1.1))
+    again = cs.sweep_mesh(mixed(1.0), like=other)
+    assert np.abs(again.points - base.points).max() < 0.25 * SIZE

@@ -10,6 +10,7 @@ import cadquery as cq
 
 import cadsweep as cs
 from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
+from cadsweep.pipeline import complexes
 from cadsweep.quality import enclosed_volume
 
 pytestmark = pytest.mark.cad
@@ -398,6 +399,32 @@ def test_nodes_of_a_contact_slide_on_its_face_and_along_its_edges_when_smoothing
     assert np.abs(np.hypot(*points[inside, :2].T)[:, None] - [2.0, 3.0]).min(axis=1).max() < 1e-9
 
 
+def test_where_a_tolerance_is_to_be_kept_nothing_slides_on_what_is_bent():
+    from cadsweep.blocks.interface_slides import find_interface_slides
+
+    origin = cs.sweep_mesh(shells(), size=1.0, allow_coarse=True).origin
+    slides = find_interface_slides(origin.part, origin.joined, origin.names, curved=False)
+    kinds = [face.kind for solid in origin.part.solids for face in solid.faces]
+    assert {"plane", "cylinder"} <= set(kinds)
+    assert all(
+        np.ptp(origin.joined.points[slides.surface == j], axis=0).min() < 1e-9 for j in range(len(slides.surfaces))
+    )
+    for j, curve in enumerate(slides.curves):
+        on = origin.joined.points[slides.curve == j]
+        assert np.linalg.norm(np.cross(on - on[0], curve.evaluate(np.array([1.0])) - on[0])) < 1e-6
+
+
+def test_matched_faces_and_walls_are_those_of_the_whole_model():
+    """A pin in the plate and a box beside it have sides, too, but not the outermost ones."""
+    pin = cq.Workplane().circle(4).extrude(12).translate((0, 0, -3))
+    whole = assembly(base=cq.Workplane().box(40, 30, 6).cut(pin), pin=pin, apart=block(6, 6, 6, (0, 0, 20)))
+    walls = {"<Y": cs.WallLayers(first=0.2, growth=1.3, n=3)}
+    mesh = cs.sweep_mesh(whole, size=3.0, periodic={"<Y": ">Y"}, wall_layers=walls)
+    assert list(mesh.periodic) == ["base_side_2__base_side_3"]
+    apart = mesh.points[mesh.hexes[mesh.parts["apart"]]]
+    assert np.diff(np.unique(apart[..., 1].round(6))).min() > 1.0
+
+
 def test_a_selector_on_solids_that_touch_means_their_outermost_faces():
     """The smaller plate's own faces are no part of what is matched."""
     whole = assembly(low=block(20, 20, 4), top=block(8, 8, 4, (6, 6, 4)))
@@ -414,3 +441,20 @@ def test_the_record_says_of_each_solid_how_it_was_filled():
     whole = assembly(crossed=crossed, far=far, lid=cq.Workplane().box(40, 30, 5).translate((0, 0, 12.5)))
     assert cs.sweep_mesh(whole, size=4.0).record.way == {"crossed": "cells", "far": "sweep", "lid": "sweep"}
     assert cs.sweep_mesh(far, size=5.0).record.way == "sweep"
+
+
+def test_solids_that_no_search_cuts_together_are_cut_as_each_is_cut_alone(monkeypatch):
+    """The search for cuts of both together ends at once; what each is cut into by itself is carried through both."""
+    real = complexes.find_cells
+
+    def find(part, tools, **kwargs):
+        return real(part, tools, **kwargs | ({"most_parts": 1} if len(part.solids) == len(part.models) > 1 else {}))
+
+    monkeypatch.setattr(complexes, "find_cells", find)
+    crossed = cq.Workplane().box(40, 30, 20).faces(">Z").workplane().center(-8, 0).hole(8)
+    crossed = crossed.faces(">X").workplane(centerOption="CenterOfMass").hole(6, 10)
+    lid = cq.Workplane().box(40, 30, 5).translate((0, 0, 12.5))
+    mesh = cs.sweep_mesh(assembly(block=crossed, lid=lid), size=4.0, interfaces="shared")
+    assert len(mesh.interfaces) == 1
+    assert len(mesh.info["sweeps"]) > 2
+    assert mesh.quality().min_scaled_jacobian > 0.1

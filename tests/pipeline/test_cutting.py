@@ -12,8 +12,10 @@ import cadquery as cq
 from click.testing import CliRunner
 
 import cadsweep as cs
+from cadsweep.cells import HEX_FACES as QUADS
 from cadsweep.cli.group import cadsweep
-from cadsweep.errors import CadError
+from cadsweep.errors import CadError, NotSweepableError
+from cadsweep.pipeline import decomposing
 from cadsweep.pipeline.column_cells import columns_of
 
 pytestmark = pytest.mark.cad
@@ -22,6 +24,22 @@ pytestmark = pytest.mark.cad
 def boxes_cross():
     """Three bars that cross in one place."""
     return cq.Workplane().box(30, 8, 8).union(cq.Workplane().box(8, 30, 8)).union(cq.Workplane().box(8, 8, 30))
+
+
+def test_a_users_cut_that_leads_nowhere_is_made_in_the_cells_of_the_part_as_it_is(monkeypatch):
+    real, seen = decomposing.plan_cells, []
+
+    def plan(part, *args, **kwargs):
+        seen.append(len(part.solids))
+        if len(seen) == 1:
+            raise NotSweepableError("no cuts were found")
+        return real(part, *args, **kwargs)
+
+    monkeypatch.setattr(decomposing, "plan_cells", plan)
+    mesh = cs.sweep_mesh(boxes_cross(), cuts=["plane x=1"], size=2.0)
+    assert seen[:2] == [2, 1]
+    quads = np.concatenate([mesh.hexes[:, face] for face in QUADS])
+    assert (np.abs(mesh.points[quads][:, :, 0] - 1.0).max(axis=1) < 1e-9).any()
 
 
 def test_cells_are_pieces_of_the_part_that_touch():
