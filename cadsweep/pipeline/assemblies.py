@@ -90,9 +90,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     return replace(whole, info={**whole.info, "notes": [*whole.info["notes"], *notes]}) if notes else whole
 
 
-def each_group(
-    part: Part, options: SweepOptions, mesh_one: MeshOne
-) -> Iterator[tuple[Part, Callable[[Run], AnyMesh]]]:
+def each_group(part: Part, options: SweepOptions, mesh_one: MeshOne) -> Iterator[tuple[Part, Callable[[Run], AnyMesh]]]:
     """The groups of solids that hang together, and what meshes each: for those who want to look at one by one.
 
     Raises

@@ -109,7 +109,9 @@ def expect(source: Any, /, **options: Any) -> Expected:
         known[0], sum(one.n_quads for one in known), sum(one.n_hexes for one in known) * 8**chosen.refine
     )
     if chosen.max_hexes is not None and whole.n_hexes > chosen.max_hexes:
-        raise InputError(f"about {whole.n_hexes:,} hexahedra are expected, more than the {chosen.max_hexes:,.0f} allowed")
+        raise InputError(
+            f"about {whole.n_hexes:,} hexahedra are expected, more than the {chosen.max_hexes:,.0f} allowed"
+        )
     why = next((one.why for one in found if one.why), "")
     return Expected(estimate=whole, is_least=any(one.is_least for one in found), why=why)
 

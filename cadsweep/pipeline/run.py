@@ -16,7 +16,8 @@ from dataclasses import dataclass, field, replace
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
-from ..estimate import Estimate
+from ..estimate import Estimate, check_budget
+from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import CadReference, QualityAccumulator, QualityReport
 
@@ -80,6 +81,16 @@ class Run:
                 self._searched.append(spent() - self._since.pop())
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
         self.on_progress(name, 1.0)
+
+    def checks(self, expected: Estimate, options: SweepOptions) -> None:
+        """Refuse what is expected to be too large, and say what it is expected to be.
+
+        Raises
+        ------
+        InputError
+        """
+        check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        self.expects(expected)
 
     def expects(self, expected: Estimate, *, settled: bool = False) -> None:
         """Say what the mesh is expected to be; `settled`: its boundary is made and near enough to the CAD."""
