@@ -83,7 +83,8 @@ class Estimate:
     @property
     def told(self) -> str:
         """What a user wants to know of it."""
-        return f"about {_count(self.n_hexes)} hexahedra, {_memory(self.n_bytes)}, {_time(self.seconds)}"
+        seconds = max(1, round(self.seconds))
+        return f"about {_count(self.n_hexes)} hexahedra, {self.n_bytes / GIGABYTE:.1f} GB, {_time(seconds)}"
 
     def __str__(self) -> str:
         return (

@@ -25,7 +25,7 @@ def _all_the_time_there_is(monkeypatch):
         ("models/flanges.step", {}),  # an assembly, some of whose solids touch
         ("models/bracket.step", {"size": 3.0}),  # cells between cuts
         ("models/block.step", {"size": 8.0}),  # columns
-        ("models/lofted_duct.py", {"refine": 1, "names": {"one": "face 1"}}),
+        ("models/elbow.step", {"size": 6.0, "refine": 1, "names": {"one": "face 1"}}),
     ],
 )
 def test_what_is_expected_is_made(source, options):
