@@ -208,6 +208,9 @@ def _settle(station: Station) -> None:
     sys.argv[:] = station.arguments
     for name, value in station.environment.items():
         os.environ.setdefault(name, value)
+    if "OMP_NUM_THREADS" not in os.environ:
+        # Systems here are small: the threads of numpy's BLAS win nothing, and on a busy machine wait for each other.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ["TMPDIR"] = tempfile.tempdir = station.folders[-1]
 
 
