@@ -36,6 +36,14 @@ def status_of(address, **headers):
         return error.code
 
 
+def status_or_gone(address):
+    """How the server answers, or that there is none any more."""
+    try:
+        return status_of(address)
+    except urllib.error.URLError:
+        return "gone"
+
+
 def socket_status(base, query):
     """How the server answers who wants to talk to it by websocket."""
     place = urllib.parse.urlsplit(base).netloc
@@ -228,6 +236,23 @@ def test_what_is_refused_damaged_or_a_program_is_said_and_the_page_goes_on(tmp_p
         user.press("#tries button")  # a mesh was made with it
         user.wait("trame.state.get('wishes').length === 1")
         assert "left out" in user.state("wishes")[0]["text"]
+
+
+def test_an_object_of_a_program_is_opened_and_a_notebook_shows_its_page(tmp_path):
+    import cadquery as cq
+
+    import cadsweep as cs
+
+    with cs.open(cq.Workplane().box(3, 2, 1), browser=False, wait=False) as page:
+        assert page.address in page._repr_html_().replace("&amp;", "&")
+        assert status_of(page.address.split("?")[0]) == 401
+        with visited(page.address, tmp_path / "profile") as user:
+            user.wait_drawn()
+            assert len(user.state("tree")) == 1 + 6 + 12
+            user.wait("trame.state.get('estimate').includes('hexahedra')")
+            assert user.state("command") == ""  # there is no file that a command could name
+            assert "part = ..." in user.state("script")
+    assert status_or_gone(page.address) == "gone"
 
 
 def test_the_server_ends_by_itself_when_its_page_has_been_closed(tmp_path):
