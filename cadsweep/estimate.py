@@ -80,6 +80,12 @@ class Estimate:
     layers_follow: bool = False
     streamed: bool = False
 
+    @property
+    def told(self) -> str:
+        """What a user wants to know of it."""
+        seconds = max(1, round(self.seconds))
+        return f"about {_count(self.n_hexes)} hexahedra, {self.n_bytes / GIGABYTE:.1f} GB, {_time(seconds)}"
+
     def __str__(self) -> str:
         return (
             f"about {_count(self.n_hexes)} hexes ({_count(self.n_quads)} quads x {_count(self.n_layers)} layers), "
@@ -109,6 +115,18 @@ def estimate_made(
     n_layers = len(surfaces.rings) - 1
     made = estimate(sweep, intervals, scale=scale, streamed=streamed)
     return _with_counts(made, n_quads, n_layers)
+
+
+def estimate_counted(expected: Estimate, n_quads: int, n_hexes: int, *, streamed: bool = False) -> Estimate:
+    """The same estimate of a mesh whose quads on caps and hexahedra are counted."""
+    return replace(
+        expected,
+        n_quads=n_quads,
+        n_layers=max(1, n_hexes // max(1, n_quads)),
+        n_hexes=n_hexes,
+        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
+        seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
+    )
 
 
 def estimate_size(
@@ -186,12 +204,7 @@ def estimate_cells(
     largest = max(cells, key=lambda cell: cell.n_hexes)
     n_quads, n_hexes = (sum(getattr(cell, what) for cell in cells) for what in ("n_quads", "n_hexes"))
     return replace(
-        largest,
-        n_quads=n_quads,
-        n_hexes=n_hexes,
-        n_layers=max(1, n_hexes // n_quads),
-        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
-        seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
+        estimate_counted(largest, n_quads, n_hexes, streamed=streamed),
         largest=max(cell.largest for cell in cells),
         layers_follow=layers is None,
         streamed=streamed,
@@ -235,15 +248,8 @@ def _of_corners(blocks: CornerBlocks, size: float, *, scale: float) -> Estimate:
 
 
 def _with_counts(expected: Estimate, n_quads: int, n_layers: int) -> Estimate:
-    n_hexes = n_quads * n_layers
-    return replace(
-        expected,
-        n_quads=n_quads,
-        n_layers=n_layers,
-        n_hexes=n_hexes,
-        n_bytes=int(_bytes(n_quads, n_hexes, expected.streamed)),
-        seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
-    )
+    counted = estimate_counted(expected, n_quads, n_quads * n_layers, streamed=expected.streamed)
+    return replace(counted, n_layers=n_layers)
 
 
 def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memory: float | None = None) -> None:

@@ -12,6 +12,7 @@ module      what it does
 `taking`    the command line and the script that make the mesh
 `picking`   from a ray to what it meets; all tangent ones, all of a kind
 `work`      what child processes do: read the part, select, estimate, mesh, write
+`refusing`  the faces and cells of a refusal, and what was seen to help
 `jobs`      those processes: one that keeps the part, one that meshes and can be ended at once
 `skins`     what is seen of a mesh: clipped, peeled, drawn apart, a range of quality
 `scene`     what the browser draws, as VTK's objects

@@ -41,6 +41,8 @@ class Desk:
         The wishes that the mesh was made with.
     picked : list of str
         Keys, in the order in which they were picked.
+    trying, helps
+        What is tried after a refusal, and what of it was seen to help.
     push : callable
         Sends what has changed in the scene to all pages.
     """
@@ -59,6 +61,8 @@ class Desk:
     picked: list[str] = field(default_factory=list)
     hovered: str | None = None
     questioned: list[str] = field(default_factory=list)
+    trying: Job | None = None
+    helps: list[Any] = field(default_factory=list)
     push: Callable[[], None] = lambda: None
     listeners: dict[str, list[Callable[[], None]]] = field(default_factory=dict)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)

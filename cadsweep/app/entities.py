@@ -12,6 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from ..arrays import FloatArray, IntArray
 
 KINDS = ("solid", "face", "edge")
@@ -107,6 +109,11 @@ class PartData:
         return [entity for entity in self.entities.values() if entity.kind == "solid"]
 
     @cached_property
+    def size(self) -> float:
+        """Diagonal of all facets, model units."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    @cached_property
     def _uses(self) -> Counter[str]:
         return Counter(entity.name for entity in self.entities.values() if entity.name)
 
@@ -167,8 +174,6 @@ _STRAIGHT = 0.99
 
 def _continues(one: FloatArray, other: FloatArray) -> bool:
     """Whether one chain of points goes on in another without a corner."""
-    import numpy as np
-
     size = max(float(np.ptp(one, axis=0).max()), float(np.ptp(other, axis=0).max()))
     for a, before in ((one[0], one[1]), (one[-1], one[-2])):
         for b, after in ((other[0], other[1]), (other[-1], other[-2])):

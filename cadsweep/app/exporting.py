@@ -13,7 +13,6 @@ from ..io import FORMATS
 from ..isolation import leftovers
 from .desk import Desk
 from .files import Files
-from .jobs import Job
 from .opening import SESSION
 from .taking import to_command, to_script
 
@@ -86,7 +85,7 @@ class Exporting:
             raise InputError(f"there is no format '{place.suffix}'")
         if desk.mesh is None:
             raise InputError("make the mesh first")
-        await desk.jobs.work(
-            Job(), "write_mesh", desk.mesh, str(place), command=str(desk.state.command), remove=leftovers(place)
+        await desk.jobs.read(
+            "write_mesh", desk.mesh, str(place), command=str(desk.state.command), remove=leftovers(place)
         )
         return place

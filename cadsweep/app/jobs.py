@@ -103,7 +103,7 @@ class Jobs:
         self._under_way: set[Job] = set()
         self._closing = threading.Event()
 
-    async def read(self, function: str, *args: Any, **kwargs: Any) -> Any:
+    async def read(self, function: str, *args: Any, remove: Sequence[str] = (), **kwargs: Any) -> Any:
         """Call a function of :mod:`.work` in the process that keeps the part, one call after the other."""
 
         def look(stage: str, fraction: float | None) -> None:
@@ -113,7 +113,7 @@ class Jobs:
         def call() -> Any:
             return self._reader.run(
                 f"cadsweep.app.work:{function}", args, kwargs, timeout=READING_TIME, on_progress=look,
-                max_memory=free_memory(),
+                max_memory=free_memory(), remove=remove,
             )  # fmt: skip
 
         return await asyncio.get_running_loop().run_in_executor(self._reading, call)

@@ -6,19 +6,15 @@ Place in the flow: works at the desk.
 from __future__ import annotations
 
 import asyncio
-import re
 from typing import Any
 
 from ..errors import CadSweepError
 from .desk import Desk
 from .jobs import Job, StoppedError
+from .refusing import find_tries, questioned, try_out
 from .skins import make_view
 
 _LOOK_EVERY = 0.25
-_MOST_FACES = 200
-_FACE = re.compile(r"\bfaces?:? ((?:\d+)(?:(?:, | and )\d+)*)")
-_SUPPRESS = re.compile(r"suppress=\[([^\]]*)\]")
-_SIZE = re.compile(r"\bsize (?:of )?([\d.]+(?:e-?\d+)?)")
 
 
 class Meshing:
@@ -35,10 +31,12 @@ class Meshing:
         desk.trigger("mesh", lambda: desk.start(self._mesh()))
         desk.trigger("end", self._end)
         desk.trigger("show", self._show)
+        desk.trigger("take_try", self._take_try)
 
     def _forget(self) -> None:
         if self._desk.job is not None:
             self._desk.job.end()
+        self._end_trials()
         self._desk.state.update({"has_mesh": False, "refusal": None, "showing": "part", "stages": [], "stale": False})
         self._desk.scene.set_surface("mesh", None)
 
@@ -65,6 +63,7 @@ class Meshing:
         options = asked.options(desk.part, desk.session.params)
         desk.job = job = Job()
         desk.questioned = []
+        self._end_trials()
         desk.state.update({"meshing": True, "refusal": None, "tab": "mesh", "message": ""})
         watching = asyncio.get_running_loop().create_task(self._watch(job))
         try:
@@ -97,19 +96,38 @@ class Meshing:
             await asyncio.sleep(_LOOK_EVERY)
 
     def _refuse(self, error: CadSweepError) -> None:
-        """Show a refusal: the faces in question on the part, what it says, and what to try as buttons."""
+        """Show a refusal: faces and cells in question on the part, what it says, and what helps, once that is tried."""
         desk = self._desk
         assert desk.part is not None
         text, lines = " ".join(error.message.split()), str(error).splitlines()
-        desk.questioned = _questioned(error, desk)
+        desk.questioned = questioned(error, desk.part)
+        desk.scene.mark_cell(list(getattr(error, "left", ())))
         desk.state.refusal = {
             "lines": lines,
             "all": text if text != " ".join(lines) else "",
             "reasons": list(getattr(error, "reasons", ()))[:40],
-            "tries": _tries(text, desk),
+            "tries": [],
+            "trying": "",
+            "marked": bool(getattr(error, "left", ())),
         }
         self._show("part")
         desk.happened("picked")
+        tries = find_tries(error, desk.session.asked, desk.part, desk.questioned)
+        desk.trying = Job()
+        desk.start(try_out(desk, desk.trying, tries))
+
+    def _end_trials(self) -> None:
+        """What was refused is asked no more: end what is tried for it, and take its cell away."""
+        desk = self._desk
+        trying, desk.trying, desk.helps = desk.trying, None, []
+        if trying is not None:
+            trying.end()
+        desk.scene.mark_cell([])
+
+    def _take_try(self, row: int) -> None:
+        """Take a wish that was seen to help."""
+        self._desk.session.ask(self._desk.helps[int(row)].asked)
+        self._desk.happened("wishes")
 
 
 def _stages(job: Job) -> list[dict[str, Any]]:
@@ -126,40 +144,3 @@ def _stages(job: Job) -> list[dict[str, Any]]:
             seconds=rows[-1]["seconds"] + stage.seconds, done=not under_way, share=share or (at if under_way else "")
         )
     return [{**row, "seconds": f"{row['seconds']:.1f}"} for row in rows]
-
-
-def _questioned(error: CadSweepError, desk: Desk) -> list[str]:
-    """Keys of the faces that a refusal names by number or carries, of the solids that it names."""
-    assert desk.part is not None
-    said = re.sub(r"\bThere are: .*$", "", str(error), flags=re.DOTALL)
-    carried = [(None, int(n)) for m in _FACE.finditer(said) for n in re.findall(r"\d+", m[1])]
-    carried += [face if isinstance(face, tuple) else (None, face) for face in getattr(error, "faces", ())]
-    named = [solid.solid for solid in desk.part.solids if solid.name in getattr(error, "solids", ())]
-    solids = named or range(len(desk.part.solids))
-    keys = [
-        f"face:{solid}:{face}"
-        for cell, face in carried
-        for solid in ([cell] if cell is not None and not named else solids)
-    ]
-    return [key for key in dict.fromkeys(keys) if key in desk.part.entities][:_MOST_FACES]
-
-
-def _tries(text: str, desk: Desk) -> list[dict[str, str]]:
-    """What to try, as a label and the trigger's arguments."""
-    found = []
-    for match in _SUPPRESS.finditer(text):
-        for words in re.findall(r"'([^']*)'", match[1]):
-            found.append({"label": f"leave out {words}", "kind": "suppress", "words": words})
-    for match in _SIZE.finditer(text):
-        found.append({"label": f"take size {match[1]}", "kind": "whole_size", "words": match[1]})
-    assert desk.part is not None
-    for key in desk.questioned[:2]:
-        word = desk.part.id_word(key)
-        found.append({"label": f"leave {word} out", "kind": "suppress", "words": word})
-        if desk.part.entities[key].shape == "plane":
-            found.append({"label": f"cut along {word}", "kind": "cut", "words": word})
-    size = desk.session.asked.whole.get("size")
-    if size and not any(one["kind"] == "whole_size" for one in found):
-        half = f"{size / 2:g}"
-        found.append({"label": f"take size {half}", "kind": "whole_size", "words": half})
-    return found[:6]

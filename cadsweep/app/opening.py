@@ -100,6 +100,7 @@ class Opening:
         desk.state.update(
             {
                 "phase": "part",
+                "tab": "ask",
                 "part_name": part.name,
                 "trame__title": f"{part.name} - cadsweep",
                 "tree": tree_rows(part, session.asked.given_names()),

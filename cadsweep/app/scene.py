@@ -27,6 +27,8 @@ EDGE: Color = (38, 44, 54)
 BACKGROUND = {"light": (0.965, 0.972, 0.98), "dark": (0.09, 0.105, 0.125)}
 _TUBE = 0.0035
 """Radius of a highlighted edge over the part's size."""
+_NEARER = 0.9
+"""Of the way to the whole part's middle, that its nearest corner stays clear of the window's rim."""
 
 
 def rgb(text: str) -> Color:
@@ -53,7 +55,6 @@ class Scene:
             self.window.AddRenderer(self.renderer)
         self._actors: dict[str, Any] = {}
         self.part: PartData | None = None
-        self._tubes: dict[str, Any] = {}
         self.set_theme("light")
 
     def set_theme(self, theme: str) -> None:
@@ -63,7 +64,6 @@ class Scene:
     def set_part(self, part: PartData) -> None:
         """Show another part."""
         self.part = part
-        self._tubes = {}
         for name in list(self._actors):
             self._remove(name)
         surface = surface_of(part.points, part.triangles, normals=part.normals)
@@ -88,6 +88,7 @@ class Scene:
         camera.SetPosition(*(middle + np.array([1.0, -1.4, 0.9]) * size))
         camera.SetViewUp(0.0, 0.0, 1.0)
         self.renderer.ResetCamera(*(float(v) for pair in zip(low, high, strict=True) for v in pair))
+        camera.Dolly(_NEARER)
 
     def color_part(self, picked: Collection[str], hovered: str | None, questioned: Mapping[str, Any] | None) -> None:
         """Colour faces and edges by what is picked, under the pointer, or in question."""
@@ -102,16 +103,15 @@ class Scene:
             ("picked edges", PICKED, [key for key in picked if key in part.chains]),
             ("hovered edge", HOVERED, [hovered] if hovered in part.chains else []),
         ):
-            self._set_tubes(name, color, keys)
+            self._set_tubes(name, color, [part.chains[key] for key in keys])
 
-    def _set_tubes(self, name: str, color: Color, keys: list[str]) -> None:
-        assert self.part is not None
-        if not keys:
+    def _set_tubes(self, name: str, color: Color, chains: list[FloatArray]) -> None:
+        if not chains:
             if name in self._actors:
                 self._actors[name].VisibilityOff()
             return
-        radius = _TUBE * float(np.linalg.norm(np.ptp(self.part.points, axis=0)))
-        tubes = tubes_of([self.part.chains[key] for key in keys], radius)
+        assert self.part is not None
+        tubes = tubes_of(chains, _TUBE * self.part.size)
         if name in self._actors:
             self._actors[name].GetMapper().SetInputData(tubes)
         else:
@@ -121,9 +121,15 @@ class Scene:
             actor.PickableOff()
         self._actors[name].VisibilityOn()
 
+    def mark_cell(self, chains: list[FloatArray]) -> None:
+        """Show the edges (m, 3) of a cell in question; none: take them away."""
+        if "cell in question" in self._actors:
+            self._remove("cell in question")
+        self._set_tubes("cell in question", QUESTIONED, chains)
+
     def show_part(self, shown: bool) -> None:
         """Show the part, or leave the place to a mesh."""
-        for name in ("part", "edges", "picked edges", "hovered edge"):
+        for name in ("part", "edges", "picked edges", "hovered edge", "cell in question"):
             if name in self._actors:
                 self._actors[name].SetVisibility(shown)
 

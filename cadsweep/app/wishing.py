@@ -12,7 +12,7 @@ from typing import Any
 from ..errors import CadSweepError, InputError
 from .desk import Desk
 from .entities import tree_rows
-from .wishes import KINDS, TAKES, WHOLE, Wish, check_options, make_wish, number, say
+from .wishes import KINDS, TAKES, WHOLE, check_options, make_wish, number, say
 
 FIELDS = {"name": "", "size": "", "count": "", "ratio": "3", "towards": "both", "first": "", "growth": "1.2", "n": "6"}
 _WHOLE_NUMBERS = ("layers", "order", "max_hexes")
@@ -26,6 +26,7 @@ class Wishing:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._estimating: asyncio.Task[None] | None = None
+        self._last = ""
         empty = {f"f_{name}": value for name, value in FIELDS.items()}
         whole = {f"w_{name}": "" for name in WHOLE}
         problems = {f"p_{name}": "" for name in (*KINDS, *(f"whole_{one}" for one in WHOLE))}
@@ -37,7 +38,6 @@ class Wishing:
         desk.trigger("wish", self._wish)
         desk.trigger("wish_whole", self._wish_whole)
         desk.trigger("wish_away", self._away)
-        desk.trigger("wish_words", self._wish_words)
         desk.trigger("undo", lambda: self._step("undo"))
         desk.trigger("redo", lambda: self._step("redo"))
 
@@ -54,16 +54,7 @@ class Wishing:
             return
         if kind == "name":
             state.f_name = ""
-        self._ask(asked)
-
-    def _wish_words(self, kind: str, words: str) -> None:
-        """A wish that a refusal proposes."""
-        asked = self._desk.session.asked
-        self._ask(
-            asked.with_whole("size", float(words))
-            if kind == "whole_size"
-            else asked.with_wish(Wish(kind=kind, value=words))
-        )
+        self._ask(asked, f"p_{kind}")
 
     def _wish_whole(self, name: str, text: Any) -> None:
         desk, state = self._desk, self._desk.state
@@ -80,7 +71,7 @@ class Wishing:
         except InputError as error:
             state[f"p_whole_{name}"] = str(error)
             return
-        self._ask(asked)
+        self._ask(asked, f"p_whole_{name}")
 
     def _away(self, row: int) -> None:
         self._ask(self._desk.session.asked.without(int(row)))
@@ -89,15 +80,17 @@ class Wishing:
         getattr(self._desk.session, which)()
         self._desk.happened("wishes")
 
-    def _ask(self, asked: Any) -> None:
+    def _ask(self, asked: Any, problem: str = "") -> None:
+        """Ask for something else; `problem` is where it is said if that cannot be had."""
         self._desk.session.ask(asked)
         self._desk.happened("wishes")
+        self._last = problem
 
     def _show(self) -> None:
         desk, part = self._desk, self._desk.part
         if part is None:
             return
-        asked = desk.session.asked
+        asked, self._last = desk.session.asked, ""
         names = asked.given_names()
         desk.state.update(
             {
@@ -108,7 +101,7 @@ class Wishing:
                 "can_redo": desk.session.can_redo,
                 "tree": tree_rows(part, names),
                 **{f"w_{name}": _shown(asked.whole.get(name)) for name in WHOLE},
-                **{f"p_whole_{name}": "" for name in WHOLE},
+                **{f"p_{name}": "" for name in (*KINDS, *(f"whole_{one}" for one in WHOLE))},
                 "estimate": "estimating ...",  # what was said of the wishes before is no word on these
                 "estimate_problem": "",
             }
@@ -127,7 +120,9 @@ class Wishing:
             )
             desk.state.update({"estimate": found, "estimate_problem": ""})
         except CadSweepError as error:
-            desk.state.update({"estimate": "", "estimate_problem": " ".join(str(error).split())})
+            # What was asked last is what cannot be had beside the rest: it is said at its field.
+            place = self._last if isinstance(error, InputError) and self._last else "estimate_problem"
+            desk.state.update({"estimate": "", "estimate_problem": "", place: " ".join(str(error).split())})
         desk.state.flush()
 
 

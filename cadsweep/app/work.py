@@ -6,8 +6,9 @@ not read it again.
 
 from __future__ import annotations
 
+import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,20 @@ import numpy as np
 from .. import cad
 from ..arrays import FloatArray, IntArray
 from ..brep import Part
+from ..errors import CadSweepError
 from ..mesh import HexMesh
 from ..progress import Progress
 from .entities import Entity, PartData
+
+log = logging.getLogger(__name__)
 
 _kept: dict[Any, Part] = {}
 """The part that was read last, by what it was read from."""
 MOST_TANGENT = 0.02
 """Radians off a half turn up to which the faces at an edge are tangent: what an eye takes for smooth."""
 _CHORDS = 32
+_SEARCH = 5.0
+"""Seconds for which cuts are looked for where it is only tried whether there is a mesh."""
 
 
 def _part(source: Any, params: Mapping[str, Any] | None) -> Part:
@@ -167,18 +173,25 @@ def write_mesh(mesh: HexMesh, path: str, *, command: str, on_progress: Progress)
     write(mesh, path)
 
 
+def try_out(source: Any, options: Sequence[Mapping[str, Any]], *, on_progress: Progress) -> None:
+    """Mesh the part with each of some options; says of each by its number whether it has a mesh."""
+    from ..pipeline import sweep_mesh
+
+    for j, own in enumerate(options):
+        part = _part(source, own.get("params"))
+        asked = {**own, "params": None, "decompose_time": _SEARCH}
+        try:
+            sweep_mesh(part, **asked)
+        except CadSweepError as error:
+            log.info("%s does not help: %s", own, error)
+            on_progress(f"no {j}", None)
+        else:
+            on_progress(f"yes {j}", None)
+
+
 def estimate(source: Any, options: Mapping[str, Any], *, on_progress: Progress) -> str:
     """What the mesh is expected to be, in a line."""
     from ..pipeline.expecting import expect
 
-    params = options.get("params")
-    others = {name: value for name, value in options.items() if name != "params"}
-    part = _part(source, params)
-    found = expect(part, **others)
-    said = (
-        f"from about {found.n_hexes:,} hexahedra, {found.n_bytes / 1e9:.1f} GB, "
-        f"{max(1, round(found.seconds))} s and what the CAD takes"
-    )
-    # What is expected does not look at the finer edges that accuracy asks for.
-    curved = any(face.kind != "plane" for solid in part.solids for face in solid.faces)
-    return f"{said}; curved faces may take several times as many" if curved else said
+    on_progress("estimate", None)
+    return str(expect(_part(source, options.get("params")), **{**options, "params": None}))

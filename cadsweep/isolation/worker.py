@@ -206,6 +206,9 @@ def _settle(station: Station) -> None:
     faulthandler.enable()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     sys.argv[:] = station.arguments
+    if "OMP_NUM_THREADS" not in os.environ:
+        # Systems here are small: the threads of numpy's BLAS win nothing, and on a busy machine wait for each other.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     for name, value in station.environment.items():
         os.environ.setdefault(name, value)
     os.environ["TMPDIR"] = tempfile.tempdir = station.folders[-1]

@@ -7,8 +7,9 @@ by its own surfaces); those that share faces, edges or vertices are planned toge
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from .. import cad
 from ..blocks.joined import neighbours_of
@@ -53,11 +54,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     NotSweepableError, PlanError, SurfaceMeshError, ProjectionError, InvertedHexError
         A solid cannot be swept, or not so that it agrees with its neighbours.
     """
-    _check_options(part, options)
-    options = for_all_solids(part, options)
-    if options.interfaces == "separate":
-        part = separated(part)
-    asked = options
+    part, asked = _asked(part, options)
     made: list[tuple[list[int], AnyMesh]] = []
     left_out: list[str] = []
     notes: list[str] = []
@@ -65,8 +62,7 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     while waiting:
         cells = waiting.pop(0)
         own = subset(part, cells)
-        layers = {w: value for w, value in (asked.wall_layers or {}).items() if solids_with(part, w) & set(cells)}
-        options = replace(asked, periodic=_about(part, cells, asked.periodic), wall_layers=layers or None)
+        options = _asked_of(part, cells, asked)
         try:
             made.append((cells, _by_solid(own, _mesh_group(own, options, run.anew(), mesh_one))))
             continue
@@ -92,6 +88,32 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
         asked = replace(asked, skip=[*(asked.skip or ()), *left_out])
     whole = _put_together(part, made, asked, run)
     return replace(whole, info={**whole.info, "notes": [*whole.info["notes"], *notes]}) if notes else whole
+
+
+def each_group(part: Part, options: SweepOptions, mesh_one: MeshOne) -> Iterator[tuple[Part, Callable[[Run], AnyMesh]]]:
+    """The groups of solids that hang together, and what meshes each: for those who want to look at one by one.
+
+    Raises
+    ------
+    InputError
+        As by :func:`mesh_assembly`.
+    """
+    part, asked = _asked(part, options)
+    for cells in touching_groups(part):
+        own = subset(part, cells)
+        yield own, partial(_mesh_group, own, _asked_of(part, cells, asked), mesh_one=mesh_one)
+
+
+def _asked(part: Part, options: SweepOptions) -> tuple[Part, SweepOptions]:
+    """The part, its solids apart where that is wanted, and what is asked of all of them."""
+    _check_options(part, options)
+    return (separated(part) if options.interfaces == "separate" else part), for_all_solids(part, options)
+
+
+def _asked_of(part: Part, cells: Sequence[int], asked: SweepOptions) -> SweepOptions:
+    """What is asked of one group."""
+    layers = {w: value for w, value in (asked.wall_layers or {}).items() if solids_with(part, w) & set(cells)}
+    return replace(asked, periodic=_about(part, cells, asked.periodic), wall_layers=layers or None)
 
 
 def _put_together(

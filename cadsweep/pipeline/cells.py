@@ -66,7 +66,7 @@ def mesh_cells(  # noqa: PLR0917
     wishes, divisions = asks.wishes, asks.divisions
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
-    estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+    run.checks(expected, options)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)

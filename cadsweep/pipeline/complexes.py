@@ -197,6 +197,8 @@ def _refused(
         what, message = (error.what, error.message) if error is not None else 2 * (found.message if found else "",)
         where = error.where if error is not None else _place(part, at)
         refusal = NotSweepableError(f"{what}{tried}", where=where, reasons=[message, *cuts])
+        edges = [part.solids[cell].edges[e] for cell, face in at for e in part.solids[cell].faces[face].edges]
+        refusal.left = decomposition.outline_of(edges)
         stuck = [cell for cell, _ in at]
     refusal.solids = tuple(dict.fromkeys(part.models[part.owners[cell]].name for cell in stuck))
     return refusal

@@ -80,7 +80,9 @@ def mesh_boundary(
     first: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
         counts = _count(part, sweep, options, run, replace(hints, sizes=wished), streamed=streamed)
-        check(estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed))
+        expected = estimate.estimate(sweep, counts, scale=part.scale, streamed=streamed)
+        run.expects(expected)
+        check(expected)
         try:
             with run.stage("surface"):
                 surfaces = surface.mesh_surfaces(

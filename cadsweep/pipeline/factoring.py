@@ -12,6 +12,7 @@ from ..blocks.block import FactoredMesh, factor_mesh
 from ..blocks.naming import find_colors, name_sweep
 from ..blocks.reference import volume_doubt
 from ..brep import ModelSolid, Part
+from ..estimate import estimate_made
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
@@ -33,6 +34,8 @@ class Factored(NamedTuple):
 def factor_sweep(part: Part, sweep: Sweep, options: SweepOptions, run: Run, *, streamed: bool = False) -> Factored:
     """Everything up to the factors: the whole mesh, before it is multiplied out."""
     boundary = accurate_boundary(part, sweep, options, run, streamed=streamed)
+    made = estimate_made(sweep, boundary.counts, boundary.surfaces, scale=part.scale, streamed=streamed)
+    run.expects(made, settled=True)
     check_coarse(boundary.deviation, options, doubt=volume_doubt(sweep.solid) / sweep.solid.volume)
     counts, surfaces, target = boundary.counts, boundary.surfaces, boundary.target
     with run.stage("projection"):

@@ -16,6 +16,8 @@ from dataclasses import dataclass, field, replace
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
+from ..estimate import Estimate, check_budget
+from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import CadReference, QualityAccumulator, QualityReport
 
@@ -45,6 +47,9 @@ class Run:
         Seconds for which cuts may be looked for.
     total : float
         Seconds after which nothing more is begun.
+    on_expected : callable or None
+        Called with what the mesh is expected to be, each time that more is known of it, and whether that is settled:
+        whoever wants no more than to know raises there.
     seconds : dict of str to float
     """
 
@@ -52,6 +57,7 @@ class Run:
     measure: Callable[[BlockMesh], QualityAccumulator] | None = None
     decompose_time: float = math.inf
     total: float = math.inf
+    on_expected: Callable[[Estimate, bool], None] | None = None
     seconds: dict[str, float] = field(default_factory=dict)
     _since: list[float] = field(default_factory=list)
     _searched: list[float] = field(default_factory=list)
@@ -75,6 +81,21 @@ class Run:
                 self._searched.append(spent() - self._since.pop())
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
         self.on_progress(name, 1.0)
+
+    def checks(self, expected: Estimate, options: SweepOptions) -> None:
+        """Refuse what is expected to be too large, and say what it is expected to be.
+
+        Raises
+        ------
+        InputError
+        """
+        check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        self.expects(expected)
+
+    def expects(self, expected: Estimate, *, settled: bool = False) -> None:
+        """Say what the mesh is expected to be; `settled`: its boundary is made and near enough to the CAD."""
+        if self.on_expected is not None:
+            self.on_expected(expected, settled)
 
     def is_late(self) -> bool:
         """Whether cuts have been looked for as long as they may be."""

@@ -24,6 +24,7 @@ from ..blocks.reference import make_references
 from ..brep import Part, Solid
 from ..corner_blocks import CornerBlocks
 from ..errors import InvertedHexError
+from ..estimate import estimate_counted
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -36,6 +37,7 @@ from ..smoothing import Blocks, Slides
 from ..sweep import Intervals
 from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
+from .cells import expected_cells
 from .cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
@@ -70,6 +72,9 @@ def mesh_complex(
     for tried in range(1 + rounds):
         made, off = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
         cells, counts, notes = made
+        expected = expected_cells(found.part, found.plan, wishes)
+        n_quads = cells.n_hexes // expected.n_layers
+        run.expects(estimate_counted(expected, n_quads, cells.n_hexes), settled=True)
         try:
             mesh = _finished(found, cells, counts, options, run, [*finer, *notes], off, slide=slide)
             break

@@ -222,8 +222,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     with run.stage("recognition"):
         stack, sheets = _merged(known, size)
     hints = resolve_stack_hints(part, stack, sheets, options)
-    memory = surface.Memory()
-    matches, walls = of_walls(part, stack, options), StackWalls()
+    matches, walls, memory = of_walls(part, stack, options), StackWalls(), surface.Memory()
 
     def attempt(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
         with run.stage("intervals"):
@@ -264,7 +263,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         levels = grade_levels(levels, sheets, hints)
         full = max(1, round(levels.n_layers * stack.solid.volume / stack.arrangement.prism.volume))
         expected = estimate.estimate(stack.plan, replace(counts, n_layers=full), scale=part.scale)
-        estimate.check_budget(expected, max_hexes=options.max_hexes, max_memory=options.max_memory)
+        run.checks(expected, options)
 
     # Edges that answer others, or have rows of quads along them, are divided as these ask.
     narrow = None if options.periodic or options.wall_layers else partial(narrow_hints, stack, size=counts.size)
@@ -280,6 +279,7 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         return MadeStack(quads=quads, placed=built, joined=_joined(stack, built), notes=finer)
 
     made, off = accurate_stack(part, stack, options, run, hints, make)
+    run.expects(estimate.estimate_counted(expected, len(made.quads.quads), made.joined.n_hexes), settled=True)
     faces = stack.solid.faces
     mesh = finish(
         part,

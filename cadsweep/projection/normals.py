@@ -222,7 +222,7 @@ def _fallback_normal(loops: Sequence[FloatArray], total: FloatArray, outer: Floa
     if np.linalg.norm(outer) > VANISHING * scales[0]:
         return outer
     points = np.concatenate(list(loops))
-    normal = np.linalg.svd(points - points.mean(axis=0))[2][-1]
+    normal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][-1]
     first = loops[0] - loops[0].mean(axis=0)
     middles = 0.5 * (first + np.roll(first, -1, axis=0))
     near = np.exp(-np.sum((middles - middles[-1]) ** 2, axis=1) / np.mean(np.sum(first**2, axis=1)))

@@ -109,7 +109,7 @@ def find_directions(normals: Normals) -> list[FloatArray]:
         elif face.kind in ("cylinder", "cone", "extrusion"):
             own = normals.of(face)
             # The normals of all three lie on a circle about the axis.
-            _, spread, axes = np.linalg.svd(own - own.mean(axis=0))
+            _, spread, axes = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)
             if spread[1] > 1e-6 and spread[2] < 1e-6 * spread[0]:
                 found.append(axes[2])
     found += [edge.tangents[0] for edge in solid.edges if edge.kind == "line"]

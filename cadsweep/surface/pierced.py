@@ -103,8 +103,27 @@ def _places_in_lattice(hole: FloatArray, lattice: scipy.spatial.cKDTree, places:
 
 
 def _interpolated(at: FloatArray, nodes: FloatArray, places: IntArray) -> FloatArray:
-    """Lattice places (m, 2) at points (m, 2), linear in the triangles of nodes (n, 2); NaN outside of these."""
-    return np.asarray(scipy.interpolate.LinearNDInterpolator(nodes, places.astype(np.float64))(at))
+    """Lattice places (m, 2) at points (m, 2), linear in the triangles of nodes (n, 2); NaN outside of these.
+
+    scipy's own interpolation asks LAPACK once for every triangle: on a busy machine its threads wait for each other
+    for seconds.
+    """
+    triangles = scipy.spatial.Delaunay(nodes).simplices
+    a, b, c = (nodes[triangles[:, j]] for j in range(3))
+    along, across = b - a, c - a
+    twice = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
+    found = np.full((len(at), 2), np.nan)
+    for j, point in enumerate(at):
+        to = point - a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            second = (to[:, 0] * across[:, 1] - to[:, 1] * across[:, 0]) / twice
+            third = (along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]) / twice
+        least = np.nan_to_num(np.minimum(np.minimum(second, third), 1.0 - second - third), nan=-np.inf)
+        k = int(least.argmax())
+        if least[k] >= -_TIE:
+            weights = np.array([1.0 - second[k] - third[k], second[k], third[k]])
+            found[j] = weights @ places[triangles[k]]
+    return found
 
 
 def _in_cells(at: FloatArray, lattice: scipy.spatial.cKDTree, places: IntArray) -> FloatArray:

@@ -7,6 +7,7 @@ import select
 import signal
 import subprocess
 import sys
+import time
 
 from ..view.view_browser import find_browser, opened
 
@@ -110,6 +111,35 @@ class Visitor:
             v.setCamera({...c, position: c.focalPoint.map((p, i) => p - far * d[i] / n),
                 viewUp: [0.01, 0.02, 1]}); })()""".replace("WAY", json.dumps([float(v) for v in direction]))
         )
+
+    def saves_to(self, folder):
+        """Have what is downloaded put in a folder."""
+        folder.mkdir()
+        self.folder = folder
+        self.page.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+
+    def save(self, suffix, name):
+        """Choose a format, press the button, and wait for the file."""
+        self.type("#format", suffix)
+        self.wait_state("format", suffix)
+        self.press("#take-mesh")
+        return self.saved(self.folder / name)
+
+    def saved(self, path, seconds=60):
+        """Wait for a download."""
+        end = time.monotonic() + seconds
+        while not path.exists():
+            assert time.monotonic() < end, f"{path.name} was not saved; {self.state('message')}"
+            time.sleep(0.05)
+        return path
+
+    def copied(self, selector):
+        """What is in the clipboard after a button was pressed."""
+        self.page.call("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+        self.page.evaluate("navigator.clipboard.writeText('')")
+        self.press(selector)
+        self.wait("navigator.clipboard.readText().then((text) => text.length > 0)")
+        return self.page.evaluate("navigator.clipboard.readText()")
 
     def picture(self, path):
         import base64

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import h5py
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from cadsweep.errors import InputError
 from cadsweep.io.compare import same_quads
 from cadsweep.mesh import HexMesh
 
-from .io_meshes import TOLERANCES, bent_box, twisted_box, two_parts
+from .io_meshes import TOLERANCES, bent_box, box, twisted_box, two_parts
 
 ALL_ORDERS = {".vtu", ".vtkhdf", ".msh", ".med", ".cgns", ".e"}
 """Of formats whose fields are narrower than a number may be."""
@@ -154,3 +156,17 @@ def test_coordinates_survive_tiny_and_large(tmp_path):
             io.write(scaled, tmp_path / f"part{suffix}")
             back = io.read(tmp_path / f"part{suffix}")
             np.testing.assert_allclose(back.points, scaled.points, rtol=TOLERANCES.get(suffix, 0), atol=0)
+
+
+def test_nastran_numbers_that_fill_their_fields_stand_beside_signs(tmp_path):
+    mesh = box()
+    moved = replace(mesh, points=mesh.points / 3.0 - np.pi)  # sixteen characters each, the first of them a minus
+    io.write(moved, tmp_path / "box.bdf")
+    assert np.abs(io.read(tmp_path / "box.bdf").points - moved.points).max() < 1e-9
+    text = (tmp_path / "box.bdf").read_text()
+    assert "E" not in text.split("CHEXA")[0].split("GRID", 1)[1]
+    line = next(line for line in text.splitlines() if line.startswith("GRID*"))
+    torn = line[:40] + f"{'-3.1415926535-3':>16}" + line[56:]
+    (tmp_path / "torn.bdf").write_text(text.replace(line, torn))
+    with pytest.raises(InputError, match="exponent"):
+        io.read(tmp_path / "torn.bdf")

@@ -216,3 +216,13 @@ def test_a_worker_of_a_pool_may_isolate_too():
 
     with multiprocessing.get_context("spawn").Pool(1) as pool, pytest.raises(WorkerError):
         pool.apply(daemonic, ("crash",))
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="threads are counted in /proc")
+def test_a_worker_has_one_thread_of_blas_unless_its_caller_asks_for_more(monkeypatch):
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    alone = run("threads_of_blas")
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    if (os.cpu_count() or 1) > 1:
+        assert run("threads_of_blas") == alone + 1

@@ -162,3 +162,11 @@ def hold(n_bytes, on_progress):
 
 def n_arguments(on_progress):
     return len(sys.argv)
+
+
+def threads_of_blas(*, on_progress):
+    """How many threads there are once numpy has solved something that is large enough for more than one."""
+    import numpy as np
+
+    np.linalg.solve(np.eye(600), np.ones(600))
+    return len(os.listdir("/proc/self/task")) if os.path.isdir("/proc/self/task") else 1

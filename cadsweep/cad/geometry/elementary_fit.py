@@ -71,12 +71,12 @@ def _fit(points: FloatArray, normals: FloatArray, near: float) -> Elementary | N
 
 def _plane(points: FloatArray, normals: FloatArray) -> _Fitted:
     mean = points.mean(axis=0)
-    axis = np.linalg.svd(points - mean)[2][2]
+    axis = np.linalg.svd(points - mean, full_matrices=False)[2][2]
     return Elementary("plane", mean, axis), (points - mean) @ axis
 
 
 def _cylinder(points: FloatArray, normals: FloatArray) -> _Fitted:
-    axis = np.linalg.svd(normals)[2][2]
+    axis = np.linalg.svd(normals, full_matrices=False)[2][2]
     across = np.linalg.svd(axis[None])[2][1:].T
     middle, radius = fit_sphere(points @ across)
     place = across @ middle + (points.mean(axis=0) @ axis) * axis
@@ -90,7 +90,7 @@ def _ball(points: FloatArray, normals: FloatArray) -> _Fitted:
 
 
 def _cone(points: FloatArray, normals: FloatArray) -> _Fitted:
-    axis = np.linalg.svd(normals - normals.mean(axis=0))[2][2]
+    axis = np.linalg.svd(normals - normals.mean(axis=0), full_matrices=False)[2][2]
     apex = np.linalg.lstsq(normals, np.einsum("ij,ij->i", points, normals), rcond=None)[0]
     axis = -axis if (points.mean(axis=0) - apex) @ axis < 0.0 else axis
     out, along = _from_axis(points, apex, axis)
@@ -99,7 +99,7 @@ def _cone(points: FloatArray, normals: FloatArray) -> _Fitted:
 
 
 def _torus(points: FloatArray, normals: FloatArray) -> _Fitted:
-    motion = np.linalg.svd(np.column_stack([np.cross(points, normals), normals]))[2][5]
+    motion = np.linalg.svd(np.column_stack([np.cross(points, normals), normals]), full_matrices=False)[2][5]
     turning = float(np.linalg.norm(motion[:3]))
     if turning < _HAS_TURN:
         return None, points

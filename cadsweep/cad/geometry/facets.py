@@ -11,6 +11,7 @@ import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.ShapeFix import ShapeFix_Face
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
@@ -25,6 +26,10 @@ DEFLECTION = 1e-3
 
 ANGLE = 0.3
 """Angle between neighbouring facets, radians."""
+
+MANY_EDGES = 100
+"""Edges of a face from which on its facets are made by OpenCASCADE's other way, which takes no longer for each of many
+holes than for the first: 0.4 s for a plate of 800 holes, where the usual one takes 11."""
 
 
 def find_facets(solid: Solid) -> list[tuple[FloatArray, IntArray]]:
@@ -53,7 +58,11 @@ def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
         fixer = ShapeFix_Face(copied)
         fixer.Perform()
         copied = fixer.Face()
-    BRepMesh_IncrementalMesh(copied, deflection, False, ANGLE, False)
+    wanted = IMeshTools_Parameters()
+    wanted.Deflection, wanted.Angle = deflection, ANGLE
+    if len(subshapes(copied, EDGE)) > MANY_EDGES:
+        wanted.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
+    BRepMesh_IncrementalMesh(copied, wanted)
     place = TopLoc_Location()
     made = BRep_Tool.Triangulation_s(copied, place)
     if made is None:
