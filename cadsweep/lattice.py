@@ -113,7 +113,7 @@ class Lattice:
 
     def quads(self, corners: IntArray) -> IntArray:
         """Nodes (q, (p + 1)^2) of quads (q, 4), in VTK's order of Lagrange quadrilaterals."""
-        sides = self.edge_nodes(corners[:, _QUAD_EDGES].reshape(-1, 2)).reshape(len(corners), -1)
+        sides = self.edge_nodes(corners[:, _QUAD_EDGES].reshape(-1, 2)).reshape(len(corners), 4 * (self.order - 1))
         rows, codes = _canonical(corners[:, [0, 1, 3, 2]])
         faces = find_rows(self.faces, rows, "quad")
         first = self.first + len(self.edges) * (self.order - 1)

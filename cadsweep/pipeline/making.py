@@ -10,7 +10,6 @@ from ..blocks.reference import make_reference
 from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.curving import project_to_edges, project_to_faces
 from ..orders.elevate import elevate
 from ..quality import QualityReport, check_mesh
 from ..sweep import Sweep
@@ -71,7 +70,7 @@ def raised(mesh: HexMesh, origin: Origin) -> HexMesh:
         mesh,
         order=origin.options.order,
         nodes=origin.options.nodes,
-        curves=project_to_edges(origin.part, origin.sweep, origin.surfaces),
-        surfaces=project_to_faces(origin.part, origin.sweep, origin.factored),
+        curves=origin.entities.on_curves(),
+        surfaces=origin.entities.on_surfaces(),
         allow_inverted=origin.options.allow_inverted,
     )

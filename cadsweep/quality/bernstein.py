@@ -75,7 +75,7 @@ def _decide_some(controls: FloatArray, order: int, at: IntArray, positive: np.nd
 
 def _grid(points: FloatArray, hexes: IntArray, order: int) -> FloatArray:
     """Nodes (m, order + 1, order + 1, order + 1, 3), indexed k, j, i."""
-    nodes = _with_inner_nodes(points[hexes]) if hexes.shape[1] == 20 else points[hexes]
+    nodes = with_inner_nodes(points[hexes]) if hexes.shape[1] == 20 else points[hexes]
     n = order + 1
     return np.ascontiguousarray(nodes[:, lexicographic(order)].reshape(-1, n, n, n, 3))
 
@@ -104,7 +104,7 @@ def _controls(grid: FloatArray, order: int) -> FloatArray:
     )
 
 
-def _with_inner_nodes(nodes: FloatArray) -> FloatArray:
+def with_inner_nodes(nodes: FloatArray) -> FloatArray:
     """Add to hex20 nodes (m, 20, 3) the face and volume nodes at which the serendipity shape lies."""
     faces = [
         ((0, 4, 7, 3), (16, 15, 19, 11)),

@@ -12,7 +12,7 @@ from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 from cadsweep.quality import check_mesh, positive_inside
 
-from .io_meshes import box, twisted_box
+from ..io.io_meshes import box, twisted_box
 
 ORDERS = range(1, 9)
 
