@@ -15,6 +15,7 @@ from ..errors import InputError, InvertedHexError
 from ..lattice import MOST
 from ..mesh import HexMesh
 from ..quality import positive_inside
+from .distance import distance
 from .mending import mended
 from .placing import OnCad, place
 
@@ -67,7 +68,7 @@ def elevate(
     of_hex, of_quad = (20, 8) if order == 2 and nodes == 20 else (lattice.hexes.shape[1], (order + 1) ** 2)
     hexes = np.ascontiguousarray(lattice.hexes[:, :of_hex])
     bad = np.flatnonzero(~positive_inside(points, hexes)[0])
-    info = mesh.info
+    info = dict(mesh.info)
     if len(bad) and not allow_inverted:
         points, left = mended(points, hexes, lattice, bad, curves=curves, surfaces=surfaces)
         if len(left):
@@ -79,11 +80,13 @@ def elevate(
                 hexes=left[:10].tolist(),
             )
         note = f"order {order}: {len(bad)} hexahedra were invalid when bent; nodes around them were moved on the CAD"
-        info = {**info, "notes": [*info.get("notes", ()), note]}
+        info["notes"] = [*info.get("notes", ()), note]
     boundaries, interfaces = (
         {name: lattice.quads(quads)[:, :of_quad] for name, quads in named.items()}
         for named in (mesh.boundaries, mesh.interfaces)
     )
+    if surfaces:
+        info["curved_distance"] = distance(points, lattice, surfaces, of_quad)
     points = points[: int(np.max(hexes, initial=-1)) + 1]  # those inside come last
     return replace(
         mesh, points=points, hexes=hexes, boundaries=boundaries, interfaces=interfaces, structure=None, info=info

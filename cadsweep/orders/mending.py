@@ -29,6 +29,7 @@ from ..lattice import Lattice, lexicographic
 from ..projection.descent import minimise
 from ..quality import positive_inside
 from ..quality.bernstein import with_inner_nodes
+from .distance import quad_lexicographic
 from .placing import OnCad, Projection, skin_without
 
 RINGS = 3
@@ -143,7 +144,7 @@ def _allowed(points: FloatArray, free: IntArray, tracks: _Tracks, order: int) ->
     for number, own in enumerate(tracks.segments):
         if number in present:
             np.add.at(along, own, np.gradient(points[own], axis=1))
-    table = _quad_table(order)
+    table = quad_lexicographic(order)
     n = order + 1
     for number, own in enumerate(tracks.quads, start=tracks.n_curves):
         if number in present:
@@ -162,13 +163,6 @@ def _allowed(points: FloatArray, free: IntArray, tracks: _Tracks, order: int) ->
         return np.where(on_curve[:, None], own, np.where(on_face[:, None], moves - own, moves))
 
     return allowed
-
-
-def _quad_table(order: int) -> IntArray:
-    """Number ((p + 1)^2,) in a quad of the node i + (p + 1) j: as on the side k = 0 of a hexahedron."""
-    inner, numbers = order - 1, lexicographic(order)[: (order + 1) ** 2]
-    in_face = numbers - (8 + 12 * inner + 4 * inner**2) + 4 + 4 * inner
-    return np.where(numbers < 8, numbers, np.where(numbers < 8 + 4 * inner, numbers - 4, in_face))
 
 
 class _Energy:

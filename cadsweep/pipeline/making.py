@@ -34,6 +34,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             return check_mesh(mesh, cad=reference)
 
     factored, report = checked(factored, check, options, run, reached)
+    mesh = replace(mesh, info=factored.info)
     if options.order > 1 and (report.valid or options.allow_inverted):
         with run.stage(f"order {options.order}"):
             mesh = raised(mesh, Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options))
@@ -41,7 +42,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             report = check_mesh(mesh, cad=reference)
     refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
-    mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
+    mesh = replace(mesh, origin=origin, info={**mesh.info, "quality": report})
     return Made(factored=factored, report=report, mesh=with_pairs(mesh), shortfall=shortfall)
 
 
