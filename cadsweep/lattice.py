@@ -74,6 +74,14 @@ def lexicographic(order: int) -> IntArray:
     return grid.ravel()
 
 
+@cache
+def quad_lexicographic(order: int) -> IntArray:
+    """Number ((p + 1)^2,) in a quad of the node i + (p + 1) j: as on the side k = 0 of a hexahedron."""
+    inner, numbers = order - 1, lexicographic(order)[: (order + 1) ** 2]
+    in_face = numbers - (8 + 12 * inner + 4 * inner**2) + 4 + 4 * inner
+    return np.where(numbers < 8, numbers, np.where(numbers < 8 + 4 * inner, numbers - 4, in_face))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lattice:
     """Hexahedra of order p on the corners of hexahedra of order 1.

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
-from ..lattice import Lattice, lexicographic
+from ..arrays import FloatArray
+from ..lattice import Lattice, quad_lexicographic
 from .placing import OnCad
 
 
@@ -39,10 +39,3 @@ def distance(points: FloatArray, lattice: Lattice, surfaces: OnCad, n_nodes: int
         sample = np.einsum("jJ,iI,qJIc->qjic", values, values, grid, optimize=True).reshape(-1, 3)
         farthest = max(farthest, float(np.linalg.norm(project(sample) - sample, axis=1).max(initial=0.0)))
     return farthest
-
-
-def quad_lexicographic(order: int) -> IntArray:
-    """Number ((p + 1)^2,) in a quad of the node i + (p + 1) j: as on the side k = 0 of a hexahedron."""
-    inner, numbers = order - 1, lexicographic(order)[: (order + 1) ** 2]
-    in_face = numbers - (8 + 12 * inner + 4 * inner**2) + 4 + 4 * inner
-    return np.where(numbers < 8, numbers, np.where(numbers < 8 + 4 * inner, numbers - 4, in_face))

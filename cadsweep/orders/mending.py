@@ -25,11 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
-from ..lattice import Lattice, lexicographic
+from ..lattice import Lattice, lexicographic, quad_lexicographic
 from ..projection.descent import minimise
 from ..quality import positive_inside
 from ..quality.bernstein import with_inner_nodes
-from .distance import quad_lexicographic
 from .placing import OnCad, Projection, skin_without
 
 RINGS = 3

@@ -7,7 +7,8 @@ import pytest
 
 from cadsweep import io
 from cadsweep.errors import InputError, InvertedHexError
-from cadsweep.lattice import lexicographic, number_lattice
+from cadsweep.io.msh_common import HEX_TYPES, QUAD_TYPES, hex_order, quad_order
+from cadsweep.lattice import lexicographic, number_lattice, quad_lexicographic
 from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 from cadsweep.quality import check_mesh, positive_inside
@@ -100,23 +101,85 @@ def test_a_fold_is_refused_with_its_place():
         elevate(elevate(mesh, order=3), order=4)
 
 
-@pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf", ".mesh"])
+@pytest.mark.parametrize(
+    ("suffix", "options"),
+    [
+        (".vtu", {}),
+        (".vtkhdf", {}),
+        (".mesh", {}),
+        (".msh", {}),
+        (".msh", {"binary": False}),
+        (".msh", {"version": "2.2"}),
+    ],
+)
 @pytest.mark.parametrize("order", [3, 8])
-def test_files_bring_the_mesh_back(suffix, order, tmp_path):
+def test_files_bring_the_mesh_back(suffix, options, order, tmp_path):
     mesh, _ = _rolled(order)
-    mesh.write(tmp_path / f"ring{suffix}")
+    mesh.write(tmp_path / f"ring{suffix}", **options)
     back = io.read(tmp_path / f"ring{suffix}")
     assert back.order == order
-    assert sorted(back.boundaries) == sorted(mesh.boundaries)
+    for name in back.boundaries.keys() & mesh.boundaries.keys():
+        quads = mesh.boundaries[name]
+        np.testing.assert_array_equal(back.points[back.boundaries[name]], mesh.points[quads])
+    if options.get("version") != "2.2":  # where a quad has one name
+        assert sorted(back.boundaries) == sorted(mesh.boundaries)
     np.testing.assert_array_equal(back.points[back.hexes], mesh.points[mesh.hexes])
 
 
-@pytest.mark.parametrize("suffix", [".msh", ".inp", ".bdf", ".cgns", ".med", ".e", ".su2"])
-def test_formats_without_the_order_refuse_it(suffix, tmp_path):
-    mesh, _ = _rolled(3)
-    with pytest.raises(InputError, match="no hexahedra of order 3"):
-        mesh.write(tmp_path / f"ring{suffix}")
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("a.inp", 2), ("a.bdf", 2), ("a.cgns", 2), ("a.med", 2), ("a.e", 2), ("a.su2", 1), ("polyMesh", 1)],
+)
+def test_formats_without_the_order_refuse_it_and_say_which_they_have(name, most, tmp_path):
+    for order in range(most + 1, 4):
+        mesh, _ = _rolled(order)
+        with pytest.raises(InputError, match=f"no hexahedra of order {order}.*order={most}"):
+            mesh.write(tmp_path / name)
+    with pytest.raises(InputError, match="order=1"):
+        mesh.write(tmp_path / "a.msh", version="fluent")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_the_order_of_nodes_is_gmshs(order):
+    gmsh = pytest.importorskip("gmsh")
+    n = order + 1
+    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    try:
+        for kind, numbers, of_vtk in (
+            (HEX_TYPES[n**3], hex_order(n**3), lexicographic(order)),
+            (QUAD_TYPES[n**2], quad_order(n**2), quad_lexicographic(order)),
+        ):
+            _, dimension, own_order, _, places, _ = gmsh.model.mesh.getElementProperties(kind)
+            assert own_order == order
+            at = np.rint((np.reshape(places, (-1, dimension)) + 1) / 2 * order).astype(int)
+            np.testing.assert_array_equal(of_vtk[at @ n ** np.arange(dimension)], numbers)
+    finally:
+        gmsh.finalize()
+
+
+@pytest.mark.parametrize("order", [3, 4])
+def test_gmsh_reads_the_same_volume(order, tmp_path):
+    gmsh = pytest.importorskip("gmsh")
+    mesh, _ = _rolled(order)
+    mesh.write(tmp_path / "ring.msh")
+    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    try:
+        gmsh.option.setNumber("General.Verbosity", 2)
+        gmsh.open(str(tmp_path / "ring.msh"))
+        kind = HEX_TYPES[(order + 1) ** 3]
+        places, weights = gmsh.model.mesh.getIntegrationPoints(kind, f"Gauss{3 * order}")
+        _, determinants, _ = gmsh.model.mesh.getJacobians(kind, places)
+        volume = np.sum(np.reshape(determinants, (-1, len(weights))) * weights)
+        _, _, nodes = gmsh.model.mesh.getElements(2)
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        at = dict(zip(tags.tolist(), np.reshape(coordinates, (-1, 3)), strict=True))
+        quads = np.array([at[tag] for tag in np.concatenate(nodes).tolist()])
+    finally:
+        gmsh.finalize()
+    assert volume == pytest.approx(positive_inside(mesh.points, mesh.hexes)[1].sum(), rel=1e-9)
+    of_mesh = mesh.points[np.concatenate([q.ravel() for q in mesh.boundaries.values()])]
+    np.testing.assert_allclose(np.unique(quads, axis=0), np.unique(of_mesh, axis=0))
 
 
 @pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf"])
