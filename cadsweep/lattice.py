@@ -74,6 +74,14 @@ def lexicographic(order: int) -> IntArray:
     return grid.ravel()
 
 
+@cache
+def quad_lexicographic(order: int) -> IntArray:
+    """Number ((p + 1)^2,) in a quad of the node i + (p + 1) j: as on the side k = 0 of a hexahedron."""
+    inner, numbers = order - 1, lexicographic(order)[: (order + 1) ** 2]
+    in_face = numbers - (8 + 12 * inner + 4 * inner**2) + 4 + 4 * inner
+    return np.where(numbers < 8, numbers, np.where(numbers < 8 + 4 * inner, numbers - 4, in_face))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lattice:
     """Hexahedra of order p on the corners of hexahedra of order 1.
@@ -113,7 +121,7 @@ class Lattice:
 
     def quads(self, corners: IntArray) -> IntArray:
         """Nodes (q, (p + 1)^2) of quads (q, 4), in VTK's order of Lagrange quadrilaterals."""
-        sides = self.edge_nodes(corners[:, _QUAD_EDGES].reshape(-1, 2)).reshape(len(corners), -1)
+        sides = self.edge_nodes(corners[:, _QUAD_EDGES].reshape(-1, 2)).reshape(len(corners), 4 * (self.order - 1))
         rows, codes = _canonical(corners[:, [0, 1, 3, 2]])
         faces = find_rows(self.faces, rows, "quad")
         first = self.first + len(self.edges) * (self.order - 1)

@@ -39,6 +39,8 @@ class MeshRecord(Mapping[str, Any]):
         How uncertain that is, where faces of the model miss each other.
     distance : float or None
         Greatest distance of the boundary's straight-sided quads from the CAD faces, measured, model units.
+    curved_distance : float or None
+        Of a mesh of order 2 and above: that of its curved quads from the curved faces, at places between their nodes.
     sweeps : sequence of mapping, or None
         For every sweep its ``source`` and ``target`` (names of faces, or ids), ``layers``, and ``span_layers`` or
         ``cell``, where there is such a thing.
@@ -82,6 +84,7 @@ class MeshRecord(Mapping[str, Any]):
     cad_volume: float | None = None
     cad_volume_doubt: float | None = None
     distance: float | None = None
+    curved_distance: float | None = None
     sweeps: Sequence[Mapping[str, Any]] | None = None
     blocks: Sequence[int] | None = None
     names: Mapping[str, str] | None = None

@@ -96,7 +96,7 @@ ALLOWED = {
     "report": {"view", "cad"},
     # What the pipeline assembles: values made of a stage's results, and their files.
     "blocks": {"io", "projection"},
-    "orders": {"blocks"},
+    "orders": {"projection"},  # the minimiser alone
     # What is done to a finished mesh, of whatever blocks.
     "entity": {"blocks", "projection"},
 }

@@ -28,6 +28,8 @@ def mesh_lines(summary: dict[str, Any], output: str, *, verbose: bool = False) -
         lines.append(f"volume: {summary['volume']:.6g}, CAD {summary['cad_volume']:.6g} ({off:+.2%})")
     if summary.get("distance") is not None:
         lines.append(f"boundary: at most {summary['distance']:.3g} off the CAD faces")
+    if summary.get("curved_distance") is not None:
+        lines.append(f"bent: at most {summary['curved_distance']:.3g} off the curved ones")
     lines += _sweep_lines(summary["sweeps"])
     notes = summary.get("notes", ())
     lines += [f"note: {note}" for note in (notes if verbose else few_notes(notes))]

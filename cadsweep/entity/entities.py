@@ -117,25 +117,46 @@ class Entities:
             dimensions[node], keys[node] = VERTEX, key
         return dimensions, keys
 
-    def on_curves(self) -> list[tuple[IntArray, Projection]]:
-        """Segments (s, 2) along every edge that is no straight line, and what brings their middles onto it."""
+    def on_curves(self) -> list[tuple[IntArray, Projection | None]]:
+        """Segments (s, 2) along every edge of the model, and what brings points onto it; None where it is straight.
+
+        Where a cut ends on a face of the model there is no edge: the nodes are on the face, and may have moved on it.
+        """
+        faces: dict[int, set[object]] = {}
+        for place in self.faces:
+            if self.is_outside(place):
+                solid, own = self.part.solids[place[0]], self._own(place)
+                for key in solid.edge_keys[list(solid.faces[place[1]].edges)].tolist():
+                    faces.setdefault(key, set()).add(own)
         return [
-            (np.column_stack([chain[:-1], chain[1:]]), onto_curve(self.part, self.edges[key].curve))
+            (
+                np.column_stack([chain[:-1], chain[1:]]),
+                None if self.edges[key].kind == "line" else onto_curve(self.part, self.edges[key].curve),
+            )
             for key, chain in self.chains.items()
-            if self.edges[key].kind != "line"
+            if len(faces.get(key, ())) > 1
         ]
 
-    def on_surfaces(self) -> list[tuple[IntArray, Projection]]:
-        """Quads (q, 4) of every curved face of the model and every contact, once, and the projection to its surface."""
-        return [
-            (quads, onto_surface(self.part, self.face(place).surface))
-            for place, quads in self.faces.items()
-            # Of an interface one side is enough; a cut is inside, and its middles are free. Outside a plane face holds
-            # its middles by itself; between two solids it has to be told.
-            if (self.face(place).kind != "plane" or place in self.names.between)
-            and self.is_outside(place)
-            and self.names.first.get(place, True)
-        ]
+    def on_surfaces(self) -> list[tuple[IntArray, Projection | None]]:
+        """Quads (q, 4) of every face of the model, of a contact once, and what brings points onto it; None: plane.
+
+        Pieces of one plane face of the model are one.
+        """
+        planes: dict[object, list[IntArray]] = {}
+        found: list[tuple[IntArray, Projection | None]] = []
+        for place, quads in self.faces.items():
+            if not self.is_outside(place) or not self.names.first.get(place, True):
+                continue  # of an interface one side is enough; a cut is inside, and its middles are free
+            face = self.face(place)
+            if face.kind == "plane":
+                planes.setdefault(self._own(place), []).append(quads)
+            else:
+                found.append((quads, onto_surface(self.part, face.surface)))
+        return [*found, *((np.concatenate(pieces), None) for pieces in planes.values())]
+
+    def _own(self, place: Place) -> object:
+        """What the pieces of one face of the model have in common."""
+        return (self.part.owners[place[0]], self.face(place).key or place, place in self.names.between)
 
 
 def onto_curve(part: Part, curve: Curve) -> Projection:

@@ -30,20 +30,18 @@ import numpy as np
 from ..arrays import IntArray
 from ..contacts import solids_of
 from ..errors import InputError
+from ..lattice import quad_size
 from ..mesh import HexMesh
+from .cgns_orders import HEX_TYPES, QUAD_TYPES, hex_order, quad_order
 from .cgns_zones import RESERVED, ZonePiece, turned_quads, zone_pieces
 from .compare import Groups, all_boundaries, disjoint_parts
 from .hdf5 import load
 from .labels import LabelledMesh, check_nodes
 
 MAX_NAME = 32
-HEX_TYPES = {8: 17, 20: 18, 27: 19}
-QUAD_TYPES = {4: 7, 8: 8, 9: 9}
-_ORDER = [*range(12), 16, 17, 18, 19, 12, 13, 14, 15, 24, 22, 21, 23, 20, 25, 26]
-HEX_ORDER = {size: np.array(_ORDER[:size]) for size in (8, 20, 27)}
-"""``cgns_nodes = vtk_nodes[:, HEX_ORDER[n]]``: bottom, upright, top edges; bottom, y-, x+, y+, x-, top; volume."""
+MOST_ORDER = 4
 
-_FLAT_TYPES = {2, 3, 4, 5, 6, 7, 8, 9, 24, 25, 26, 27, 28}
+_FLAT_TYPES = {2, 3, 4, 5, 6, 7, 8, 9, 24, 25, 26, 27, 28, 40, 41, 42, 43, 44}
 
 
 def kept_groups(mesh: LabelledMesh) -> Groups:
@@ -85,7 +83,7 @@ def _write_zone(base: h5py.Group, mesh: LabelledMesh, piece: ZonePiece, whole: A
     first, orders = 1, []
     for block, name in piece.parts.items():
         ids = mesh.volumes.cells(block)
-        _section(zone, name, HEX_TYPES[size], hexes[ids][:, HEX_ORDER[size]] + 1, first=first, whole=whole)
+        _section(zone, name, HEX_TYPES[size], hexes[ids][:, hex_order(size)] + 1, first=first, whole=whole)
         first += len(ids)
         orders.append(ids)
     place = np.zeros(len(mesh.quads), dtype=np.int64)
@@ -99,7 +97,7 @@ def _write_zone(base: h5py.Group, mesh: LabelledMesh, piece: ZonePiece, whole: A
             count += 1
             label = f"{name[:24]}_{count}"
         taken.add(label)
-        _section(zone, label, QUAD_TYPES[width], quads[rows] + 1, first=first, whole=whole)
+        _section(zone, label, QUAD_TYPES[width], quads[rows][:, quad_order(width)] + 1, first=first, whole=whole)
         place[piece.quads[rows]] = np.arange(first, first + len(rows))
         first += len(rows)
     own = place.copy()
@@ -227,7 +225,7 @@ def _read_zone(zone: h5py.Group) -> _Zone:
     if len({block.shape[1] for block in hexes.values()}) != 1:
         raise InputError("it has no hexahedra, or hexahedra of several orders")
     stacked = np.concatenate(list(hexes.values()))
-    width = {8: 4, 20: 8, 27: 9}[stacked.shape[1]]
+    width = quad_size(stacked.shape[1])
     quads = {first: block for first, block in first_quad if block.shape[1] == width}
     numbers = np.concatenate([np.arange(f, f + len(b)) for f, b in quads.items()] or [np.empty(0, dtype=np.int64)])
     table = np.concatenate([*quads.values(), np.empty((0, width), dtype=np.int64)])
@@ -267,9 +265,9 @@ def _read_sections(zone: h5py.Group, n_points: int) -> tuple[dict[str, IntArray]
         nodes = _data(section["ElementConnectivity"]).astype(np.int64) - 1
         check_nodes(nodes, n_points)
         if kind in sizes:
-            hexes[_text(section)] = nodes.reshape(-1, sizes[kind])[:, np.argsort(HEX_ORDER[sizes[kind]])]
+            hexes[_text(section)] = nodes.reshape(-1, sizes[kind])[:, np.argsort(hex_order(sizes[kind]))]
         elif kind in widths:
-            first_quad.append((first, nodes.reshape(-1, widths[kind])))
+            first_quad.append((first, nodes.reshape(-1, widths[kind])[:, np.argsort(quad_order(widths[kind]))]))
         elif kind not in _FLAT_TYPES:
             raise InputError(f"it has elements of the CGNS type {kind}; hexes and quads are read")
     return hexes, first_quad

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import IntArray, distinct
 from ..contacts import solids_of
+from ..lattice import quad_lexicographic
 from .labels import LabelledMesh
 
 RESERVED = ("Zone", "GridCoordinates", "ZoneBC", "ZoneType", "UserData", "ZoneGridConnectivity", "Base")
@@ -100,8 +101,12 @@ def zone_pieces(mesh: LabelledMesh) -> list[ZonePiece]:
 
 
 def turned_quads(quads: IntArray) -> IntArray:
-    """Quads (q, 4, 8 or 9) that turn the other way."""
-    return quads[:, [0, 3, 2, 1, 7, 6, 5, 4, 8][: quads.shape[1]]]
+    """Quads (q, 4, 8 or (p + 1)^2) that turn the other way: their two axes change places."""
+    order = 2 if quads.shape[1] == 8 else int(quads.shape[1] ** 0.5) - 1
+    numbers = quad_lexicographic(order)
+    turned = np.empty_like(numbers)
+    turned[numbers] = numbers.reshape(order + 1, order + 1).T.ravel()
+    return quads[:, turned[: quads.shape[1]]]
 
 
 def _free(name: str, taken: set[str]) -> str:

@@ -41,6 +41,8 @@ from .text import write_rows
 
 logger = logging.getLogger(__name__)
 
+MOST_ORDER = 1
+
 DEFAULT_PATCH = "defaultFaces"
 """Name of the boundary's quads that have none, as OpenFOAM's own tools call them."""
 
@@ -65,15 +67,7 @@ def kept_groups(mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = N
 
 
 def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
-    """Take named quads inside the mesh for face zones, and give the boundary's quads without a name one.
-
-    Raises
-    ------
-    InputError
-        The mesh is of order 2.
-    """
-    if mesh.hexes.shape[1] != 8:
-        raise InputError("OpenFOAM's cells are of order 1; make the mesh with order=1")
+    """Take named quads inside the mesh for face zones, and give the boundary's quads without a name one."""
     sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
     first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
     uses = np.bincount(codes[: len(sides)], minlength=len(first))

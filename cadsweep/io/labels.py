@@ -177,7 +177,7 @@ def label_mesh(
         raise InputError(f"hexes should have the shape (m, 8), (m, 20) or (m, (p + 1)^3), not {hexes.shape}")
     if mesh.order > most_order:
         raise InputError(
-            f"the format has no hexahedra of order {mesh.order}; write .vtu, .vtkhdf or .mesh, "
+            f"the format has no hexahedra of order {mesh.order}; write .vtu, .vtkhdf, .msh or .mesh, "
             f"or take order={most_order}"
         )
     if len(hexes) == 0:

@@ -10,11 +10,14 @@ import mmap
 from typing import BinaryIO, cast
 
 from ..errors import InputError
+from ..lattice import MOST
 from ..mesh import HexMesh
 from . import fluent, msh22, msh41
 from .compare import ExpectedBytes, Groups, all_boundaries, all_parts, check_same, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh
 from .msh_read import read_content
+
+MOST_ORDER = MOST
 
 VERSIONS = ("4.1", "2.2", "fluent")
 

@@ -17,7 +17,7 @@ from typing import BinaryIO
 import numpy as np
 
 from .labels import LabelledMesh
-from .msh_common import HEX_ORDER, HEX_TYPES, QUAD_TYPES, physical_names
+from .msh_common import HEX_TYPES, QUAD_TYPES, hex_order, in_gmsh_order, physical_names, quad_order
 from .text import write_rows
 
 
@@ -33,9 +33,16 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     tag = mesh.faces.of_cell + 1
     kind = QUAD_TYPES[mesh.quads.shape[1]]
     row = f"%d {kind} 2 %d %d" + " %d" * mesh.quads.shape[1] + "\n"
-    write_rows(stream, row, np.arange(m + 1, m + q + 1), tag, tag, mesh.quads + 1)
+    write_rows(
+        stream,
+        row,
+        np.arange(m + 1, m + q + 1),
+        tag,
+        tag,
+        in_gmsh_order(mesh.quads, quad_order(mesh.quads.shape[1])) + 1,
+    )
     tag = mesh.volumes.of_cell + 1 + len(faces)
     size = mesh.hexes.shape[1]
     row = f"%d {HEX_TYPES[size]} 2 %d %d" + " %d" * size + "\n"
-    write_rows(stream, row, np.arange(1, m + 1), tag, tag, mesh.hexes[:, HEX_ORDER[size]] + 1)
+    write_rows(stream, row, np.arange(1, m + 1), tag, tag, in_gmsh_order(mesh.hexes, hex_order(size)) + 1)
     stream.write(b"$EndElements\n")

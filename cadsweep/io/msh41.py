@@ -22,7 +22,7 @@ import numpy as np
 
 from ..arrays import IntArray
 from .labels import LabelledMesh
-from .msh_common import HEX_ORDER, HEX_TYPES, QUAD_TYPES, physical_names
+from .msh_common import HEX_TYPES, QUAD_TYPES, hex_order, in_gmsh_order, physical_names, quad_order
 from .periodic_faces import rigid_motion
 from .vtk_cells import write_bytes
 
@@ -51,14 +51,14 @@ def write(stream: BinaryIO, mesh: LabelledMesh, *, binary: bool = True) -> None:
     stream.write(b"$EndNodes\n$Elements\n")
     put.sizes(len(mesh.volumes.members) + len(mesh.faces.members), m + q, 1, m + q)
     put.end()
+    quads = in_gmsh_order(mesh.quads, quad_order(mesh.quads.shape[1]))
     for block in range(len(mesh.faces.members)):
         ids = mesh.faces.cells(block)
         put.integers(2, block + 1, QUAD_TYPES[mesh.quads.shape[1]])
         put.sizes(len(ids))
         put.end()
-        put.cells(ids, mesh.quads, first_tag=m + 1)
-    order = HEX_ORDER[mesh.hexes.shape[1]]
-    hexes = mesh.hexes if (np.diff(order) == 1).all() else mesh.hexes[:, order]
+        put.cells(ids, quads, first_tag=m + 1)
+    hexes = in_gmsh_order(mesh.hexes, hex_order(mesh.hexes.shape[1]))
     for block in range(len(mesh.volumes.members)):
         ids = mesh.volumes.cells(block)
         put.integers(3, block + 1, HEX_TYPES[mesh.hexes.shape[1]])

@@ -4,32 +4,82 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..errors import InputError
+from ..lattice import lexicographic, order_of, quad_lexicographic, quad_size
 from ..mesh import HexMesh
 from .labels import check_nodes
 
-HEX_TYPES = {8: 5, 20: 17, 27: 12}
-QUAD_TYPES = {4: 3, 8: 16, 9: 10}
-HEX_ORDER = {
-    8: np.arange(8),
-    20: np.array([*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14]),
-    27: np.array([*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14, 24, 22, 20, 21, 23, 25, 26]),
-}
-"""``gmsh_nodes = vtk_nodes[:, HEX_ORDER[n]]``. Gmsh reference manual, "Node ordering": the middles of the edges 0-1,
-0-3, 0-4, 1-2, 1-5, 2-3, 2-6, 3-7, 4-5, 4-7, 5-6, 6-7, then of the faces 0-3-2-1, 0-1-5-4, 0-4-7-3, 1-2-6-5, 2-3-7-6,
-4-5-6-7."""
+HEX_TYPES = {8: 5, 20: 17, 27: 12, 64: 92, 125: 93, 216: 94, 343: 95, 512: 96, 729: 97}
+QUAD_TYPES = {4: 3, 8: 16, 9: 10, 16: 36, 25: 37, 36: 38, 49: 47, 64: 48, 81: 49}
+
+_CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+_EDGES = ((0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7))
+_FACES = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7))
+
+
+def _quad_places(order: int) -> IntArray:
+    """Places ((p + 1)^2, 2) of the nodes of a quad: corners, edges around, and inside a quad of order p - 2."""
+    if order == 0:
+        return np.zeros((1, 2), dtype=np.int64)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) * order
+    steps = np.arange(1, order)[:, None]
+    edges = [a + (b - a) // order * steps for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    inside = [_quad_places(order - 2) + 1] if order > 1 else []
+    return np.concatenate([corners, *edges, *inside])
+
+
+def _hex_places(order: int) -> IntArray:
+    """Places ((p + 1)^3, 3) of the nodes of a hexahedron: corners, edges, faces as quads, inside as of order p - 2."""
+    if order == 0:
+        return np.zeros((1, 3), dtype=np.int64)
+    corners = np.array(_CORNERS) * order
+    if order == 1:
+        return corners
+    steps = np.arange(1, order)[:, None]
+    edges = [corners[a] + (corners[b] - corners[a]) // order * steps for a, b in _EDGES]
+    across = _quad_places(order - 2) + 1
+    faces = [
+        corners[a] + across @ np.stack([corners[b] - corners[a], corners[d] - corners[a]]) // order
+        for a, b, _, d in _FACES
+    ]
+    return np.concatenate([corners, *edges, *faces, _hex_places(order - 2) + 1])
+
+
+@cache
+def hex_order(size: int) -> IntArray:
+    """``gmsh_nodes = vtk_nodes[:, hex_order(n)]``: gmsh reference manual, "Node ordering"."""
+    order = order_of(size)
+    numbers = lexicographic(order)[_hex_places(order) @ (order + 1) ** np.arange(3)]
+    return numbers[numbers < size]  # of 20 nodes the first of 27
+
+
+@cache
+def quad_order(size: int) -> IntArray:
+    """The same of quads."""
+    if size == 8:
+        return np.arange(8)
+    order = int(size**0.5) - 1
+    return quad_lexicographic(order)[_quad_places(order) @ (order + 1) ** np.arange(2)]
+
+
+def in_gmsh_order(nodes: IntArray, order: IntArray) -> IntArray:
+    """Columns of cells in another order; without a copy where that is the same."""
+    return nodes if (np.diff(order) == 1).all() else nodes[:, order]
+
 
 NODES_OF_TYPE = {
     1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 10: 9, 11: 10, 12: 27, 13: 18, 14: 14, 15: 1, 16: 8,
-    17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 26: 4, 36: 16, 92: 64,
+    17: 20, 18: 15, 19: 13, 20: 9, 21: 10, 26: 4,
+    **{code: size for kinds in (HEX_TYPES, QUAD_TYPES) for size, code in kinds.items()},
 }  # fmt: skip
 """Nodes of every element type that may stand in a file beside hexes."""
 
-_SOLID_TYPES = {4, 5, 6, 7, 11, 12, 13, 14, 17, 18, 19, 92}
+_SOLID_TYPES = {4, 6, 7, 11, 13, 14, 18, 19, *HEX_TYPES.values()}
 
 
 @dataclass(kw_only=True, eq=False)
@@ -66,11 +116,10 @@ def collect(points: FloatArray, node_tags: IntArray, groups: Groups) -> HexMesh:
     kind = solids[0]
     size = by_type[kind]
     renumber = _renumbering(node_tags)
-    inverse = np.argsort(HEX_ORDER[size])
     blocks = groups.nodes[kind]
     tags = np.concatenate(groups.tags[kind])
     nodes = np.concatenate(blocks) if len(blocks) > 1 else blocks[0]
-    hexes = renumber(nodes if size == 8 else nodes[:, inverse])
+    hexes = renumber(in_gmsh_order(nodes, np.argsort(hex_order(size))))
     lengths = [len(block) for block in blocks]
     order = None if (np.diff(tags) > 0).all() else np.argsort(tags, kind="stable")
     place = np.arange(len(hexes))
@@ -78,9 +127,10 @@ def collect(points: FloatArray, node_tags: IntArray, groups: Groups) -> HexMesh:
         hexes = hexes[order]
         place[order] = np.arange(len(hexes))
     parts = _named(groups, kind, 3, np.split(place, np.cumsum(lengths)[:-1]))
-    width = {8: 4, 20: 8, 27: 9}[size]
+    width = quad_size(size)
     quad_kind = QUAD_TYPES[width]
-    quads = [renumber(block) for block in groups.nodes.get(quad_kind, [])]
+    back = np.argsort(quad_order(width))
+    quads = [renumber(in_gmsh_order(block, back)) for block in groups.nodes.get(quad_kind, [])]
     boundaries = _named(groups, quad_kind, 2, quads)
     for (dimension, _), name in groups.names.items():
         if dimension == 2:  # a name without quads is still a name

@@ -28,13 +28,13 @@ from .labels import DEFAULT_PART, LabelledMesh, check_nodes
 from .sides import count_users
 from .text import write_rows
 
+MOST_ORDER = 1
+
 _HEX, _QUAD = 12, 9
 
 
 def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     """Write a labelled mesh."""
-    if mesh.hexes.shape[1] != 8:
-        raise InputError("SU2's elements are of order 1; make the mesh with order=1")
     n, m = len(mesh.points), len(mesh.hexes)
     stream.write(b"NDIME= 3\nNELEM= %d\n" % m)
     write_rows(stream, f"{_HEX}" + " %d" * 9 + "\n", mesh.hexes, np.arange(m))

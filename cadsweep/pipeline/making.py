@@ -10,7 +10,6 @@ from ..blocks.reference import make_reference
 from ..brep import Part
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.curving import project_to_edges, project_to_faces
 from ..orders.elevate import elevate
 from ..quality import QualityReport, check_mesh
 from ..sweep import Sweep
@@ -35,6 +34,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             return check_mesh(mesh, cad=reference)
 
     factored, report = checked(factored, check, options, run, reached)
+    mesh = replace(mesh, info=factored.info)
     if options.order > 1 and (report.valid or options.allow_inverted):
         with run.stage(f"order {options.order}"):
             mesh = raised(mesh, Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options))
@@ -42,7 +42,7 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
             report = check_mesh(mesh, cad=reference)
     refuse(report, options, part, sweep)
     origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
-    mesh = replace(mesh, origin=origin, info={**factored.info, "quality": report})
+    mesh = replace(mesh, origin=origin, info={**mesh.info, "quality": report})
     return Made(factored=factored, report=report, mesh=with_pairs(mesh), shortfall=shortfall)
 
 
@@ -71,7 +71,7 @@ def raised(mesh: HexMesh, origin: Origin) -> HexMesh:
         mesh,
         order=origin.options.order,
         nodes=origin.options.nodes,
-        curves=project_to_edges(origin.part, origin.sweep, origin.surfaces),
-        surfaces=project_to_faces(origin.part, origin.sweep, origin.factored),
+        curves=origin.entities.on_curves(),
+        surfaces=origin.entities.on_surfaces(),
         allow_inverted=origin.options.allow_inverted,
     )

@@ -13,7 +13,7 @@ done inside: nested meshes keep such quads, and their worst scaled Jacobian halv
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -26,12 +26,12 @@ from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import NamedFaces
 from ..brep import Part
+from ..entity.entities import Entities
 from ..errors import InputError
-from ..lattice import find_rows
+from ..lattice import Lattice
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.curving import curves_of, surfaces_of
-from ..orders.elevate import place_lattice
+from ..orders.placing import place
 from ..projection.target import GOOD_ENOUGH
 from .cells_accuracy import boundary_distance
 from .groups import put_together
@@ -137,12 +137,9 @@ def _refine_cells(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
     info: dict[str, Any] = {**mesh.info, "notes": list(mesh.info["notes"])}
     fine = first_order(mesh, len(joined.points))
     for level in range(levels):
-        lattice, hexes, edges, faces = place_lattice(
-            fine, nodes=27, curves=curves_of(part, joined), surfaces=surfaces_of(part, joined, names)
-        )
-        assert faces is not None
-        middle = Middles(n=fine.n_nodes, edges=edges, faces=faces)
-        halved = _halved(joined, (lattice[fine.n_nodes :] - part.offset) / part.scale, hexes, middle)
+        on = Entities(part=part, joined=joined, names=names)
+        placed, lattice = place(fine, 2, curves=on.on_curves(), surfaces=on.on_surfaces())
+        halved = _halved(joined, (placed[fine.n_nodes :] - part.offset) / part.scale, lattice)
         parents = np.repeat(parents, 8)
         info["distance"] = boundary_distance(part, halved, names) * part.scale
         info = {**info, "sweeps": [{**sweep, "layers": 2 * sweep["layers"]} for sweep in info["sweeps"]]}
@@ -155,7 +152,7 @@ def _refine_cells(mesh: HexMesh, levels: int, run: Run) -> HexMesh:
             names,
             plain if level < levels - 1 else origin.options,
             run,
-            make=partial(_fine_mesh, fine, middle, part),
+            make=partial(_fine_mesh, fine, lattice, part),
             info=info,
             smooth_below=goal,
             goal=goal,
@@ -181,45 +178,33 @@ def _new_slides(
     return replace(slides, mask=slides.mask & ~kept)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Middles:
-    """Numbers of the nodes between the `n` coarse ones: in the middle of edges (e, 2), then of quads (f, 4)."""
-
-    n: int
-    edges: IntArray
-    faces: IntArray
-
-    def of_edges(self, pairs: IntArray) -> IntArray:
-        """Nodes in the middle of segments (s, 2)."""
-        return self.n + find_rows(self.edges, np.sort(pairs, axis=1), "segment")
-
-    def split(self, quads: IntArray) -> IntArray:
-        """Quads (q, 4) as four each."""
-        sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2)
-        centres = self.n + len(self.edges) + find_rows(self.faces, np.sort(quads, axis=1), "quad")
-        return split_quads(quads, self.of_edges(sides).reshape(-1, 4), centres)
+def _split(lattice: Lattice, quads: IntArray) -> IntArray:
+    """Quads (q, 4) as four each."""
+    of_quad = lattice.quads(quads)
+    return split_quads(quads, of_quad[:, 4:8], of_quad[:, 8])
 
 
-def _fine_mesh(coarse: HexMesh, middle: Middles, part: Part, joined: JoinedMesh, info: dict[str, Any]) -> HexMesh:
+def _fine_mesh(coarse: HexMesh, lattice: Lattice, part: Part, joined: JoinedMesh, info: dict[str, Any]) -> HexMesh:
     """The mesh of `joined`, with the names of the coarse one, whose nodes stay to the last bit."""
     points = part.to_model(joined.points)
     points[: coarse.n_nodes] = coarse.points
     return HexMesh(
         points=points,
         hexes=joined.hexes,
-        boundaries={name: middle.split(quads) for name, quads in coarse.boundaries.items()},
-        interfaces={name: middle.split(quads) for name, quads in coarse.interfaces.items()},
+        boundaries={name: _split(lattice, quads) for name, quads in coarse.boundaries.items()},
+        interfaces={name: _split(lattice, quads) for name, quads in coarse.interfaces.items()},
         parts={name: (8 * ids[:, None] + np.arange(8)).reshape(-1) for name, ids in coarse.parts.items()},
         info=info,
     )
 
 
-def _halved(joined: JoinedMesh, places: FloatArray, hexes: IntArray, middle: Middles) -> JoinedMesh:
+def _halved(joined: JoinedMesh, places: FloatArray, lattice: Lattice) -> JoinedMesh:
     """The joined mesh with new nodes at `places`, working units."""
     chains = {}
     for key, nodes in joined.edge_nodes.items():
         chain = np.empty(2 * len(nodes) - 1, dtype=np.int64)
         chain[::2] = nodes
-        chain[1::2] = middle.of_edges(np.column_stack([nodes[:-1], nodes[1:]]))
+        chain[1::2] = lattice.edge_nodes(np.column_stack([nodes[:-1], nodes[1:]]))[:, 0]
         chains[key] = chain
-    return halve_joined(joined, np.concatenate([joined.points, places]), hexes, middle.split(joined.quads), chains)
+    points = np.concatenate([joined.points, places])
+    return halve_joined(joined, points, lattice.hexes, _split(lattice, joined.quads), chains)

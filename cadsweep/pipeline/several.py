@@ -28,7 +28,6 @@ from ..estimate import estimate_counted
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.curving import curves_of, surfaces_of
 from ..orders.elevate import elevate
 from ..plan import Fill
 from ..quality import CadReference, QualityReport, check_mesh
@@ -312,19 +311,19 @@ def checked_cells(
             points[better.nodes] = better.positions
             joined = joined.moved(points)
             mesh, report = checked(joined)
+    origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
     if options.order > 1 and (report.valid or options.allow_inverted):
         with run.stage(f"order {options.order}"):
             mesh = elevate(
                 mesh,
                 order=options.order,
                 nodes=options.nodes,
-                curves=curves_of(part, joined),
-                surfaces=surfaces_of(part, joined, names),
+                curves=origin.entities.on_curves(),
+                surfaces=origin.entities.on_surfaces(),
                 allow_inverted=options.allow_inverted,
             )
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
-    origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 

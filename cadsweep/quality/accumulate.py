@@ -19,7 +19,7 @@ from ..arrays import FloatArray, IntArray
 from ..compiled import compiled
 from ..threads import map_chunks
 from . import kernels
-from .bernstein import positive_inside
+from .bernstein import positive_inside, prove
 from .kernels import ZERO
 from .report import MetricSummary, WorstHex
 
@@ -101,6 +101,7 @@ class _Piece:
     volume: float
     n_inverted: int
     worst: list[WorstHex]
+    jacobians: FloatArray | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,6 +141,7 @@ class QualityAccumulator:
         self.worst: tuple[WorstHex, ...] = ()
         self._n_worst = n_worst
         self._volumes: list[float] = []
+        self._jacobians: list[FloatArray] = []
         self._counts = np.zeros((7, N_BINS), dtype=np.int64)
         self._stats = _no_stats()
         self._quads: IntArray | None = None
@@ -159,6 +161,14 @@ class QualityAccumulator:
     def volume(self) -> float:
         """Volume so far."""
         return float(np.sum(self._volumes))
+
+    @property
+    def least_jacobians(self) -> tuple[float, float] | None:
+        """Least ratio and least bound of :class:`~.bernstein.Proof` so far; None of order 1, where nothing bends."""
+        if not self._jacobians:
+            return None
+        ratio, bound = np.min(self._jacobians, axis=0).tolist()
+        return ratio, bound
 
     def add(
         self, lower: FloatArray, upper: FloatArray, quads: IntArray, *, first_hex: int = 0, layer: int | None = None
@@ -217,6 +227,7 @@ class QualityAccumulator:
             self._stats[:, 2:] += piece.stats[:, 2:]
             self._volumes.append(piece.volume)
             self.n_inverted += piece.n_inverted
+            self._jacobians += [] if piece.jacobians is None else [piece.jacobians]
             self.worst = tuple(heapq.nsmallest(self._n_worst, (*self.worst, *piece.worst), key=_rank))
         self.n_hexes += len(hexes)
 
@@ -228,6 +239,7 @@ class QualityAccumulator:
         np.maximum(largest, other._stats[:, 1], out=largest)
         self._stats[:, 2:] += other._stats[:, 2:]
         self._volumes += other._volumes
+        self._jacobians += other._jacobians
         self.n_inverted += other.n_inverted
         self.n_hexes += other.n_hexes
         self.worst = tuple(heapq.nsmallest(self._n_worst, (*self.worst, *other.worst), key=_rank))
@@ -235,7 +247,7 @@ class QualityAccumulator:
     def _measure(self, points: FloatArray, hexes: IntArray, place: _Place) -> _Piece:
         rows = np.empty((len(kernels.METRICS), len(hexes)))
         kernels.measure_hexes(points, hexes, rows)
-        inverted = _find_inverted(points, hexes, rows)
+        inverted, jacobians = _find_inverted(points, hexes, rows)
         counts = np.zeros((7, N_BINS), dtype=np.int64)
         stats = _no_stats()
         _count(rows[:7], _KINDS, counts, stats)
@@ -245,6 +257,7 @@ class QualityAccumulator:
             volume=float(np.sum(rows[6])),
             n_inverted=int(np.count_nonzero(inverted)),
             worst=self._worst_of(points, hexes, rows, inverted, place),
+            jacobians=jacobians,
         )
 
     def _worst_of(
@@ -309,14 +322,18 @@ def _no_stats() -> FloatArray:
     return np.tile([np.inf, -np.inf, 0.0, 0.0], (7, 1))
 
 
-def _find_inverted(points: FloatArray, hexes: IntArray, rows: FloatArray) -> BoolArray:
-    """Which hexahedra have a Jacobian that is not proven positive; order 2 gets its own volumes."""
+def _find_inverted(points: FloatArray, hexes: IntArray, rows: FloatArray) -> tuple[BoolArray, FloatArray | None]:
+    """Which hexahedra have a Jacobian that is not proven positive; of order 2 and above its least ratio and bound.
+
+    Of these the volumes are replaced by those of what is bent.
+    """
     if hexes.shape[1] > 8:
-        positive, rows[6] = positive_inside(points, hexes)
-        return ~positive
+        proof = prove(points, hexes)
+        rows[6] = proof.volumes
+        return ~proof.positive, np.array([proof.ratios.min(initial=1.0), proof.bounds.min(initial=1.0)])
     # A value at a corner or at the centre that is not positive decides; so does a positive bound.
     inverted = ~(rows[7] > ZERO)
     undecided = np.flatnonzero(inverted & (rows[0] > 0))
     if len(undecided):
         inverted[undecided] = ~positive_inside(points, hexes[undecided])[0]
-    return inverted
+    return inverted, None

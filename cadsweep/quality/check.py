@@ -159,6 +159,7 @@ def make_report(
     if seen.n_inverted:
         named = "; ".join(str(h) for h in seen.worst[:3])
         found.insert(0, f"{seen.n_inverted} of {seen.n_hexes} hexahedra are inverted, the worst are {named}")
+    ratio, bound = seen.least_jacobians or (None, None)
     return QualityReport(
         n_nodes=n_nodes,
         n_hexes=seen.n_hexes,
@@ -170,6 +171,8 @@ def make_report(
         worst=seen.worst,
         volume=seen.volume,
         areas=dict(areas or {}),
+        jacobian_ratio=ratio,
+        jacobian_bound=bound,
         euler=euler,
         problems=tuple(found),
         limit=limit,

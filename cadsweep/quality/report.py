@@ -138,6 +138,9 @@ class QualityReport:
         Sum of the hexahedra's volumes, model units.
     areas : dict of str to float
         Area of the bilinear quads of each boundary.
+    jacobian_ratio, jacobian_bound : float or None
+        Of order 2 and above: the least ratio of the Jacobian determinant's least to its greatest value in a hexahedron,
+        and the least Bernstein coefficient over that greatest value, below which it is nowhere; 1 for a brick.
     euler : int or None
         Euler characteristic of the boundary surface.
     problems : tuple of str
@@ -173,6 +176,8 @@ class QualityReport:
     worst: tuple[WorstHex, ...]
     volume: float
     areas: dict[str, float]
+    jacobian_ratio: float | None = None
+    jacobian_bound: float | None = None
     euler: int | None = None
     problems: tuple[str, ...] = ()
     limit: BoundaryLimit | None = None
@@ -226,6 +231,11 @@ class QualityReport:
             f"volume {self.volume:.8g}"
             + "".join(f"\n  area of {name}: {area:.8g}" for name, area in self.areas.items()),
         ]
+        if self.jacobian_ratio is not None:
+            lines.append(
+                f"Jacobian: least over greatest in a hexahedron {self.jacobian_ratio:.4g}, nowhere below "
+                f"{self.jacobian_bound:.4g}"
+            )
         if self.limit is not None and self.limit.hex >= 0:
             lines.append(
                 f"limit: node {self.limit.node} of hex {self.limit.hex} in layer {self.limit.layer} has a scaled "

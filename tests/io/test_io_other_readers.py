@@ -269,14 +269,14 @@ def test_node_order_of_med_equals_that_of_the_med_library(tmp_path, nodes):
 
     from cadsweep.gmsh_session import gmsh_session
     from cadsweep.io import med
-    from cadsweep.io.msh_common import HEX_ORDER, HEX_TYPES
+    from cadsweep.io.msh_common import HEX_TYPES, hex_order
 
     mesh = bent_box(nodes)
     points = mesh.points[mesh.hexes[0]]
     with gmsh_session("test") as gmsh:
         entity = gmsh.model.addDiscreteEntity(3)
         gmsh.model.mesh.addNodes(3, entity, np.arange(1, nodes + 1), points.reshape(-1))
-        gmsh.model.mesh.addElementsByType(entity, HEX_TYPES[nodes], [1], HEX_ORDER[nodes] + 1)
+        gmsh.model.mesh.addElementsByType(entity, HEX_TYPES[nodes], [1], hex_order(nodes) + 1)
         gmsh.write(str(tmp_path / "one.med"))
     with h5py.File(tmp_path / "one.med") as file:
         step = next(iter(next(iter(file["ENS_MAA"].values())).values()))

@@ -7,12 +7,14 @@ import pytest
 
 from cadsweep import io
 from cadsweep.errors import InputError, InvertedHexError
-from cadsweep.lattice import lexicographic, number_lattice
+from cadsweep.io.cgns_zones import turned_quads
+from cadsweep.io.msh_common import HEX_TYPES, QUAD_TYPES, hex_order, quad_order
+from cadsweep.lattice import lexicographic, number_lattice, quad_lexicographic
 from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 from cadsweep.quality import check_mesh, positive_inside
 
-from .io_meshes import box, twisted_box
+from ..io.io_meshes import box, twisted_box
 
 ORDERS = range(1, 9)
 
@@ -100,23 +102,87 @@ def test_a_fold_is_refused_with_its_place():
         elevate(elevate(mesh, order=3), order=4)
 
 
-@pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf", ".mesh"])
-@pytest.mark.parametrize("order", [3, 8])
-def test_files_bring_the_mesh_back(suffix, order, tmp_path):
+WAYS = [
+    (".vtu", {}, 8),
+    (".vtkhdf", {}, 8),
+    (".mesh", {}, 8),
+    (".msh", {}, 8),
+    (".msh", {"binary": False}, 8),
+    (".msh", {"version": "2.2"}, 8),
+    (".cgns", {}, 4),
+]
+
+
+@pytest.mark.parametrize(
+    ("suffix", "options", "order"), [(suffix, options, order) for suffix, options, most in WAYS for order in (3, most)]
+)
+def test_files_bring_the_mesh_back(suffix, options, order, tmp_path):
     mesh, _ = _rolled(order)
-    mesh.write(tmp_path / f"ring{suffix}")
+    mesh.write(tmp_path / f"ring{suffix}", **options)
     back = io.read(tmp_path / f"ring{suffix}")
     assert back.order == order
-    assert sorted(back.boundaries) == sorted(mesh.boundaries)
+    for name in back.boundaries.keys() & mesh.boundaries.keys():
+        quads = mesh.boundaries[name]
+        np.testing.assert_array_equal(back.points[back.boundaries[name]], mesh.points[quads])
+    if options.get("version") != "2.2":  # where a quad has one name
+        assert sorted(back.boundaries) == sorted(mesh.boundaries)
     np.testing.assert_array_equal(back.points[back.hexes], mesh.points[mesh.hexes])
 
 
-@pytest.mark.parametrize("suffix", [".msh", ".inp", ".bdf", ".cgns", ".med", ".e", ".su2"])
-def test_formats_without_the_order_refuse_it(suffix, tmp_path):
-    mesh, _ = _rolled(3)
-    with pytest.raises(InputError, match="no hexahedra of order 3"):
-        mesh.write(tmp_path / f"ring{suffix}")
+@pytest.mark.parametrize(
+    ("name", "most"),
+    [("a.inp", 2), ("a.bdf", 2), ("a.cgns", 4), ("a.med", 2), ("a.e", 2), ("a.su2", 1), ("polyMesh", 1)],
+)
+def test_formats_without_the_order_refuse_it_and_say_which_they_have(name, most, tmp_path):
+    for order in range(most + 1, most + 3):
+        mesh, _ = _rolled(order)
+        with pytest.raises(InputError, match=f"no hexahedra of order {order}.*order={most}"):
+            mesh.write(tmp_path / name)
+    with pytest.raises(InputError, match="order=1"):
+        mesh.write(tmp_path / "a.msh", version="fluent")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_the_order_of_nodes_is_gmshs(order):
+    gmsh = pytest.importorskip("gmsh")
+    n = order + 1
+    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    try:
+        for kind, numbers, of_vtk in (
+            (HEX_TYPES[n**3], hex_order(n**3), lexicographic(order)),
+            (QUAD_TYPES[n**2], quad_order(n**2), quad_lexicographic(order)),
+        ):
+            _, dimension, own_order, _, places, _ = gmsh.model.mesh.getElementProperties(kind)
+            assert own_order == order
+            at = np.rint((np.reshape(places, (-1, dimension)) + 1) / 2 * order).astype(int)
+            np.testing.assert_array_equal(of_vtk[at @ n ** np.arange(dimension)], numbers)
+    finally:
+        gmsh.finalize()
+
+
+@pytest.mark.parametrize(("order", "suffix"), [(3, ".msh"), (4, ".msh"), (3, ".cgns"), (4, ".cgns")])
+def test_gmsh_reads_the_same_volume(order, suffix, tmp_path):
+    gmsh = pytest.importorskip("gmsh")
+    mesh, _ = _rolled(order)
+    mesh.write(tmp_path / f"ring{suffix}")
+    gmsh.initialize(interruptible=False, readConfigFiles=False)
+    try:
+        gmsh.option.setNumber("General.Verbosity", 2)
+        gmsh.open(str(tmp_path / f"ring{suffix}"))
+        kind = HEX_TYPES[(order + 1) ** 3]
+        places, weights = gmsh.model.mesh.getIntegrationPoints(kind, f"Gauss{3 * order}")
+        _, determinants, _ = gmsh.model.mesh.getJacobians(kind, places)
+        volume = np.sum(np.reshape(determinants, (-1, len(weights))) * weights)
+        _, _, nodes = gmsh.model.mesh.getElements(2)
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        at = dict(zip(tags.tolist(), np.reshape(coordinates, (-1, 3)), strict=True))
+        quads = np.array([at[tag] for tag in np.concatenate(nodes).tolist()])
+    finally:
+        gmsh.finalize()
+    assert volume == pytest.approx(positive_inside(mesh.points, mesh.hexes)[1].sum(), rel=1e-9)
+    of_mesh = mesh.points[np.concatenate([q.ravel() for q in mesh.boundaries.values()])]
+    np.testing.assert_allclose(np.unique(quads, axis=0), np.unique(of_mesh, axis=0))
 
 
 @pytest.mark.parametrize("suffix", [".vtu", ".vtkhdf"])
@@ -182,3 +248,28 @@ def test_nodes_of_a_tube_lie_on_its_cylinders(order):
     assert np.minimum(abs(radius - 2), abs(radius - 3)).max() < 1e-9
     volume = positive_inside(mesh.points, mesh.hexes)[1].sum()
     assert volume == pytest.approx(np.pi * 5 * 4, rel=10.0**-order)
+
+
+@pytest.mark.cad
+def test_two_zones_of_order_3_share_their_contact_in_cgns(tmp_path):
+    """Each zone has the contact's quads outward from itself: from one side they are turned, edges and inside, too."""
+    cq = pytest.importorskip("cadquery")
+    import cadsweep as cs
+
+    model = cq.Assembly().add(cq.Workplane().circle(1).extrude(1), name="low")
+    model.add(cq.Workplane().circle(1).extrude(1).translate((0, 0, 1)), name="high")
+    mesh = cs.sweep_mesh(model, size=1.0, order=3, allow_coarse=True)
+    mesh.write(tmp_path / "two.cgns")
+    back = io.read(tmp_path / "two.cgns")
+    assert check_mesh(back).valid
+    np.testing.assert_array_equal(back.points[back.interfaces["low__high"]], mesh.points[mesh.interfaces["low__high"]])
+
+
+def test_turning_a_quad_exchanges_its_axes():
+    for size in (4, 8, 9, 16, 25):
+        quad = np.arange(size)[None]
+        once = turned_quads(quad)
+        np.testing.assert_array_equal(once[0, :4], [0, 3, 2, 1])
+        np.testing.assert_array_equal(turned_quads(once), quad)
+    table = quad_lexicographic(3).reshape(4, 4)
+    np.testing.assert_array_equal(turned_quads(np.arange(16)[None])[0, table], table.T)

@@ -12,7 +12,7 @@ from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 from cadsweep.quality import positive_inside
 
-from .io_meshes import bent_box, box, twisted_box
+from ..io.io_meshes import bent_box, box, twisted_box
 
 
 @pytest.mark.parametrize("nodes", [20, 27])
