@@ -20,6 +20,7 @@ from ..quality import fit_surfaces
 from .block import unite_quads
 from .block_mesh import BlockMesh, Faces
 from .cells import CellBlocks, SweptCell
+from .former_faces import own_quads
 from .joined import JoinedMesh
 from .naming import NamedFaces, Place
 from .slabs import ArrayBlock, Block
@@ -29,15 +30,37 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     """Give a joined mesh its names; points in model units."""
     owners = np.array(part.owners, dtype=np.int64)[mesh.hex_cells]
     faces = by_face(mesh)
+    outside = [own for place, quads in faces if place in names.outside for own in _by_patch(part, mesh, names, place, quads)]
     parts = {model.name: np.flatnonzero(owners == j) for j, model in enumerate(part.models)}
     return HexMesh(
         points=part.to_model(mesh.points),
         hexes=mesh.hexes,
-        boundaries=unite_quads((names.outside[place], quads) for place, quads in faces if place in names.outside),
+        boundaries=unite_quads(outside),
         interfaces=unite_quads((names.between[place], quads) for place, quads in faces if names.first.get(place)),
         parts={name: ids for name, ids in parts.items() if len(ids)},
         info=info,
     )
+
+
+def _by_patch(  # noqa: PLR0917
+    part: Part, mesh: JoinedMesh, names: NamedFaces, place: Place, quads: IntArray
+) -> list[tuple[tuple[str, ...], IntArray]]:
+    """Names and quads of a face, and of the patches of one that was merged."""
+    faces = part.solids[place[0]].faces
+    n_patches = len(faces[place[1]].former)
+    if not n_patches:
+        return [(names.outside[place], quads)]
+    owners, _ = own_quads(
+        np.full(len(quads), place[1]),
+        lambda at: mesh.points[quads[at]],
+        faces,
+        np.zeros(len(faces), dtype=np.int64),
+        {(place[1], j): j + 1 for j in range(n_patches)},
+    )
+    return [
+        (names.outside[place] if j == 0 else names.patches[*place, j - 1], quads[owners == j])
+        for j in np.unique(owners).tolist()
+    ]
 
 
 def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[str, Any]) -> BlockMesh:

@@ -107,14 +107,14 @@ class _Reference:
         return self.part.touch * sum(self.face(place).area for place in self.places if place in self.between)
 
     def euler(self) -> int:
-        """Vertices - edges + faces of the solid's surface; a face with holes counts 2 - its loops."""
+        """Vertices - edges + faces of the solid's surface, each face by its own Euler number."""
         if self.ring is not None:
             return 0  # a ring cut open is a ball; closed, it is a torus
         vertices, edges, faces = set[int](), set[int](), 0
         for cell, face in self.places:
             solid = self.part.solids[cell]
             own = solid.faces[face]
-            faces += 2 - len(own.loops)
+            faces += own.euler
             for e in own.edges:
                 edges.add(int(solid.edge_keys[e]))
                 vertices.update(int(solid.vertex_keys[v]) for v in (solid.edges[e].start, solid.edges[e].end))

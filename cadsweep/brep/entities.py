@@ -199,6 +199,8 @@ class Face:
         `id` is what a user knows the face by.
     units : Units
         What messages give places in.
+    handles : int
+        Of a face that was united from several: by how much its Euler number is less than its loops say.
     stands_for : tuple of Face
         Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
         over its line.
@@ -229,6 +231,7 @@ class Face:
     former: tuple[FormerFace, ...] = ()
     number: int | None = None
     units: Units = field(default_factory=Units)
+    handles: int = 0
     stands_for: tuple[Face, ...] = ()
 
     @property
@@ -245,6 +248,11 @@ class Face:
     def shown(self) -> str | int:
         """What a table calls the face: its name, else the number that a user knows it by."""
         return self.name or ("a cut" if self.known < 0 else self.known)
+
+    @property
+    def euler(self) -> int:
+        """Euler number of the face without its border."""
+        return 2 - len(self.loops) - self.handles
 
     @property
     def edges(self) -> tuple[int, ...]:

@@ -13,12 +13,13 @@ What it does not handle: faces and edges smaller than a cell; inner edges that t
 do; vertices with more than three faces.
 """
 
-from .grid import Facets, Grid, choose_planes, keep_inside
-from .labels import label_quads, name_pieces
-from .merged import merge_seams
+from .corners import turn_corners
+from .facets import Facets
+from .grid import Grid, choose_planes, keep_inside
+from .labels import label_quads
 from .placing import outside_of, place_on_model
 from .sheets import Fitted, lay_sheets
-from .topology import match_topology
+from .uniting import unite
 
 __all__ = [
     "Facets",
@@ -28,9 +29,8 @@ __all__ = [
     "keep_inside",
     "label_quads",
     "lay_sheets",
-    "match_topology",
-    "merge_seams",
-    "name_pieces",
     "outside_of",
     "place_on_model",
+    "turn_corners",
+    "unite",
 ]

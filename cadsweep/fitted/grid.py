@@ -16,6 +16,7 @@ from ..brep import Solid
 from ..cells import HEX_FACES
 from ..compiled import compiled
 from ..errors import SurfaceMeshError
+from .facets import Facets
 
 _ALIGNED = 1e-6
 """Sine of the angle up to which a plane face is normal to an axis."""
@@ -23,14 +24,6 @@ _CLOSEST = (0.35, 0.6, 0.75)
 """Distance of two planes of the grid over the size: of those on plane faces, on vertices, on extremes of edges."""
 _MOST_MENDED = 200
 """Rounds of mending until the skin is manifold; each adds or takes away a cell at every bad place."""
-
-
-class Facets(NamedTuple):
-    """Triangles of all faces: points (n, 3), triangles (t, 3) counter-clockwise from outside, the face (t,) of each."""
-
-    points: FloatArray
-    triangles: IntArray
-    faces: IntArray
 
 
 class Grid(NamedTuple):

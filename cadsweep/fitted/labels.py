@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 from ..arrays import FloatArray, IntArray
 from ..brep import Solid
 from ..compiled import compiled
-from .grid import Facets
-from .merged import Merged
+from .facets import Facets, Nearest
+from .skin import sides_of
 
 _TURNED = 1.5
 """Cost of a normal at right angles to the face's, over that of a distance of one cell."""
@@ -25,16 +25,16 @@ _BORDER = 0.3
 """Cost of a segment between two labels that lies on their edge."""
 _FAR = 3.0
 """Cells from the edge beyond which a segment between two labels costs no more: also what one without an edge costs."""
+_NEAR = 3.0
+"""Cells from a face beyond which no quad is on it."""
 _SAMPLES = 0.3
 """Distance of samples of a facet over the size."""
 _ROUNDS = 60
 """Passes over all quads; a dozen do."""
 
 
-def label_quads(  # noqa: PLR0917
-    solid: Solid, merged: Merged, facets: Facets, points: FloatArray, quads: IntArray, size: float
-) -> IntArray:
-    """United faces (q,) of the quads (q, 4) of a skin with nodes `points`."""
+def label_quads(solid: Solid, facets: Facets, points: FloatArray, quads: IntArray, size: float) -> IntArray:
+    """Faces (q,) of the solid of the quads (q, 4) of a skin with nodes `points`."""
     middles = points[quads].mean(axis=1)
     normals = np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -45,20 +45,25 @@ def label_quads(  # noqa: PLR0917
     smooth /= np.maximum(np.linalg.norm(smooth, axis=1, keepdims=True), 1e-12)
     cost = np.full((len(quads), len(solid.faces)), 1e3)
     for face in range(len(solid.faces)):
-        own = facets.triangles[merged.of_face[facets.faces] == face]
-        if not len(own):
+        own = facets.of(np.array([face]))
+        corners = facets.points[own.triangles.ravel()]
+        if not len(corners):
             continue
-        at, out = _sampled(facets.points[own], _SAMPLES * size)
-        away, nearest = cKDTree(at).query(middles)
-        turned = 1.0 - np.einsum("qd,qd->q", smooth, out[nearest])
-        cost[:, face] = np.minimum(away / size, 5.0) ** 2 + _TURNED * turned
+        low, high = corners.min(axis=0) - _NEAR * size, corners.max(axis=0) + _NEAR * size
+        near = np.flatnonzero(((middles > low) & (middles < high)).all(axis=1))
+        if not len(near):
+            continue
+        nearest = Nearest(own, _SAMPLES * size)
+        away, at = nearest(middles[near])
+        turned = 1.0 - np.einsum("qd,qd->q", smooth[near], nearest.normals[at])
+        cost[near, face] = (away / size) ** 2 + _TURNED * turned
     places = points[segments].mean(axis=1)
     between = np.full((len(solid.faces), len(solid.faces)), -1, dtype=np.int64)
     columns: list[FloatArray] = []
     along = np.linspace(0.0, 1.0, 65)
-    for edge in merged.edges:
+    for edge in solid.edges:
         away = cKDTree(edge.curve.evaluate(along)).query(places)[0] / size
-        f, g = merged.sides(edge)
+        f, g = edge.faces
         if between[f, g] < 0:
             between[f, g] = between[g, f] = len(columns)
             columns.append(away)
@@ -72,15 +77,6 @@ def label_quads(  # noqa: PLR0917
         if not _joined(labels, pairs, len(quads)):
             break
     return labels
-
-
-def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Segments (s, 2) of the quads of a closed skin, and the two quads (s, 2) beside each."""
-    every = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    order = np.lexsort(every.T)
-    ordered = every[order].reshape(-1, 2, 2)
-    assert (ordered[:, 0] == ordered[:, 1]).all(), "the skin is closed and manifold"
-    return ordered[:, 0], (order // 4).reshape(-1, 2)
 
 
 def _neighbours(n: int, pairs: IntArray) -> IntArray:
@@ -143,39 +139,6 @@ def _joined(labels: IntArray, pairs: IntArray, n: int) -> bool:
                 labels[pairs[own[pairs[:, 1]] & ~own[pairs[:, 0]], 0]],
             ]
         )
-        labels[own] = np.bincount(around).argmax()
+        if len(around):
+            labels[own] = np.bincount(around).argmax()
     return bool(lost)
-
-
-def _sampled(corners: FloatArray, apart: float) -> tuple[FloatArray, FloatArray]:
-    """Points on triangles (t, 3, 3), about `apart` from each other, and the triangles' normals there."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    good = lengths[:, 0] > 0
-    corners, normals = corners[good], (normals / np.maximum(lengths, 1e-300))[good]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    counts = np.clip(np.ceil(longest / apart), 1, 60).astype(np.int64)
-    points, outward = [np.empty((0, 3))], [np.empty((0, 3))]
-    for n in np.unique(counts).tolist():
-        own = counts == n
-        i, j = np.nonzero(np.add.outer(np.arange(n + 1), np.arange(n + 1)) <= n)
-        weights = np.stack([n - i - j, i, j], axis=1) / n
-        at = np.einsum("wc,tcd->twd", weights, corners[own])
-        points.append(at.reshape(-1, 3))
-        outward.append(np.repeat(normals[own], len(weights), axis=0))
-    return np.concatenate(points), np.concatenate(outward)
-
-
-def name_pieces(merged: Merged, facets: Facets, points: FloatArray, quads: IntArray, labels: IntArray) -> IntArray:
-    """For quads labelled with united faces, the piece of these that each is nearest to."""
-    found = labels.copy()
-    for united in np.unique(labels).tolist():
-        own = np.flatnonzero(merged.of_face[facets.faces] == united)
-        if len(np.unique(facets.faces[own])) > 1:
-            at = labels == united
-            apart = float(np.linalg.norm(np.ptp(facets.points[facets.triangles[own]], axis=(0, 1)))) / 60
-            samples = [_sampled(facets.points[facets.triangles[own[[j]]]], apart)[0] for j in range(len(own))]
-            of_sample = np.repeat(facets.faces[own], [len(one) for one in samples])
-            nearest = cKDTree(np.concatenate(samples)).query(points[quads[at]].mean(axis=1))[1]
-            found[at] = of_sample[nearest]
-    return found

@@ -1,36 +1,35 @@
-"""Sheets of hexahedra under faces where the grid's own hexahedra would be flat once they lie on the model.
+"""Sheets of hexahedra under the skin of a grid, where its own hexahedra would be flat once they lie on the model.
 
-Two things make them flat: two quads of one hexahedron on one smooth patch (their common edge becomes one of 180
-degrees), and two sides of one quad on one curve (so does their common corner). A sheet under a patch gives every quad
-of it a hexahedron of its own, and every face beside it a row of quads along the border::
+Two things make them flat, however fine the grid is: two quads of one hexahedron on one smooth face (their common edge
+becomes one of 180 degrees), and two sides of one quad on one smooth curve (so does their common corner). One sheet
+under the whole skin gives every quad a hexahedron of its own: at every edge of the model two meet, each with half of
+the angle, whether it is convex, concave or smooth. A sheet around the hexahedra of one face gives the faces beside it a
+row of quads along the border, inside or outside of it, so that two quads of these meet at every node of it::
 
-    before           a sheet under the face above
-    --+--+--         --+--+--      of the face
-      |  |             |  |        new hexahedra
-    --+--+           ..+..+..
-      |  |             |  |        as before, a copy of its nodes
+    before           a sheet under the skin      and one around those of the face above
+    --+--+--         --+--+--                    --+--+--      of the face
+      |  |            \\ |  |                      \\_|__|__
+    --+--+             -+--+                     |..+..+..     new hexahedra, with quads of the face beside
+                                                 |  |
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Solid
-from ..cells import HEX_FACES
-from ..errors import NotSweepableError
-
-SMOOTH = 0.6
-"""Angle from pi of the solid across an edge, radians, up to which the two faces are one patch: the scaled Jacobian of
-one hexahedron there is at most the sine of this angle."""
+from ..cells import HEX_EDGES, HEX_FACES
+from .skin import find_hexes, outward_at, sides_around
 
 _THICK = 0.3
 """Thickness of a sheet at first over the size of the grid; untangling evens it out."""
+_MOST = 3
+"""Rounds in which faces are given sheets; one does but where rows of two faces meet."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,118 +56,143 @@ class Fitted:
 
 
 def lay_sheets(solid: Solid, mesh: Fitted, size: float) -> Fitted:
-    """The mesh with a sheet under every face and smooth patch that needs one."""
-    patches = _patches(solid)
-    group_of = {face: j for j, own in enumerate(patches) for face in own}
-    concave = {face for edge in solid.edges if edge.dihedral > pi + SMOOTH for face in edge.faces}
-    for face in range(len(solid.faces)):
-        if face in concave:
-            continue
-        if len(patches[group_of[face]]) > 1 and _bends(mesh, [face], patches[group_of[face]]):
-            mesh = _with_sheet(mesh, [face], size)
-    for own in patches:
-        beyond = [f for f in range(len(solid.faces)) if f not in own]
-        if _shares_hexes(mesh, own) or _bends(mesh, own, beyond):
-            mesh = _with_sheet(mesh, own, size)
-    _refuse_bent(solid, mesh)
+    """The mesh with a sheet under its skin, and around faces, as far as it needs them."""
+    if not (_shares_hexes(mesh) or _bent(solid, mesh)):
+        return mesh
+    mesh = _with_skin(mesh, size)
+    for _ in range(_MOST):
+        faces = _bent(solid, mesh)
+        if not faces:
+            break
+        for face in sorted(faces):
+            if face in _bent(solid, mesh):
+                mesh = _with_sheet(mesh, face)
     return mesh
 
 
-def _refuse_bent(solid: Solid, mesh: Fitted) -> None:
-    """Raise where a quad keeps two sides in turn on one edge: it would be flat there, however fine the grid.
-
-    Raises
-    ------
-    NotSweepableError
-        Names the edge.
-    """
-    ends = {(a, b): edge for edge, chain in mesh.chains.items() for a, b in itertools.pairwise(chain)}
-    on_edge = {(int(a), int(b)): edge for (a, b), edge in ends.items()}
-    on_edge |= {(b, a): edge for (a, b), edge in on_edge.items()}
-    for quad in mesh.quads.tolist():
-        own = [on_edge.get((quad[j], quad[(j + 1) % 4]), -1) for j in range(4)]
-        bent = [own[j] for j in range(4) if own[j] >= 0 and own[j] == own[j - 1]]
-        if bent:
-            raise NotSweepableError(
-                f"{solid.edges[bent[0]].label()} turns a corner on the grid, where no sheet can be laid"
-            )
+def _shares_hexes(mesh: Fitted) -> bool:
+    """Whether some hexahedron has two quads on one face."""
+    owners, _ = find_hexes(mesh.hexes, mesh.quads)
+    both = np.stack([owners, mesh.labels], axis=1)
+    return len(np.unique(both, axis=0)) < len(both)
 
 
-def _patches(solid: Solid) -> list[list[int]]:
-    """Faces that smooth and concave edges join: at a concave one a sheet under one face would lie outside the solid."""
-    patches = [{face} for face in range(len(solid.faces))]
-    for edge in solid.edges:
-        if edge.dihedral > pi - SMOOTH:
-            joined = [own for own in patches if set(edge.faces) & own]
-            patches = [own for own in patches if not set(edge.faces) & own] + [set[int]().union(*joined)]
-    return [sorted(own) for own in patches]
-
-
-def _shares_hexes(mesh: Fitted, faces: Sequence[int]) -> bool:
-    """Whether some hexahedron has two quads on the faces."""
-    own = np.sort(mesh.quads[np.isin(mesh.labels, faces)], axis=1)
-    every = np.sort(mesh.hexes[:, HEX_FACES].reshape(-1, 4), axis=1)
-    rows = np.concatenate([own, every])
-    _, numbers = np.unique(rows, axis=0, return_inverse=True)
-    is_own = np.isin(numbers[len(own) :], numbers[: len(own)]).reshape(-1, 6)
-    return bool((is_own.sum(axis=1) > 1).any())
-
-
-def _bends(mesh: Fitted, faces: Sequence[int], beyond: Sequence[int]) -> bool:
-    """Whether some quad of `beyond` has two sides in turn on one edge of the faces."""
-    inner = np.isin(mesh.labels, faces)
-    border = {frozenset(side) for side in _sides(mesh.quads[inner]).tolist()}
+def _bent(solid: Solid, mesh: Fitted) -> Collection[int]:
+    """Faces around which a sheet is needed: some quad beside has two sides in turn on their border, and no vertex there."""
+    beyond: dict[tuple[int, int], tuple[int, int]] = {}
+    for edge, chain in mesh.chains.items():
+        low, high = solid.edges[edge].faces
+        for a, b in itertools.pairwise(chain.tolist()):
+            beyond[a, b] = beyond[b, a] = (low, high)
     vertices = {int(chain[j]) for chain in mesh.chains.values() for j in (0, -1)}
-    for quad in mesh.quads[np.isin(mesh.labels, beyond)].tolist():
-        on = [frozenset((quad[j], quad[(j + 1) % 4])) in border for j in range(4)]
-        if any(on[j - 1] and on[j] and quad[j] not in vertices for j in range(4)):
-            return True
-    return False
+    found = set()
+    on_edges = np.zeros(len(mesh.points), dtype=np.int64)
+    for chain in mesh.chains.values():
+        on_edges[chain] = 1
+    near = on_edges[mesh.quads].sum(axis=1) > 2
+    for quad, label in zip(mesh.quads[near].tolist(), mesh.labels[near].tolist(), strict=True):
+        across = [sum(beyond.get((quad[j], quad[(j + 1) % 4]), (-1, label))) - label for j in range(4)]
+        found |= {across[j] for j in range(4) if across[j] == across[j - 1] >= 0 and quad[j] not in vertices}
+    return found
 
 
-def _sides(quads: IntArray) -> IntArray:
-    return np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
-
-
-def _with_sheet(mesh: Fitted, faces: Sequence[int], size: float) -> Fitted:
-    """A sheet under the faces: what was there keeps to a copy of their nodes, hexahedra join the two."""
-    on = np.isin(mesh.labels, faces)
-    own = mesh.quads[on]
-    nodes = np.unique(own)
+def _with_skin(mesh: Fitted, size: float) -> Fitted:
+    """A sheet under the whole skin: what was there keeps to a copy of its nodes, hexahedra join the two."""
+    nodes = np.unique(mesh.quads)
     inner = np.arange(len(mesh.points))
     inner[nodes] = len(mesh.points) + np.arange(len(nodes))
-    others, labels = mesh.quads[~on], mesh.labels[~on]
-    sides = _sides(others)
-    border = {tuple(side) for side in _sides(own).tolist()}
-    beside = np.array([(b, a) in border for a, b in sides.tolist()], dtype=bool).reshape(len(sides))
-    a, b = sides[beside].T
-    chains = {edge: _stretched(chain, inner, mesh, on) for edge, chain in mesh.chains.items()}
+    sunk = mesh.points[nodes] - _THICK * size * outward_at(mesh.points, mesh.quads)[nodes]
     return Fitted(
-        points=np.concatenate([mesh.points, mesh.points[nodes] - _THICK * size * _outward(mesh, own)[nodes]]),
-        hexes=np.concatenate([inner[mesh.hexes], np.concatenate([inner[own], own], axis=1)]),
-        quads=np.concatenate([own, inner[others], np.stack([a, b, inner[b], inner[a]], axis=1)]),
-        labels=np.concatenate([mesh.labels[on], labels, np.repeat(labels, 4)[beside]]),
-        chains=chains,
+        points=np.concatenate([mesh.points, sunk]),
+        hexes=np.concatenate([inner[mesh.hexes], np.concatenate([inner[mesh.quads], mesh.quads], axis=1)]),
+        quads=mesh.quads,
+        labels=mesh.labels,
+        chains=mesh.chains,
     )
 
 
-def _outward(mesh: Fitted, quads: IntArray) -> FloatArray:
-    """Unit normals (n, 3) at the nodes of the quads, zero where they cancel."""
-    corners = mesh.points[quads]
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    total = np.zeros_like(mesh.points)
-    np.add.at(total, quads.ravel(), np.repeat(normals, 4, axis=0))
-    lengths = np.linalg.norm(total, axis=1, keepdims=True)
-    return np.where(lengths > 1e-9, total / np.maximum(lengths, 1e-9), 0.0)
+def _with_sheet(mesh: Fitted, face: int) -> Fitted:
+    """A sheet around the hexahedra with quads on a face, which keep their nodes; the others get copies of them.
+
+    Where it ends on the boundary, at the border of the face, it leaves a row of quads on the faces beside.
+    """
+    on = mesh.labels == face
+    own = mesh.quads[on]
+    owners, _ = find_hexes(mesh.hexes, own)
+    inside = np.zeros(len(mesh.hexes), dtype=bool)
+    inside[owners] = True
+    walls = _walls(mesh, inside)
+    nodes = np.unique(walls)
+    copy = np.arange(len(mesh.points))
+    copy[nodes] = len(mesh.points) + np.arange(len(nodes))
+    points, copies = _parted(mesh, on, owners, nodes)
+    others, labels = mesh.quads[~on], mesh.labels[~on]
+    sides = sides_around(others)
+    border = {tuple(side) for side in sides_around(own).tolist()}
+    beside = np.array([(b, a) in border for a, b in sides.tolist()], dtype=bool)
+    a, b = sides[beside].T
+    hexes = np.where(inside[:, None], mesh.hexes, copy[mesh.hexes])
+    return Fitted(
+        points=np.concatenate([points, copies]),
+        hexes=np.concatenate([hexes, np.concatenate([walls, copy[walls]], axis=1)]),
+        quads=np.concatenate([own, copy[others], np.stack([a, b, copy[b], copy[a]], axis=1)]),
+        labels=np.concatenate([mesh.labels[on], labels, np.repeat(labels, 4)[beside]]),
+        chains={edge: _stretched(chain, copy, border) for edge, chain in mesh.chains.items()},
+    )
 
 
-def _stretched(chain: IntArray, inner: IntArray, mesh: Fitted, on: np.ndarray) -> IntArray:
-    """Nodes of an edge: those of the faces' own edges stay, one that ends at the faces gets a segment more there."""
-    sides = {frozenset(side) for side in _sides(mesh.quads[on]).tolist()}
-    if frozenset(chain[:2].tolist()) in sides and frozenset(chain[-2:].tolist()) in sides:
+def _walls(mesh: Fitted, inside: BoolArray) -> IntArray:
+    """Faces (w, 4) between hexahedra that are inside and others, outward from those inside."""
+    every = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
+    keys = np.sort(every, axis=1)
+    order = np.lexsort(keys.T)
+    same = (keys[order[1:]] == keys[order[:-1]]).all(axis=1)
+    one, other = order[:-1][same], order[1:][same]
+    is_in, is_out = inside[one // 6], inside[other // 6]
+    found = np.concatenate([one[is_in & ~is_out], other[is_out & ~is_in]])
+    return every[np.sort(found)]
+
+
+def _parted(mesh: Fitted, on: BoolArray, owners: IntArray, nodes: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Points for a sheet around a face, and those (k, 3) of the copies of `nodes`: apart enough to tell them.
+
+    Nodes on the border stay, and their copies go into the faces beside; below, the hexahedra of the face make room.
+    """
+    points = mesh.points.copy()
+    copies = points[nodes].copy()
+    is_face = np.zeros(len(points), dtype=bool)
+    is_face[mesh.quads[on]] = True
+    border = is_face[nodes]
+    # Below: half of the way towards the skin.
+    lines = mesh.hexes[owners][:, HEX_EDGES].reshape(-1, 2)
+    above, n = _mean_beyond(mesh.points, lines, ~is_face, is_face)
+    below = nodes[~border & (n[nodes] > 0)]
+    points[below] = 0.5 * (points[below] + above[below])
+    # On the skin: towards what of the faces beside is no border.
+    ahead, n = _mean_beyond(mesh.points, sides_around(mesh.quads[~on]), is_face, ~is_face)
+    moved = border & (n[nodes] > 0)
+    copies[moved] = 0.6 * copies[moved] + 0.4 * ahead[nodes[moved]]
+    return points, copies
+
+
+def _mean_beyond(
+    points: FloatArray, lines: IntArray, here: BoolArray, there: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (n, 3) of the places of the other ends of lines (l, 2) from nodes that are here to such that are there."""
+    both = np.concatenate([lines, lines[:, ::-1]])
+    both = both[here[both[:, 0]] & there[both[:, 1]]]
+    total, counts = np.zeros_like(points), np.zeros(len(points))
+    np.add.at(total, both[:, 0], points[both[:, 1]])
+    np.add.at(counts, both[:, 0], 1.0)
+    return total / np.maximum(counts, 1.0)[:, None], counts
+
+
+def _stretched(chain: IntArray, copy: IntArray, border: set[tuple[int, int]]) -> IntArray:
+    """Nodes of an edge: those of the face's own edges stay, one that ends at the face gets a segment more there."""
+    a, b = chain[:2].tolist()
+    if (a, b) in border or (b, a) in border:
         return chain
-    moved = inner[chain]
+    moved = copy[chain]
     first = chain[:1] if moved[0] != chain[0] else chain[:0]
     last = chain[-1:] if moved[-1] != chain[-1] else chain[:0]
     return np.concatenate([first, moved, last])

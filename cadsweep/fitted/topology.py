@@ -14,19 +14,18 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from ..arrays import FloatArray, IntArray
-from ..brep import Solid
+from ..brep import Edge, Solid
 from ..errors import SurfaceMeshError
-from .labels import sides_of
-from .merged import Merged
+from .skin import sides_of
 
 _ASTRAY = 2.0
 """Cells that a node of a path may be off its curve, before it is moved there."""
 
 
 def match_topology(  # noqa: PLR0912, PLR0917
-    solid: Solid, merged: Merged, points: FloatArray, quads: IntArray, labels: IntArray, size: float
+    solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float
 ) -> dict[int, IntArray]:
-    """Nodes of every edge of the solid that is no seam, by its id, from its start to its end.
+    """Nodes of every edge of the solid, by its id, from its start to its end.
 
     Raises
     ------
@@ -34,7 +33,7 @@ def match_topology(  # noqa: PLR0912, PLR0917
         The skin has not the topology of the solid; names what is wrong first.
     """
     segments, pairs = sides_of(quads)
-    _check_faces(solid, merged, quads, labels)
+    _check_faces(solid, quads, labels)
     sides = np.sort(labels[pairs], axis=1)
     is_border = sides[:, 0] != sides[:, 1]
     segments, sides = segments[is_border], sides[is_border]
@@ -48,8 +47,8 @@ def match_topology(  # noqa: PLR0912, PLR0917
     for (a, b), (f, g) in zip(segments.tolist(), sides.tolist(), strict=True):
         by_pair.setdefault((f, g), []).append((a, b))
     wanted: dict[tuple[int, int], list[int]] = {}
-    for edge in merged.edges:
-        wanted.setdefault(merged.sides(edge), []).append(edge.id)
+    for edge in solid.edges:
+        wanted.setdefault(_sides(edge), []).append(edge.id)
     for f, g in by_pair:
         if (f, g) not in wanted:
             where = points[by_pair[f, g][0][0]]
@@ -60,7 +59,7 @@ def match_topology(  # noqa: PLR0912, PLR0917
     chains: dict[int, IntArray] = {}
     nodes_of: dict[int, int] = {}
     for pair, edges in wanted.items():
-        runs = list(_runs(solid, merged, edges))
+        runs = list(_runs(solid, edges))
         paths = list(_paths(by_pair.get(pair, []), ends))
         if len(runs) != len(paths):
             label = solid.edges[edges[0]].label()
@@ -68,7 +67,7 @@ def match_topology(  # noqa: PLR0912, PLR0917
         for run, path in _matched(solid, runs, paths, points):
             for edge_id, nodes in _divided(solid, run, path, points):
                 chains[edge_id] = nodes
-    for edge in merged.edges:
+    for edge in solid.edges:
         nodes = chains[edge.id]
         away = edge.curve.distance(points[nodes])
         if away.max() > _ASTRAY * size:
@@ -85,11 +84,12 @@ def match_topology(  # noqa: PLR0912, PLR0917
     return chains
 
 
-def _check_faces(solid: Solid, merged: Merged, quads: IntArray, labels: IntArray) -> None:
+def _check_faces(solid: Solid, quads: IntArray, labels: IntArray) -> None:
     """Every face has quads, with as many holes as it has itself (its Euler number)."""
-    for united, expected in merged.euler.items():
-        face = solid.faces[united]
-        own = quads[labels == united]
+    for face in solid.faces:
+        own = quads[labels == face.id]
+        ends = {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
+        expected = len(ends) - len(set(face.edges)) + face.euler
         if not len(own):
             raise SurfaceMeshError(f"{face.label()} has no quad: it is smaller than a cell of the grid")
         sides = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
@@ -98,10 +98,16 @@ def _check_faces(solid: Solid, merged: Merged, quads: IntArray, labels: IntArray
             raise SurfaceMeshError(f"{face.label()} has other holes on the grid than in the model")
 
 
-def _runs(solid: Solid, merged: Merged, edges: list[int]) -> Iterator[list[tuple[int, bool]]]:
+def _sides(edge: Edge) -> tuple[int, int]:
+    """The faces beside an edge, ascending."""
+    low, high = sorted(edge.faces)
+    return low, high
+
+
+def _runs(solid: Solid, edges: list[int]) -> Iterator[list[tuple[int, bool]]]:
     """Edges between one pair of faces joined where nothing else ends: directed, head to tail; rings begin anywhere."""
     n_at: dict[int, int] = {}
-    for edge in merged.edges:
+    for edge in solid.edges:
         for vertex in (edge.start, edge.end):
             n_at[vertex] = n_at.get(vertex, 0) + 1
     left = dict.fromkeys(edges)

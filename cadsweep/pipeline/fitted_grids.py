@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from .. import cad
+from ..arrays import FloatArray
 from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import name_faces
@@ -26,14 +27,14 @@ from ..fitted import (
     keep_inside,
     label_quads,
     lay_sheets,
-    match_topology,
-    merge_seams,
-    name_pieces,
     outside_of,
     place_on_model,
+    turn_corners,
+    unite,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import Guards, untangle
 from .origin import made_of
 from .run import Run
@@ -80,15 +81,20 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     unknown = asked_in_vain(options)
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
-    facets = _facets(part.solids[0])
+    model = part.solids[0]
+    facets = _facets(model)
+    united = unite(model, facets)
+    whole = replace(part, solids=(united.solid,))
+    of_united = facets._replace(faces=united.of_face[facets.faces])
     began, problem = time.perf_counter(), "it would have too many hexahedra"
     for size in _sizes(part, options):
         if time.perf_counter() - began > _TIME:
             break
         try:
             with run.stage("fitted grid"):
-                joined, slides = _fitted(part, facets, size, run)
-            mesh = finish(part, joined, options, run, notes=[_note(refused)], slides=lambda slides=slides: slides)  # type: ignore[misc]
+                planes = choose_planes(model, facets, size)
+                joined, slides = _fitted(whole, united.angles, planes, of_united, size, run)
+            mesh = finish(whole, joined, options, run, notes=[_note(refused)], slides=lambda slides=slides: slides)  # type: ignore[misc]
         except (SurfaceMeshError, InvertedHexError) as error:
             problem = error.what
             log.info("fitted grid of size %g: %s", size * part.scale, problem)
@@ -128,8 +134,28 @@ def _facets(solid: Solid) -> Facets:
     return Facets(np.concatenate(points), np.concatenate(triangles), np.concatenate(faces))
 
 
-def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMesh, InterfaceSlides]:
+def _fitted(  # noqa: PLR0917
+    part: Part,
+    angles: Mapping[tuple[int, int], float],
+    planes: list[FloatArray],
+    facets: Facets,
+    size: float,
+    run: Run,
+) -> tuple[JoinedMesh, InterfaceSlides]:
     """The mesh on a grid of a size, its nodes on the model and untangled, and how they may move on.
+
+    Parameters
+    ----------
+    part : Part
+        Of one solid, its smooth faces united.
+    angles : mapping of (vertex, face) to float
+        Of its faces at their vertices.
+    planes : list of (n,) float64
+        Of the grid, along each axis.
+    facets : Facets
+        Of the faces of that solid.
+    size : float
+    run : Run
 
     Raises
     ------
@@ -137,10 +163,9 @@ def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMe
         The grid has not the model's topology, or hexahedra stay inverted.
     """
     solid = part.solids[0]
-    grid = keep_inside(choose_planes(solid, facets, size), facets)
-    merged = merge_seams(solid)
-    labels = label_quads(solid, merged, facets, grid.points, grid.quads, size)
-    chains = match_topology(solid, merged, grid.points, grid.quads, labels, size)
+    grid = keep_inside(planes, facets)
+    labels = label_quads(solid, facets, grid.points, grid.quads, size)
+    labels, chains = turn_corners(solid, angles, grid.points, grid.quads, labels, size)
     mesh = lay_sheets(
         solid, Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains=chains), size
     )
@@ -166,7 +191,7 @@ def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMe
         joined.points,
         joined.hexes,
         free | slides.mask,
-        np.full((len(joined.hexes), 3), size),
+        edge_lengths(mesh.points, mesh.hexes),
         slides,
         goal=_GOAL,
         guards=Guards(*outside_of(solid, mesh, _GUARD * size)),
@@ -174,5 +199,4 @@ def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMe
     )
     if found.worst <= 0:
         raise SurfaceMeshError("hexahedra stay inverted once the grid lies on the model")
-    faces = name_pieces(merged, facets, found.points, joined.quads, joined.quad_faces)
-    return replace(joined, points=found.points, quad_faces=faces), slides
+    return replace(joined, points=found.points), slides

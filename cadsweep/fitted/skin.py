@@ -1,0 +1,46 @@
+"""Small questions about the boundary of a mesh of hexahedra."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..cells import HEX_FACES
+
+
+def sides_around(quads: IntArray) -> IntArray:
+    """Sides (4 q, 2) of quads (q, 4), in the order in which these are run around."""
+    return np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+
+
+def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
+    """Segments (s, 2) of the quads of a closed skin, and the two quads (s, 2) beside each."""
+    every = np.sort(sides_around(quads), axis=1)
+    order = np.lexsort(every.T)
+    ordered = every[order].reshape(-1, 2, 2)
+    assert (ordered[:, 0] == ordered[:, 1]).all(), "the skin is closed and manifold"
+    return ordered[:, 0], (order // 4).reshape(-1, 2)
+
+
+def find_hexes(hexes: IntArray, quads: IntArray) -> tuple[IntArray, IntArray]:
+    """The hexahedron (q,) that each quad (q, 4) of the boundary is of, and which of its faces (q,) it is."""
+    every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4), axis=1)
+    wanted = np.sort(quads, axis=1)
+    rows = np.concatenate([every, wanted])
+    _, numbers = np.unique(rows, axis=0, return_inverse=True)
+    numbers = numbers.ravel()
+    at = np.full(int(numbers.max()) + 1, -1)
+    at[numbers[: len(every)]] = np.arange(len(every))
+    found = at[numbers[len(every) :]]
+    return found // 6, found % 6
+
+
+def outward_at(points: FloatArray, quads: IntArray) -> FloatArray:
+    """Unit normals (n, 3) at the nodes of the quads, zero where they cancel."""
+    corners = points[quads]
+    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    total = np.zeros_like(points)
+    np.add.at(total, quads.ravel(), np.repeat(normals, 4, axis=0))
+    lengths = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.where(lengths > 1e-9, total / np.maximum(lengths, 1e-9), 0.0)
