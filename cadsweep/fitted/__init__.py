@@ -13,12 +13,12 @@ What it does not handle: faces and edges smaller than a cell; inner edges that t
 do; vertices with more than three faces.
 """
 
-from .corners import turn_corners
 from .facets import Facets
 from .grid import Grid, choose_planes, keep_inside
 from .labels import label_quads
 from .placing import outside_of, place_on_model
 from .sheets import Fitted, lay_sheets
+from .topology import match_topology
 from .uniting import unite
 
 __all__ = [
@@ -29,8 +29,8 @@ __all__ = [
     "keep_inside",
     "label_quads",
     "lay_sheets",
+    "match_topology",
     "outside_of",
     "place_on_model",
-    "turn_corners",
     "unite",
 ]

@@ -22,17 +22,14 @@ def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
     return ordered[:, 0], (order // 4).reshape(-1, 2)
 
 
-def find_hexes(hexes: IntArray, quads: IntArray) -> tuple[IntArray, IntArray]:
-    """The hexahedron (q,) that each quad (q, 4) of the boundary is of, and which of its faces (q,) it is."""
+def find_hexes(hexes: IntArray, quads: IntArray) -> IntArray:
+    """The hexahedron (q,) that each quad (q, 4) of the boundary is of."""
     every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4), axis=1)
-    wanted = np.sort(quads, axis=1)
-    rows = np.concatenate([every, wanted])
-    _, numbers = np.unique(rows, axis=0, return_inverse=True)
+    _, numbers = np.unique(np.concatenate([every, np.sort(quads, axis=1)]), axis=0, return_inverse=True)
     numbers = numbers.ravel()
     at = np.full(int(numbers.max()) + 1, -1)
     at[numbers[: len(every)]] = np.arange(len(every))
-    found = at[numbers[len(every) :]]
-    return found // 6, found % 6
+    return at[numbers[len(every) :]] // 6
 
 
 def outward_at(points: FloatArray, quads: IntArray) -> FloatArray:

@@ -27,14 +27,13 @@ from ..fitted import (
     keep_inside,
     label_quads,
     lay_sheets,
+    match_topology,
     outside_of,
     place_on_model,
-    turn_corners,
     unite,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import Guards, untangle
 from .origin import made_of
 from .run import Run
@@ -165,10 +164,9 @@ def _fitted(  # noqa: PLR0917
     solid = part.solids[0]
     grid = keep_inside(planes, facets)
     labels = label_quads(solid, facets, grid.points, grid.quads, size)
-    labels, chains = turn_corners(solid, angles, grid.points, grid.quads, labels, size)
-    mesh = lay_sheets(
-        solid, Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains=chains), size
-    )
+    chains = match_topology(solid, grid.points, grid.quads, labels, size)
+    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains=chains)
+    mesh = lay_sheets(solid, angles, skin, size)
     joined = JoinedMesh(
         points=place_on_model(solid, mesh),
         hexes=mesh.hexes,
@@ -191,7 +189,7 @@ def _fitted(  # noqa: PLR0917
         joined.points,
         joined.hexes,
         free | slides.mask,
-        edge_lengths(mesh.points, mesh.hexes),
+        np.full((len(joined.hexes), 3), size),
         slides,
         goal=_GOAL,
         guards=Guards(*outside_of(solid, mesh, _GUARD * size)),
