@@ -30,7 +30,9 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     """Give a joined mesh its names; points in model units."""
     owners = np.array(part.owners, dtype=np.int64)[mesh.hex_cells]
     faces = by_face(mesh)
-    outside = [own for place, quads in faces if place in names.outside for own in _by_patch(part, mesh, names, place, quads)]
+    outside = [
+        own for place, quads in faces if place in names.outside for own in _by_patch(part, mesh, names, place, quads)
+    ]
     parts = {model.name: np.flatnonzero(owners == j) for j, model in enumerate(part.models)}
     return HexMesh(
         points=part.to_model(mesh.points),
@@ -42,7 +44,7 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     )
 
 
-def _by_patch(  # noqa: PLR0917
+def _by_patch(
     part: Part, mesh: JoinedMesh, names: NamedFaces, place: Place, quads: IntArray
 ) -> list[tuple[tuple[str, ...], IntArray]]:
     """Names and quads of a face, and of the patches of one that was merged."""

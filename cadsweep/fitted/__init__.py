@@ -17,6 +17,7 @@ from .facets import Facets
 from .grid import Grid, choose_planes, keep_inside
 from .labels import label_quads
 from .placing import outside_of, place_on_model
+from .rings import without_rings
 from .sheets import Fitted, lay_sheets
 from .topology import match_topology
 from .uniting import unite
@@ -33,4 +34,5 @@ __all__ = [
     "outside_of",
     "place_on_model",
     "unite",
+    "without_rings",
 ]

@@ -1,4 +1,4 @@
-"""Facets of a solid's faces, and the nearest of them to points: what stands for trimmed faces where places are told apart.
+"""Facets of a solid's faces, and the nearest of them to points: what stands for trimmed faces.
 
 Facets say which face is nearest, and about where; where something is on a face, the face itself says.
 """

@@ -1,7 +1,8 @@
 """Sheets of hexahedra under the skin of a grid, where its own hexahedra would be flat once they lie on the model.
 
-What makes them flat, however fine the grid is: two quads of one hexahedron on one smooth face (their common edge becomes
-one of 180 degrees), two sides of one quad on one smooth curve (so does their common corner), one quad in a wide corner.
+What makes them flat, however fine the grid is: two quads of one hexahedron on one smooth face (their common edge
+becomes one of 180 degrees), two sides of one quad on one smooth curve (so does their common corner), one quad in a wide
+corner.
 One sheet under the whole skin gives every quad a hexahedron of its own: at every edge of the model two meet, each with
 half of the angle, whether it is convex, concave or smooth. A sheet around the hexahedra under one face leaves a rim of
 quads along the face's border: two of them meet at every node and vertex of it, whatever the angle::
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
 
@@ -26,7 +27,9 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Solid
 from ..cells import HEX_FACES
+from .rings import Ring
 from .skin import find_hexes, outward_at, sides_around
+from .topology import divide_ring
 
 _THICK = 0.3
 """Thickness of a sheet at first over the size of the grid; untangling evens it out."""
@@ -59,23 +62,28 @@ class Fitted:
     chains: dict[int, IntArray]
 
 
-def lay_sheets(solid: Solid, angles: Mapping[tuple[int, int], float], mesh: Fitted, size: float) -> Fitted:
-    """The mesh with a sheet under its skin, and around what is under single faces, as far as it needs them.
+def lay_sheets(
+    solid: Solid, angles: Mapping[tuple[int, int], float], rings: Sequence[Ring], mesh: Fitted, size: float
+) -> Fitted:
+    """The mesh with its rings, a sheet under its skin, and around what is under single faces, as far as it needs them.
 
     Parameters
     ----------
     solid : Solid
     angles : mapping of (vertex, face) to float
         Of its faces at their vertices.
+    rings : sequence of Ring
+        Faces that the mesh has not yet, in the order in which they were left out.
     mesh : Fitted
     size : float
     """
-    faces = _bent(mesh) | _crowded(solid, angles, mesh)
-    if not faces and not _shares_hexes(mesh):
+    if not (rings or _shares_hexes(mesh) or _bent(mesh) or _crowded(solid, angles, mesh)):
         return mesh
     mesh = _with_skin(mesh, size)
-    for face in sorted(faces):
-        mesh = _with_rim(mesh, face)
+    for ring in reversed(rings):
+        mesh = _with_rim(solid, mesh, ring.inner, ring)
+    for face in sorted(_bent(mesh) | _crowded(solid, angles, mesh)):
+        mesh = _with_rim(solid, mesh, face)
     return mesh
 
 
@@ -133,10 +141,10 @@ def _with_skin(mesh: Fitted, size: float) -> Fitted:
     )
 
 
-def _with_rim(mesh: Fitted, face: int) -> Fitted:
+def _with_rim(solid: Solid, mesh: Fitted, face: int, ring: Ring | None = None) -> Fitted:
     """A sheet around the hexahedra under a face: these get copies of the nodes that they share with others.
 
-    On the face it leaves a rim of quads between its border and what had been there.
+    On the face it leaves a rim of quads between its border and what had been there; those along a ring are the ring's.
     """
     on = mesh.labels == face
     own = mesh.quads[on]
@@ -149,16 +157,26 @@ def _with_rim(mesh: Fitted, face: int) -> Fitted:
     copies = 0.5 * (mesh.points + _mean_around(mesh.points, mesh.hexes[inside]))
     on_skin = np.unique(own)
     copies[on_skin] = 0.5 * (mesh.points + _mean_around(mesh.points, own))[on_skin]
+    points = np.concatenate([mesh.points, copies[nodes]])
     others = {(b, a) for a, b in sides_around(mesh.quads[~on]).tolist()}
     sides = sides_around(own)
     a, b = sides[[(a, b) in others for a, b in sides.tolist()]].T
+    rim, chains = np.full(len(a), face), mesh.chains
+    if ring is not None:
+        is_along = np.isin(a, np.concatenate([mesh.chains[edge] for edge in ring.kept]))
+        rim = np.where(is_along, ring.face, face)
+        following = dict(zip(a[is_along].tolist(), b[is_along].tolist(), strict=True))
+        path = [int(a[is_along][0])]
+        while len(path) <= len(following):
+            path.append(following[path[-1]])
+        chains = {**chains, **divide_ring(solid, ring.lost, copy[path].tolist(), points)}
     hexes = np.where(inside[:, None], copy[mesh.hexes], mesh.hexes)
     return Fitted(
-        points=np.concatenate([mesh.points, copies[nodes]]),
+        points=points,
         hexes=np.concatenate([hexes, np.concatenate([copy[walls], walls], axis=1)]),
         quads=np.concatenate([mesh.quads[~on], copy[own], np.stack([a, b, copy[b], copy[a]], axis=1)]),
-        labels=np.concatenate([mesh.labels[~on], np.full(len(own) + len(a), face)]),
-        chains=mesh.chains,
+        labels=np.concatenate([mesh.labels[~on], np.full(len(own), face), rim]),
+        chains=chains,
     )
 
 

@@ -7,7 +7,7 @@ that have no edge, or more or fewer of them; a path that lies too far from its c
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -22,7 +22,7 @@ _ASTRAY = 2.0
 """Cells that a node of a path may be off its curve, before it is moved there."""
 
 
-def match_topology(  # noqa: PLR0912, PLR0917
+def match_topology(  # noqa: PLR0912
     solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float
 ) -> dict[int, IntArray]:
     """Nodes of every edge of the solid, by its id, from its start to its end.
@@ -82,6 +82,12 @@ def match_topology(  # noqa: PLR0912, PLR0917
     if len(set(nodes_of.values())) != len(nodes_of) or len(ends - set(nodes_of.values())):
         raise SurfaceMeshError("the grid has other vertices than the model: it is too coarse")
     return chains
+
+
+def divide_ring(solid: Solid, edges: Sequence[int], path: list[int], points: FloatArray) -> dict[int, IntArray]:
+    """Nodes of edges that go round once, from those of the whole ring, of which the first is also the last."""
+    (run,) = _runs(solid, list(edges))
+    return dict(_divided(solid, run, path, points))
 
 
 def _check_faces(solid: Solid, quads: IntArray, labels: IntArray) -> None:

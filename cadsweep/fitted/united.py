@@ -5,7 +5,7 @@ A point belongs to the piece whose facets, or whose curve, are nearest, and is p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -17,10 +17,10 @@ from .facets import Facets, Nearest
 class UnitedSurface:
     """Several faces as one surface; parameters (m, 3) are a piece's own two and the number of the piece."""
 
-    def __init__(self, surfaces: Sequence[Surface], facets: Facets, numbers: IntArray, apart: float) -> None:
-        """`numbers` (t,): which of the surfaces each of the facets is of."""
-        self.surfaces = surfaces
-        self.nearest = Nearest(facets._replace(faces=numbers), apart)
+    def __init__(self, surfaces: Sequence[Surface], curves: Mapping[int, Curve], facets: Facets, apart: float) -> None:
+        """`curves`: of the edges around, by id; `facets`: of the surfaces, by their places in the sequence."""
+        self.surfaces, self.curves = surfaces, curves
+        self.nearest = Nearest(facets, apart)
 
     @property
     def periods(self) -> tuple[float | None, float | None]:
@@ -50,6 +50,9 @@ class UnitedSurface:
             found[own, :2] = self.surfaces[piece].project(points[own])
         return found
 
+    def edge_uv(self, edge: int, fractions: FloatArray) -> FloatArray:
+        return self.project(self.curves[edge].evaluate(fractions))
+
     def distance(self, points: FloatArray, *, close: float = -1.0) -> FloatArray:
         numbers = self.pieces(points)
         ways = {} if close < 0.0 else {"close": close}
@@ -63,7 +66,7 @@ class UnitedSurface:
             found[off] = np.minimum(found[off], surface.distance(points[off], **ways))
         return found
 
-    def _each(self, uv: FloatArray, ask, width: int = 3) -> FloatArray:  # type: ignore[no-untyped-def]
+    def _each(self, uv: FloatArray, ask: Callable[[Surface, FloatArray], FloatArray], width: int = 3) -> FloatArray:
         numbers = uv[:, 2].astype(np.int64)
         found = np.empty((len(uv), width))
         for piece in np.unique(numbers).tolist():

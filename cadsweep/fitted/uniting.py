@@ -22,9 +22,9 @@ from .facets import Facets
 from .united import Piece, UnitedCurve, UnitedSurface
 
 _SMOOTH = 0.05
-"""Angle from pi, radians, up to which two faces run into each other along an edge, and from 0, two edges at a vertex."""
+"""Angle, radians, up to which two faces run into each other along an edge, and two edges at a vertex."""
 _SAMPLES = 0.005
-"""Distance of samples of facets over the size of the solid, at most that of the smallest piece's own width."""
+"""Distance of samples of facets over the size of the solid; every facet has its corners besides."""
 
 Directed = tuple[int, bool]
 
@@ -182,12 +182,15 @@ def _face(  # noqa: PLR0917
     euler = len(corners) - len(inner) + sum(face.euler for face in own) - len(ends) + len(border)
     handles = 2 - len(loops) - euler
     if len(own) == 1:
-        return replace(largest, id=united, loops=loops, handles=handles)
+        return replace(largest, id=united, number=largest.known, loops=loops, handles=handles)
     numbers = np.full(len(solid.faces), -1, dtype=np.int64)
     numbers[members] = np.arange(len(members))
     mine = facets.of(members)
     surface = UnitedSurface(
-        [face.surface for face in own], mine, numbers[mine.faces], _SAMPLES * solid.size
+        [face.surface for face in own],
+        {e: joined[e].curve for e in border},
+        mine._replace(faces=numbers[mine.faces]),
+        _SAMPLES * solid.size,
     )
     by_key: dict[tuple[str, tuple[str, ...]], list[Face]] = defaultdict(list)
     for face in own:
@@ -197,6 +200,7 @@ def _face(  # noqa: PLR0917
     return replace(
         largest,
         id=united,
+        number=largest.known,
         kind=largest.kind if len({id(face.surface) for face in own}) == 1 else "other",
         area=sum(face.area for face in own),
         loops=loops,

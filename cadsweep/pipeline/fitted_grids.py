@@ -31,6 +31,7 @@ from ..fitted import (
     outside_of,
     place_on_model,
     unite,
+    without_rings,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -163,10 +164,18 @@ def _fitted(  # noqa: PLR0917
     """
     solid = part.solids[0]
     grid = keep_inside(planes, facets)
-    labels = label_quads(solid, facets, grid.points, grid.quads, size)
-    chains = match_topology(solid, grid.points, grid.quads, labels, size)
-    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains=chains)
-    mesh = lay_sheets(solid, angles, skin, size)
+    reduced = without_rings(solid, size)
+    covering = facets._replace(faces=reduced.of_face[facets.faces])
+    labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
+    chains = match_topology(reduced.solid, grid.points, grid.quads, labels, size)
+    skin = Fitted(
+        points=grid.points,
+        hexes=grid.hexes,
+        quads=grid.quads,
+        labels=reduced.faces[labels],
+        chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
+    )
+    mesh = lay_sheets(solid, angles, reduced.rings, skin, size)
     joined = JoinedMesh(
         points=place_on_model(solid, mesh),
         hexes=mesh.hexes,

@@ -100,10 +100,11 @@ def test_what_a_fitted_grid_has_not_is_refused_by_name(asked):
         cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True, **asked)
 
 
-def test_a_round_inner_edge_is_refused_and_named():
+def test_round_inner_edges_and_wide_corners_are_meshed():
     boss = cq.Workplane().box(10, 8, 4).faces(">Z").workplane().circle(2.5).extrude(3)
-    with pytest.raises(NotSweepableError, match=r"edge \d+ \(circle"):
-        cs.sweep_mesh(boss, fitted=True)
+    mesh = cs.sweep_mesh(boss.cut(cq.Workplane().box(4, 4, 2).translate((5, 4, 2))), fitted=True)
+    assert mesh.record.quality.valid
+    assert mesh.record.quality.min_scaled_jacobian >= 0.2
 
 
 def test_cells_that_touch_along_an_edge_or_at_a_corner_alone_are_joined():
