@@ -16,7 +16,6 @@ quads along the face's border: two of them meet at every node and vertex of it, 
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Solid
 from ..cells import HEX_FACES
 from .rings import Ring
-from .skin import find_hexes, outward_at, sides_around
+from .skin import find_hexes, keys_of, outward_at, sides_around
 from .topology import divide_ring
 
 _THICK = 0.3
@@ -95,18 +94,12 @@ def _shares_hexes(mesh: Fitted) -> bool:
 
 def _bent(mesh: Fitted) -> set[int]:
     """Faces of which some quad has two sides in turn on the border, and no vertex between them."""
-    border = {frozenset(side) for chain in mesh.chains.values() for side in itertools.pairwise(chain.tolist())}
-    vertices = {int(chain[j]) for chain in mesh.chains.values() for j in (0, -1)}
-    on_edges = np.zeros(len(mesh.points), dtype=np.int64)
-    for chain in mesh.chains.values():
-        on_edges[chain] = 1
-    near = on_edges[mesh.quads].sum(axis=1) > 2
-    found = set()
-    for quad, label in zip(mesh.quads[near].tolist(), mesh.labels[near].tolist(), strict=True):
-        on = [frozenset((quad[j], quad[(j + 1) % 4])) in border for j in range(4)]
-        if any(on[j] and on[j - 1] and quad[j] not in vertices for j in range(4)):
-            found.add(label)
-    return found
+    n = len(mesh.points)
+    steps = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in mesh.chains.values()])
+    border = keys_of(np.concatenate([steps, steps[:, ::-1]]), n)
+    on = np.isin(keys_of(sides_around(mesh.quads), n), border).reshape(-1, 4)
+    inner = ~np.isin(mesh.quads, [int(chain[j]) for chain in mesh.chains.values() for j in (0, -1)])
+    return set(np.unique(mesh.labels[(on & np.roll(on, 1, axis=1) & inner).any(axis=1)]).tolist())
 
 
 def _crowded(solid: Solid, angles: Mapping[tuple[int, int], float], mesh: Fitted) -> set[int]:
@@ -158,9 +151,8 @@ def _with_rim(solid: Solid, mesh: Fitted, face: int, ring: Ring | None = None) -
     on_skin = np.unique(own)
     copies[on_skin] = 0.5 * (mesh.points + _mean_around(mesh.points, own))[on_skin]
     points = np.concatenate([mesh.points, copies[nodes]])
-    others = {(b, a) for a, b in sides_around(mesh.quads[~on]).tolist()}
-    sides = sides_around(own)
-    a, b = sides[[(a, b) in others for a, b in sides.tolist()]].T
+    sides, n = sides_around(own), len(mesh.points)
+    a, b = sides[np.isin(keys_of(sides, n), keys_of(sides_around(mesh.quads[~on])[:, ::-1], n))].T
     rim, chains = np.full(len(a), face), mesh.chains
     if ring is not None:
         is_along = np.isin(a, np.concatenate([mesh.chains[edge] for edge in ring.kept]))
@@ -191,11 +183,13 @@ def _mean_around(points: FloatArray, cells: IntArray) -> FloatArray:
 
 def _walls(mesh: Fitted, inside: BoolArray) -> IntArray:
     """Faces (w, 4) between hexahedra that are inside and others, outward from those inside."""
-    every = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
+    touched = np.zeros(len(mesh.points), dtype=bool)
+    touched[mesh.hexes[inside]] = True
+    near = touched[mesh.hexes].any(axis=1)
+    every, is_in = mesh.hexes[near][:, HEX_FACES].reshape(-1, 4), np.repeat(inside[near], 6)
     keys = np.sort(every, axis=1)
     order = np.lexsort(keys.T)
     same = (keys[order[1:]] == keys[order[:-1]]).all(axis=1)
     one, other = order[:-1][same], order[1:][same]
-    is_in, is_out = inside[one // 6], inside[other // 6]
-    found = np.concatenate([one[is_in & ~is_out], other[is_out & ~is_in]])
+    found = np.concatenate([one[is_in[one] & ~is_in[other]], other[is_in[other] & ~is_in[one]]])
     return every[np.sort(found)]

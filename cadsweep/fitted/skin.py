@@ -22,13 +22,21 @@ def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
     return ordered[:, 0], (order // 4).reshape(-1, 2)
 
 
+def keys_of(sides: IntArray, n: int) -> IntArray:
+    """A number for each directed side (s, 2) between n nodes."""
+    return sides[:, 0] * n + sides[:, 1]
+
+
 def find_hexes(hexes: IntArray, quads: IntArray) -> IntArray:
     """The hexahedron (q,) that each quad (q, 4) of the boundary is of."""
-    every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4), axis=1)
+    on_skin = np.zeros(int(hexes.max()) + 1, dtype=bool)
+    on_skin[quads] = True
+    near = np.flatnonzero(on_skin[hexes[:, HEX_FACES]].all(axis=2).ravel())  # few of all
+    every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4)[near], axis=1)
     _, numbers = np.unique(np.concatenate([every, np.sort(quads, axis=1)]), axis=0, return_inverse=True)
     numbers = numbers.ravel()
     at = np.full(int(numbers.max()) + 1, -1)
-    at[numbers[: len(every)]] = np.arange(len(every))
+    at[numbers[: len(every)]] = near
     return at[numbers[len(every) :]] // 6
 
 

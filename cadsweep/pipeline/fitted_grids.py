@@ -7,7 +7,6 @@ topology is found on one, its mesh is valid and good enough, and it passes every
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -37,7 +36,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.untangle import Guards, untangle
 from .origin import made_of
-from .run import Run
+from .run import Run, spent
 from .several import finish
 
 log = logging.getLogger(__name__)
@@ -50,8 +49,8 @@ _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
 _FINER = (1.0, 0.75, 0.55, 0.4)
 """Sizes that are tried, over the first."""
-_TIME = 20.0
-"""Seconds after which no finer grid is begun."""
+_TIME = 30.0
+"""Seconds, of the processor, after which no finer grid is begun."""
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 60_000
@@ -86,9 +85,9 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     united = unite(model, facets)
     whole = replace(part, solids=(united.solid,))
     of_united = facets._replace(faces=united.of_face[facets.faces])
-    began, problem = time.perf_counter(), "it would have too many hexahedra"
+    began, problem = spent(), "it would have too many hexahedra"
     for size in _sizes(part, options):
-        if time.perf_counter() - began > _TIME:
+        if spent() - began > _TIME:
             break
         try:
             with run.stage("fitted grid"):
