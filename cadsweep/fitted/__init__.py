@@ -20,12 +20,13 @@ from .placing import outside_of, place_on_model
 from .rings import without_rings
 from .sheets import Fitted, lay_sheets
 from .topology import match_topology
-from .uniting import unite
+from .uniting import United, unite
 
 __all__ = [
     "Facets",
     "Fitted",
     "Grid",
+    "United",
     "choose_planes",
     "keep_inside",
     "label_quads",

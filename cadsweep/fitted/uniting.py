@@ -2,8 +2,9 @@
 
 Faces are united across smooth edges, small ones first, but never so that a sharp edge would have one face on both its
 sides: it would end inside that face. Edges that are left and run smoothly into each other between the same two faces
-become one. What is left of the model's topology is what a grid must have; pieces keep their names as patches of their
-face.
+become one. Faces that are far narrower than a cell are united with one beside them as well, whatever the angle: they
+are bridged, and whoever asks is told. What is left of the model's topology is what a grid must have; pieces keep their
+names as patches of their face.
 """
 
 from __future__ import annotations
@@ -39,16 +40,20 @@ class United(NamedTuple):
         The united face of every face of the model.
     angles : dict of (vertex, face) to float
         Angle of every united face at the vertices of its border.
+    bridged : tuple of int
+        Faces of the model that were united for being narrow.
     """
 
     solid: Solid
     of_face: IntArray
     angles: dict[tuple[int, int], float]
+    bridged: tuple[int, ...]
 
 
-def unite(solid: Solid, facets: Facets) -> United:
-    """The solid with its smooth faces united."""
+def unite(solid: Solid, facets: Facets, bridged: float) -> United:
+    """The solid with its smooth faces united, and those that are narrower than a length."""
     of_face = _groups(solid)
+    of_face, narrow = _bridged(solid, of_face, bridged)
     edges = [edge for edge in solid.edges if of_face[edge.faces[0]] != of_face[edge.faces[1]]]
     runs = list(_runs(solid, of_face, edges))
     joined = [_edge(solid, of_face, number, run) for number, run in enumerate(runs)]
@@ -69,7 +74,7 @@ def unite(solid: Solid, facets: Facets) -> United:
             [solid.face_keys[np.flatnonzero(of_face == united)[0]] for united in range(len(faces))], dtype=np.int64
         ),
     )
-    return United(united, of_face, {place: angle for place, angle in angles.items() if place[0] in ends})
+    return United(united, of_face, {place: angle for place, angle in angles.items() if place[0] in ends}, narrow)
 
 
 def is_smooth(solid: Solid, edge: Edge) -> bool:
@@ -99,6 +104,26 @@ def _groups(solid: Solid) -> IntArray:
         if not (tried[sharp[:, 0]] == tried[sharp[:, 1]]).any():
             of_face = tried
     return np.unique(of_face, return_inverse=True)[1].astype(np.int64)
+
+
+def _bridged(solid: Solid, of_face: IntArray, length: float) -> tuple[IntArray, tuple[int, ...]]:
+    """Groups narrower than a length united with the one beside that they share most of their border with."""
+    found: list[int] = []
+    while True:
+        border: dict[int, dict[int, float]] = defaultdict(lambda: defaultdict(float))
+        for edge in solid.edges:
+            low, high = of_face[list(edge.faces)].tolist()
+            if low != high:
+                border[low][high] += edge.length
+                border[high][low] += edge.length
+        areas = np.bincount(of_face, weights=[face.area for face in solid.faces])
+        widths = {own: 2.0 * areas[own] / sum(beside.values()) for own, beside in border.items()}
+        narrowest = min(widths, key=lambda own: widths[own], default=None)
+        if narrowest is None or widths[narrowest] >= length:
+            return np.unique(of_face, return_inverse=True)[1].astype(np.int64), tuple(found)
+        beside = border[narrowest]
+        found += np.flatnonzero(of_face == narrowest).tolist()
+        of_face = np.where(of_face == narrowest, max(beside, key=lambda other: beside[other]), of_face)
 
 
 def _runs(solid: Solid, of_face: IntArray, edges: list[Edge]) -> Iterator[list[Directed]]:

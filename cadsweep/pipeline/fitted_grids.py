@@ -7,7 +7,7 @@ topology is found on one, its mesh is valid and good enough, and it passes every
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableEr
 from ..fitted import (
     Facets,
     Fitted,
+    United,
     choose_planes,
     keep_inside,
     label_quads,
@@ -47,6 +48,8 @@ _GOAL = 0.25
 """What untangling tries to reach."""
 _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
+_BRIDGED = 0.15
+"""Width over the size below which a face is bridged: of what is wider a row of quads is good enough."""
 _FINER = (1.0, 0.75, 0.55, 0.4)
 """Sizes that are tried, over the first."""
 _TIME = 30.0
@@ -82,18 +85,17 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
     model = part.solids[0]
     facets = _facets(model)
-    united = unite(model, facets)
-    whole = replace(part, solids=(united.solid,))
-    of_united = facets._replace(faces=united.of_face[facets.faces])
     began, problem = spent(), "it would have too many hexahedra"
     for size in _sizes(part, options):
         if spent() - began > _TIME:
             break
         try:
             with run.stage("fitted grid"):
-                planes = choose_planes(model, facets, size)
-                joined, slides = _fitted(whole, united.angles, planes, of_united, size, run)
-            mesh = finish(whole, joined, options, run, notes=[_note(refused)], slides=lambda slides=slides: slides)  # type: ignore[misc]
+                united = unite(model, facets, _BRIDGED * size)
+                whole = replace(part, solids=(united.solid,))
+                joined, slides = _fitted(whole, united, facets, choose_planes(model, facets, size), size, run)
+            notes = [_note(refused), *_bridges(model, united)]
+            mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
         except (SurfaceMeshError, InvertedHexError) as error:
             problem = error.what
             log.info("fitted grid of size %g: %s", size * part.scale, problem)
@@ -133,26 +135,29 @@ def _facets(solid: Solid) -> Facets:
     return Facets(np.concatenate(points), np.concatenate(triangles), np.concatenate(faces))
 
 
+def _bridges(model: Solid, united: United) -> list[str]:
+    """What of the model the mesh has no lines for."""
+    faces = [model.faces[face].label() for face in united.bridged]
+    if not faces:
+        return []
+    more = f" and {len(faces) - 3} more" if len(faces) > 3 else ""
+    return [f"far narrower than a cell, and without lines of their own: {', '.join(faces[:3])}{more}"]
+
+
 def _fitted(  # noqa: PLR0917
-    part: Part,
-    angles: Mapping[tuple[int, int], float],
-    planes: list[FloatArray],
-    facets: Facets,
-    size: float,
-    run: Run,
+    part: Part, united: United, facets: Facets, planes: list[FloatArray], size: float, run: Run
 ) -> tuple[JoinedMesh, InterfaceSlides]:
     """The mesh on a grid of a size, its nodes on the model and untangled, and how they may move on.
 
     Parameters
     ----------
     part : Part
-        Of one solid, its smooth faces united.
-    angles : mapping of (vertex, face) to float
-        Of its faces at their vertices.
+        Of the united solid.
+    united : United
+    facets : Facets
+        Of the faces of the model.
     planes : list of (n,) float64
         Of the grid, along each axis.
-    facets : Facets
-        Of the faces of that solid.
     size : float
     run : Run
 
@@ -164,7 +169,7 @@ def _fitted(  # noqa: PLR0917
     solid = part.solids[0]
     grid = keep_inside(planes, facets)
     reduced = without_rings(solid, size)
-    covering = facets._replace(faces=reduced.of_face[facets.faces])
+    covering = facets._replace(faces=reduced.of_face[united.of_face[facets.faces]])
     labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
     chains = match_topology(reduced.solid, grid.points, grid.quads, labels, size)
     skin = Fitted(
@@ -174,7 +179,7 @@ def _fitted(  # noqa: PLR0917
         labels=reduced.faces[labels],
         chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
     )
-    mesh = lay_sheets(solid, angles, reduced.rings, skin, size)
+    mesh = lay_sheets(solid, united.angles, reduced.rings, skin, size)
     joined = JoinedMesh(
         points=place_on_model(solid, mesh),
         hexes=mesh.hexes,
