@@ -3,7 +3,7 @@
 Method: a quad is dear to a face by its distance from it and by how its own normal, smoothed over its neighbours, turns
 from the face's; a segment between two labels is dear by its distance from the edges between these faces, dearer where
 they have none. Labels are changed one by one while that gets cheaper; then pieces that hang apart are given to what is
-around them.
+around them, and faces that have none the quad nearest to them.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ _FAR = 3.0
 """Cells from the edge beyond which a segment between two labels costs no more: also what one without an edge costs."""
 _NEAR = 3.0
 """Cells from a face beyond which no quad is on it."""
+_SEED = 2.5
+"""Cost up to which a quad is given to a face that has none."""
 _SAMPLES = 0.3
 """Distance of samples of a facet over the size."""
 _ROUNDS = 60
@@ -74,9 +76,21 @@ def label_quads(solid: Solid, facets: Facets, points: FloatArray, quads: IntArra
     near = _neighbours(len(quads), pairs)
     for _ in range(4):
         labels = _improved(labels, cost, borders, between, near, _ROUNDS)
-        if not _joined(labels, pairs, len(quads)):
+        were_apart = _joined(labels, pairs, len(quads))
+        if not (_planted(labels, cost) or were_apart):
             break
     return labels
+
+
+def _planted(labels: IntArray, cost: FloatArray) -> bool:
+    """Give, in place and for good, every face without a quad the one that is the least dear to it; whether any was."""
+    lost = np.setdiff1d(np.arange(cost.shape[1]), labels)
+    nearest = np.argmin(cost[:, lost], axis=0)
+    near = cost[nearest, lost] < _SEED
+    for face, quad in zip(lost[near].tolist(), nearest[near].tolist(), strict=True):
+        labels[quad] = face
+        cost[quad] += np.where(np.arange(cost.shape[1]) == face, 0.0, 1e3)
+    return bool(near.any())
 
 
 def _neighbours(n: int, pairs: IntArray) -> IntArray:
