@@ -1,10 +1,7 @@
 """A solid whose faces are united where they run smoothly into each other: no mesh needs a line there.
 
-Faces are united across smooth edges, small ones first, but never so that a sharp edge would have one face on both its
-sides: it would end inside that face. Edges that are left and run smoothly into each other between the same two faces
-become one. Faces that are far narrower than a cell are united with one beside them as well, whatever the angle: they
-are bridged, and whoever asks is told. What is left of the model's topology is what a grid must have; pieces keep their
-names as patches of their face.
+Edges that are left and run smoothly into each other between the same two faces become one. What is left of the model's
+topology is what a grid must have; pieces keep their names as patches of their face.
 """
 
 from __future__ import annotations
@@ -20,10 +17,9 @@ import numpy as np
 from ..arrays import IntArray
 from ..brep import Edge, Face, FormerFace, Loop, Solid
 from .facets import Facets
+from .grouping import BRIDGED, SMOOTH, group_faces
 from .united import Piece, UnitedCurve, UnitedSurface
 
-_SMOOTH = 0.05
-"""Angle, radians, up to which two faces run into each other along an edge, and two edges at a vertex."""
 _SAMPLES = 0.005
 """Distance of samples of facets over the size of the solid; every facet has its corners besides."""
 
@@ -50,12 +46,11 @@ class United(NamedTuple):
     bridged: tuple[int, ...]
 
 
-def unite(solid: Solid, facets: Facets, bridged: float) -> United:
-    """The solid with its smooth faces united, and those that are narrower than a length."""
-    of_face = _groups(solid)
-    of_face, narrow = _bridged(solid, of_face, bridged)
+def unite(solid: Solid, facets: Facets, size: float, *, ridges: bool) -> United:
+    """The solid with its faces united as :func:`.grouping.group_faces` says for a grid of a size."""
+    of_face, narrow = group_faces(solid, size, ridges=ridges)
     edges = [edge for edge in solid.edges if of_face[edge.faces[0]] != of_face[edge.faces[1]]]
-    runs = list(_runs(solid, of_face, edges))
+    runs = list(_runs(solid, of_face, edges, BRIDGED * size))
     joined = [_edge(solid, of_face, number, run) for number, run in enumerate(runs)]
     of_edge = {e: number for number, run in enumerate(runs) for e, _ in run}
     faces = [_face(solid, of_face, united, of_edge, joined, facets) for united in range(int(of_face.max()) + 1)]
@@ -77,57 +72,8 @@ def unite(solid: Solid, facets: Facets, bridged: float) -> United:
     return United(united, of_face, {place: angle for place, angle in angles.items() if place[0] in ends}, narrow)
 
 
-def is_smooth(solid: Solid, edge: Edge) -> bool:
-    """Whether the faces beside an edge run into each other all along it."""
-    if abs(edge.dihedral - pi) > _SMOOTH:
-        return False
-    places = edge.curve.evaluate(np.array([0.05, 0.3, 0.7, 0.95]))
-    one, other = (solid.faces[face].surface for face in edge.faces)
-    cosines = np.einsum("md,md->m", one.normals(one.project(places)), other.normals(other.project(places)))
-    return bool(cosines.min() > np.cos(_SMOOTH))
-
-
-def _groups(solid: Solid) -> IntArray:
-    """The united face of every face, numbered in the order of their first ones."""
-    of_face = np.arange(len(solid.faces))
-    smooth = [edge for edge in solid.edges if is_smooth(solid, edge)]
-    passed = {edge.id for edge in smooth}
-    sharp = np.array([edge.faces for edge in solid.edges if edge.id not in passed], dtype=np.int64).reshape(-1, 2)
-
-    def order(edge: Edge) -> tuple[bool, float, float]:
-        one, other = (solid.faces[face] for face in edge.faces)
-        return not (one.key and one.key == other.key), min(one.area, other.area), -edge.length
-
-    for edge in sorted(smooth, key=order):
-        low, high = sorted(of_face[list(edge.faces)].tolist())
-        tried = np.where(of_face == high, low, of_face)
-        if not (tried[sharp[:, 0]] == tried[sharp[:, 1]]).any():
-            of_face = tried
-    return np.unique(of_face, return_inverse=True)[1].astype(np.int64)
-
-
-def _bridged(solid: Solid, of_face: IntArray, length: float) -> tuple[IntArray, tuple[int, ...]]:
-    """Groups narrower than a length united with the one beside that they share most of their border with."""
-    found: list[int] = []
-    while True:
-        border: dict[int, dict[int, float]] = defaultdict(lambda: defaultdict(float))
-        for edge in solid.edges:
-            low, high = of_face[list(edge.faces)].tolist()
-            if low != high:
-                border[low][high] += edge.length
-                border[high][low] += edge.length
-        areas = np.bincount(of_face, weights=[face.area for face in solid.faces])
-        widths = {own: 2.0 * areas[own] / sum(beside.values()) for own, beside in border.items()}
-        narrowest = min(widths, key=lambda own: widths[own], default=None)
-        if narrowest is None or widths[narrowest] >= length:
-            return np.unique(of_face, return_inverse=True)[1].astype(np.int64), tuple(found)
-        beside = border[narrowest]
-        found += np.flatnonzero(of_face == narrowest).tolist()
-        of_face = np.where(of_face == narrowest, max(beside, key=lambda other: beside[other]), of_face)
-
-
-def _runs(solid: Solid, of_face: IntArray, edges: list[Edge]) -> Iterator[list[Directed]]:
-    """Edges that run smoothly into each other between the same faces, head to tail; a ring stays in two runs."""
+def _runs(solid: Solid, of_face: IntArray, edges: list[Edge], short: float) -> Iterator[list[Directed]]:
+    """Edges between the same faces that run smoothly on, or are short, head to tail; a ring is two runs."""
     at: dict[int, list[int]] = defaultdict(list)
     for edge in edges:
         at[edge.start].append(edge.id)
@@ -144,7 +90,8 @@ def _runs(solid: Solid, of_face: IntArray, edges: list[Edge]) -> Iterator[list[D
             return None
         ahead = edge.tangents[1] if last[1] else -edge.tangents[0]
         beyond = other.tangents[0] if other.start == vertex else -other.tangents[1]
-        return (other.id, other.start == vertex) if ahead @ beyond > np.cos(_SMOOTH) else None
+        is_one = ahead @ beyond > np.cos(SMOOTH) or min(edge.length, other.length) < short
+        return (other.id, other.start == vertex) if is_one else None
 
     left = dict.fromkeys(edge.id for edge in edges)
     while left:

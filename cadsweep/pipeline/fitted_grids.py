@@ -6,8 +6,9 @@ topology is found on one, its mesh is valid and good enough, and it passes every
 
 from __future__ import annotations
 
+import itertools
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -48,15 +49,15 @@ _GOAL = 0.25
 """What untangling tries to reach."""
 _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
-_BRIDGED = 0.15
-"""Width over the size below which a face is bridged: of what is wider a row of quads is good enough."""
 _FINER = (1.0, 0.75, 0.55, 0.4)
 """Sizes that are tried, over the first."""
 _TIME = 30.0
 """Seconds, of the processor, after which no finer grid is begun."""
+_LAST = 60.0
+"""The same after which one is given up where no size is asked for."""
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
-_MOST = 60_000
+_MOST = 45_000
 """Hexahedra beyond which no finer grid is begun where no size is asked for."""
 _SENSELESS = (
     *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
@@ -86,14 +87,23 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     model = part.solids[0]
     facets = _facets(model)
     began, problem = spent(), "it would have too many hexahedra"
-    for size in _sizes(part, options):
+    tried: United | None = None
+
+    def is_late() -> bool:
+        return options.size is None and spent() - began > _LAST
+
+    for size, ridges in itertools.product(_sizes(part, options), (True, False)):
         if spent() - began > _TIME:
             break
+        united = unite(model, facets, size, ridges=ridges)
+        if not ridges and tried is not None and np.array_equal(tried.of_face, united.of_face):
+            continue  # it has no ridges
+        tried = united
         try:
             with run.stage("fitted grid"):
-                united = unite(model, facets, _BRIDGED * size)
                 whole = replace(part, solids=(united.solid,))
-                joined, slides = _fitted(whole, united, facets, choose_planes(model, facets, size), size, run)
+                planes = choose_planes(model, facets, size)
+                joined, slides = _fitted(whole, united, facets, planes, size, run, is_late)
             notes = [_note(refused), *_bridges(model, united)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
         except (SurfaceMeshError, InvertedHexError) as error:
@@ -145,7 +155,13 @@ def _bridges(model: Solid, united: United) -> list[str]:
 
 
 def _fitted(  # noqa: PLR0917
-    part: Part, united: United, facets: Facets, planes: list[FloatArray], size: float, run: Run
+    part: Part,
+    united: United,
+    facets: Facets,
+    planes: list[FloatArray],
+    size: float,
+    run: Run,
+    is_late: Callable[[], bool],
 ) -> tuple[JoinedMesh, InterfaceSlides]:
     """The mesh on a grid of a size, its nodes on the model and untangled, and how they may move on.
 
@@ -160,6 +176,8 @@ def _fitted(  # noqa: PLR0917
         Of the grid, along each axis.
     size : float
     run : Run
+    is_late : callable
+        Says when to leave hexahedra inverted.
 
     Raises
     ------
@@ -196,7 +214,7 @@ def _fitted(  # noqa: PLR0917
 
     def on_round(left: int) -> bool:
         run.on_progress("fitted grid", 1.0 - left / n_at_first)
-        return False
+        return is_late()
 
     found = untangle(
         joined.points,

@@ -53,6 +53,8 @@ def pump_housing() -> cq.Workplane:
     inlet = cq.Workplane("XZ", origin=(0, -20, 0)).circle(11).extrude(10)
     body = chamber.union(outlet).union(inlet).union(web).union(foot)
     body = body.cut(cq.Workplane("XZ", origin=(0, 1, 0)).circle(16).extrude(16))
-    body = body.cut(cq.Workplane("XZ").circle(6).extrude(40)).cut(cq.Workplane(origin=(11, -9, 0)).circle(4).extrude(40))
+    body = body.cut(cq.Workplane("XZ").circle(6).extrude(40)).cut(
+        cq.Workplane(origin=(11, -9, 0)).circle(4).extrude(40)
+    )
     holes = cq.Workplane(origin=(0, -10, -40)).rect(34, 20, forConstruction=True).vertices().circle(2.5).extrude(20)
     return body.cut(holes)

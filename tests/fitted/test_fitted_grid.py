@@ -12,6 +12,8 @@ from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold
 from cadsweep.pipeline import routes
 
+from . import castings
+
 
 def bored_block():
     """A block with bores from two sides and a slanted one, none of which meet."""
@@ -105,6 +107,56 @@ def test_round_inner_edges_and_wide_corners_are_meshed():
     mesh = cs.sweep_mesh(boss.cut(cq.Workplane().box(4, 4, 2).translate((5, 4, 2))), fitted=True)
     assert mesh.record.quality.valid
     assert mesh.record.quality.min_scaled_jacobian >= 0.2
+
+
+@pytest.mark.parametrize(("name", "least"), [("knob", 0.2), ("bracket", 0.3)])
+def test_castings_are_filled(name, least):
+    shape = getattr(castings, name)()
+    mesh = cs.sweep_mesh(shape, fitted=True)
+    report = mesh.quality()
+    assert report.valid
+    assert report.min_scaled_jacobian >= least
+    assert abs(report.volume / shape.val().Volume() - 1.0) < 0.01
+
+
+def test_smooth_faces_keep_their_names_in_a_united_one():
+    block = cq.Workplane().box(20, 16, 10).edges("|Z").fillet(4)
+    mesh = cs.sweep_mesh(block, fitted=True, names={"front": "faces:<Y", "round": "faces:(%CYLINDER)"})
+    assert mesh.record.quality.valid
+    assert len(mesh.boundaries["front"]) > 0
+    # The border between the two is none of the mesh: of either there is what has its middle in it.
+    middles = mesh.points[mesh.boundaries["front"]].mean(axis=1)
+    assert np.allclose(middles[:, 1], -8, atol=0.1)
+    assert (np.abs(middles[:, 0]) < 6).all()
+
+
+def test_narrow_rings_are_laid_in():
+    # A chamfer of a fifth of a cell around a bore, and a step of half of one: rows of quads of their own.
+    block = cq.Workplane().box(30, 30, 12).cut(cq.Workplane().circle(6).extrude(20, both=True))
+    block = block.edges("%CIRCLE").chamfer(0.3).cut(cq.Workplane(origin=(0, 0, 5)).circle(7).extrude(5))
+    mesh = cs.sweep_mesh(block, fitted=True, size=2.0)
+    assert mesh.record.quality.valid
+    solid = mesh.origin.part.solids[0]
+    narrow = [face for face in solid.faces if len(face.loops) == 2 and face.area < 45]
+    assert len(narrow) >= 2
+    assert not any("narrower" in note for note in mesh.record.notes)
+
+
+def test_what_is_far_narrower_than_a_cell_is_bridged_and_named():
+    block = cq.Workplane().box(20, 16, 10).cut(cq.Workplane().box(10, 0.1, 0.1).translate((5, 8, 5)))
+    mesh = cs.sweep_mesh(block, fitted=True, size=2.0)
+    assert mesh.record.quality.valid
+    assert any("far narrower than a cell" in note for note in mesh.record.notes)
+
+
+def test_a_rim_has_two_quads_at_every_node_of_a_border():
+    disc = cq.Workplane().circle(5).extrude(4)
+    mesh = cs.sweep_mesh(disc, fitted=True, size=1.0)
+    solid, joined = mesh.origin.part.solids[0], mesh.origin.joined
+    flat = next(face.id for face in solid.faces if face.kind == "plane")
+    quads = joined.quads[joined.quad_faces == flat]
+    rim = np.unique(np.concatenate([joined.edge_nodes[int(solid.edge_keys[e])] for e in solid.faces[flat].edges]))
+    assert (np.bincount(quads.ravel(), minlength=len(joined.points))[rim] == 2).all()
 
 
 def test_cells_that_touch_along_an_edge_or_at_a_corner_alone_are_joined():
