@@ -7,6 +7,7 @@ cut, which is neither.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -20,6 +21,7 @@ from ..quality import fit_surfaces
 from .block import unite_quads
 from .block_mesh import BlockMesh, Faces
 from .cells import CellBlocks, SweptCell
+from .former_faces import own_quads
 from .joined import JoinedMesh
 from .naming import NamedFaces, Place
 from .slabs import ArrayBlock, Block
@@ -33,11 +35,31 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     return HexMesh(
         points=part.to_model(mesh.points),
         hexes=mesh.hexes,
-        boundaries=unite_quads((names.outside[place], quads) for place, quads in faces if place in names.outside),
+        boundaries=unite_quads(own for place, quads in faces for own in _owned(part, mesh, names, place, quads)),
         interfaces=unite_quads((names.between[place], quads) for place, quads in faces if names.first.get(place)),
         parts={name: ids for name, ids in parts.items() if len(ids)},
         info=info,
     )
+
+
+def _owned(
+    part: Part, mesh: JoinedMesh, names: NamedFaces, place: Place, quads: IntArray
+) -> Iterator[tuple[tuple[str, ...], IntArray]]:
+    """Names and quads of a face on the outside, and of its patches."""
+    if place not in names.outside:
+        return
+    every = part.solids[place[0]].faces
+    own = [piece for piece in names.patches if piece[:2] == place]
+    owners, _ = own_quads(
+        np.zeros(len(quads), dtype=np.int64),
+        lambda where: mesh.points[quads[where]],
+        [every[place[1]]],
+        np.zeros(1, dtype=np.int64),
+        {(0, piece[2]): number for number, piece in enumerate(own, start=1)},
+    )
+    for number, given in enumerate([names.outside[place], *(names.patches[piece] for piece in own)]):
+        if (owners == number).any():
+            yield given, quads[owners == number]
 
 
 def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[str, Any]) -> BlockMesh:

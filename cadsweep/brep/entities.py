@@ -202,6 +202,8 @@ class Face:
     stands_for : tuple of Face
         Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
         over its line.
+    handles : int
+        Of a face that is several of the model: holes whose walls are all in it.
 
     Examples
     --------
@@ -230,6 +232,7 @@ class Face:
     number: int | None = None
     units: Units = field(default_factory=Units)
     stands_for: tuple[Face, ...] = ()
+    handles: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..stack import Arrangement, Outline, Stack
     from .edit.cutters import Cutter
     from .edit.cutting import Parted
+    from .edit.design import Design
 
 __all__ = [
     "ANNULI_NOTE",
@@ -33,6 +34,7 @@ __all__ = [
     "cut_closed",
     "cut_columns",
     "cut_ring",
+    "design_of",
     "divide_annuli",
     "divide_corners",
     "divide_roundings",
@@ -140,6 +142,13 @@ def cut_closed(part: "Part") -> "Iterator[Part]":
     from .edit.closed import cut_closed as cut
 
     return cut(part)
+
+
+def design_of(part: "Part", blends: "Sequence[Sequence[int]]") -> "Design | None":
+    """Take blends away in a copy (:func:`cadsweep.cad.edit.design.design_of`)."""
+    from .edit.design import design_of as find
+
+    return find(part, blends)
 
 
 def divide_annuli(part: "Part") -> "Part | None":

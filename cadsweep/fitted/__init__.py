@@ -16,7 +16,7 @@ do; vertices with more than three faces.
 from .grid import Facets, Grid, choose_planes, keep_inside
 from .labels import label_quads, name_pieces
 from .merged import merge_seams
-from .placing import outside_of, place_on_model
+from .placing import place_on_model
 from .sheets import Fitted, lay_sheets
 from .topology import match_topology
 
@@ -31,6 +31,5 @@ __all__ = [
     "match_topology",
     "merge_seams",
     "name_pieces",
-    "outside_of",
     "place_on_model",
 ]

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from ..arrays import FloatArray, IntArray
 from ..brep import Solid
 from ..compiled import compiled
+from ..harmonic import sides_of
 from .grid import Facets
 from .merged import Merged
 
@@ -72,15 +73,6 @@ def label_quads(  # noqa: PLR0917
         if not _joined(labels, pairs, len(quads)):
             break
     return labels
-
-
-def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Segments (s, 2) of the quads of a closed skin, and the two quads (s, 2) beside each."""
-    every = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    order = np.lexsort(every.T)
-    ordered = every[order].reshape(-1, 2, 2)
-    assert (ordered[:, 0] == ordered[:, 1]).all(), "the skin is closed and manifold"
-    return ordered[:, 0], (order // 4).reshape(-1, 2)
 
 
 def _neighbours(n: int, pairs: IntArray) -> IntArray:

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ..arrays import FloatArray, IntArray
 from ..brep import Solid
 from ..errors import SurfaceMeshError
-from .labels import sides_of
+from ..harmonic import sides_of
 from .merged import Merged
 
 _ASTRAY = 2.0

@@ -29,12 +29,11 @@ from ..fitted import (
     match_topology,
     merge_seams,
     name_pieces,
-    outside_of,
     place_on_model,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..smoothing.untangle import Guards, untangle
+from ..smoothing.untangle import guards_outside, untangle
 from .origin import made_of
 from .run import Run
 from .several import finish
@@ -169,7 +168,9 @@ def _fitted(part: Part, facets: Facets, size: float, run: Run) -> tuple[JoinedMe
         np.full((len(joined.hexes), 3), size),
         slides,
         goal=_GOAL,
-        guards=Guards(*outside_of(solid, mesh, _GUARD * size)),
+        guards=guards_outside(
+            [face.surface for face in solid.faces], len(mesh.points), mesh.quads, mesh.labels, _GUARD * size
+        ),
         on_round=on_round,
     )
     if found.worst <= 0:
