@@ -29,8 +29,6 @@ from .runs import Run, as_curve, find_runs
 
 _SAME = 1e-6
 """Share of the solid's size within which a node is at a vertex, or on an edge."""
-_NEARER = 1.05
-"""Distance from a sharp edge within a patch, over that from the patch, up to which the edge is what is nearest."""
 _EVEN = 0.4
 """Share of its place's own step that projected nodes on a line are apart at least; else they keep their shares."""
 _COVERED = 1e-6
@@ -115,7 +113,7 @@ def carry(  # noqa: PLR0917
     patches = patch_of[faces]
     runs = find_runs(solid, patch_of)
     segments, pairs = sides_of(quads)
-    is_line, is_inner = _lines(solid, runs, surfaces, points, segments, faces[pairs], patches[pairs])
+    is_line, is_inner = _lines(solid, gone, runs, points, segments, faces[pairs], patches[pairs])
     corners = [solid.vertices[v] for v in sorted({v for run in runs if not run.is_closed for v in run.ends})]
     lines = find_lines(segments[is_line], np.sort(patches[pairs[is_line]], axis=1), points, corners, _SAME * solid.size)
     laid, found = _on_runs(solid, gone, runs, lines, points)
@@ -147,8 +145,8 @@ def carry(  # noqa: PLR0917
 
 def _lines(  # noqa: PLR0917
     solid: Solid,
+    gone: Collection[int],
     runs: Sequence[Run],
-    surfaces: dict[int, Surface],
     points: FloatArray,
     segments: IntArray,
     faces: IntArray,
@@ -156,19 +154,36 @@ def _lines(  # noqa: PLR0917
 ) -> tuple[BoolArray, BoolArray]:
     """Which segments (s, 2) between faces (s, 2) are lines, and which are of design edges within a patch.
 
-    Within a patch those are lines that have a sharp edge of the model at least as near as the patch: on it, or, where
-    it ends in a mitre of two blends, beyond.
+    Within a patch those are lines that lie on a sharp edge of the model. Where that ends in a mitre of blends, the rest
+    of the design's edge goes on along it.
     """
     is_line = patches[:, 0] != patches[:, 1]
     is_inner = ~is_line & (faces[:, 0] != faces[:, 1])
-    for patch in {run.pair[0] for run in runs if run.pair[0] == run.pair[1]}:
-        own = np.flatnonzero(is_inner & (patches[:, 0] == patch))
-        if len(own):
-            middles = points[segments[own]].mean(axis=1)
-            off = np.min([run.distance(middles) for run in runs if run.pair == (patch, patch)], axis=0)
-            near = surfaces[patch].distance(middles)
-            is_line[own[off <= _NEARER * near + _SAME * solid.size]] = True
+    for run in runs:
+        own = np.flatnonzero(is_inner & (patches[:, 0] == run.pair[0]) & (run.pair[0] == run.pair[1]))
+        if not len(own):
+            continue
+        off = run.distance(points[segments[own].ravel()]).reshape(-1, 2).max(axis=1)
+        found = own[off < _SAME * solid.size]
+        if any(set(edge.faces) & set(gone) for edge in run.edges):
+            found = own[_hanging(segments[own], faces[own], np.isin(own, found))]
+        is_line[found] = True
     return is_line, is_inner & ~is_line
+
+
+def _hanging(segments: IntArray, faces: IntArray, chosen: BoolArray) -> BoolArray:
+    """Which segments (s, 2) hang together with those chosen through others between the same faces (s, 2)."""
+    beside = np.sort(faces, axis=1)
+    while True:
+        reached = {(n, *pair) for own, pair in zip(segments[chosen].tolist(), beside[chosen].tolist(), strict=True)
+                   for n in own}  # fmt: skip
+        grown = np.array([
+            (a, *pair) in reached or (b, *pair) in reached
+            for (a, b), pair in zip(segments.tolist(), beside.tolist(), strict=True)
+        ], dtype=bool)  # fmt: skip
+        if not chosen.any() or (grown == chosen).all():
+            return chosen
+        chosen = grown
 
 
 def _on_runs(

@@ -33,10 +33,12 @@ _CLOSE = 2e-3
 """Share of an edge's length by which outlines of chords are off the edge at most: who is so near is within the face."""
 
 
-def find_patches(solid: Solid, blends: Collection[Blend], gone: Collection[int]) -> IntArray:
+def find_patches(
+    solid: Solid, blends: Collection[Blend], gone: Collection[int], united: Collection[Collection[int]] = ()
+) -> IntArray:
     """Patch (n_faces,) of every face: the least face of those that hang together through blends that are `gone`.
 
-    Pieces of one face that was divided are in one patch.
+    Pieces of one face that was divided are in one patch, and faces that are `united` in the design.
     """
     root = list(range(len(solid.faces)))
 
@@ -50,7 +52,7 @@ def find_patches(solid: Solid, blends: Collection[Blend], gone: Collection[int])
         by_key.setdefault(face.key or f"face {face.id}", []).append(face.id)
     around = [(*blend.faces, *(f for side in blend.supports for f in side)) for blend in blends
               if set(blend.faces) <= set(gone)]  # fmt: skip
-    for group in (*by_key.values(), *around):
+    for group in (*by_key.values(), *map(list, united), *around):
         for member in group:
             low, high = sorted((find(group[0]), find(member)))
             root[high] = low

@@ -32,7 +32,6 @@ from ..options import SweepOptions
 from ..quality import scaled_jacobians
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
-from .fitted_grids import asked_in_vain
 from .origin import AnyMesh, CellsOrigin, Origin
 from .run import Run
 from .several import finish
@@ -44,6 +43,11 @@ _GUARD = 0.25
 _GOAL = 0.2
 """Worst scaled Jacobian at which untangling ends: smoothing goes on from there."""
 
+_OF_ENTITIES = (
+    *("source", "target", "rail_layers", "wall_layers", "periodic"),
+    *("sizes", "counts", "biases", "local_sizes"),
+)
+"""Options that speak of faces and edges of the model, which the design need not have."""
 _NOTE = (
     "meshed by its design, without {} faces of blends, and laid on them then: they have the quads with middles on them"
 )
@@ -51,7 +55,7 @@ _NOTE = (
 
 def has_design(part: Part, options: SweepOptions) -> bool:
     """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are."""
-    return not asked_in_vain(options) and bool(find_blends(part.solids[0]))
+    return all(getattr(options, name) is None for name in _OF_ENTITIES) and bool(find_blends(part.solids[0]))
 
 
 def mesh_design(
@@ -76,7 +80,7 @@ def mesh_design(
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, Origin | CellsOrigin), "one solid"
     with run.stage("carrying"):
-        united, joined, slides = _carried(part, blends, design.gone, _roles_of(made.origin), made.origin.entities, run)
+        united, joined, slides = _carried(part, blends, design, _roles_of(made.origin), made.origin.entities, run)
     mesh = finish(
         replace(part, solids=(united,), models=part.models, owners=(0,)),
         joined,
@@ -93,7 +97,7 @@ def mesh_design(
 
 
 def _carried(  # noqa: PLR0917
-    part: Part, blends: list[Blend], gone: frozenset[int], roles: dict[str, str], made: Entities, run: Run
+    part: Part, blends: list[Blend], design: cad.Design, roles: dict[str, str], made: Entities, run: Run
 ) -> tuple[Solid, JoinedMesh, InterfaceSlides]:
     """The model by patches, the mesh on it, and how its nodes may move.
 
@@ -103,10 +107,10 @@ def _carried(  # noqa: PLR0917
         The mesh cannot be carried, or hexahedra stay inverted.
     """
     (solid,) = part.solids
-    patch_of = find_patches(solid, blends, gone)
+    patch_of = find_patches(solid, blends, design.gone, design.model_faces)
     quads, faces = _skin(solid, made)
     points, hexes = made.points, made.joined.hexes
-    carried = carry(solid, gone, patch_of, patch_surfaces(solid, patch_of), points, hexes, quads, faces)
+    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), points, hexes, quads, faces)
     united, quad_faces = unite(solid, patch_of, carried, quads)
     slides = InterfaceSlides(
         mask=(carried.surface >= 0) | (carried.curve >= 0),

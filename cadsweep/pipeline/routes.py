@@ -67,6 +67,8 @@ FAIR_STACK = 0.5
 """The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
+GOOD_WITH_BLENDS = 0.5
+"""Worst scaled Jacobian of a solid with blends at which its design is not tried."""
 DESIGN_LOOK = 0.5
 """Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -177,14 +179,15 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         refused = NotSweepableError("no sweep was looked for", try_="switch a row of the table 'way' on again")
     best: AnyMesh | None = None
     shares: set[str] = set()
+    enough = False
     for row, way in WAYS.items():
-        if not _is_tried(row, part, options, run, best):
+        if not _is_tried(row, part, options, run, best, enough=enough):
             continue
         if best is None and row == CELLS:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = way(part, options, run, refused, share)
+                mesh = way(part, options, run, refused, 0.0 if enough else share)
         except CadSweepError as error:
             if best is not None or row == DESIGN:  # a refusal of the design speaks of faces that nobody knows
                 log.info("no %s: %s", row.removeprefix("way: "), error)
@@ -193,11 +196,10 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             continue
         if best is None or _worst(mesh) > _worst(best):
             best, shares = mesh, {*own, row}
-        enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
+        good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            enough, share = _good_columns(mesh), SECOND_LOOK
-        if enough or not _may_be_better(part, options):
-            break
+            good, share = _good_columns(mesh), SECOND_LOOK
+        enough |= good or not _may_be_better(part, options)
     if best is not None:
         rows.took(shares)
         return best if isinstance(best, BlockMesh) else made_of(best, part)
@@ -207,13 +209,17 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     raise refused
 
 
-def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMesh | None) -> bool:
-    """Whether a way is worth trying after what has been made."""
+def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMesh | None, *, enough: bool) -> bool:
+    """Whether a way is worth trying after what has been made; with `enough` only a design may be."""
     if not rows.is_on(row) or (row == CELLS and not options.decompose):
         return False
     if best is not None and (row == COLUMNS or run.is_over()):
         return False  # columns along a poor sweep are as poor, or there is no time for more
-    return row != DESIGN or (not run.is_over() and _has_design(part, options))
+    if row != DESIGN:
+        return not enough
+    if run.is_over() or (best is not None and (run.in_blocks or _worst(best) >= GOOD_WITH_BLENDS)):
+        return False
+    return _has_design(part, options)
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -351,7 +357,7 @@ def _mesh_design(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
     from .designs import mesh_design
 
     def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
-        with rows.without([DESIGN]):
+        with rows.without([DESIGN] if share else [DESIGN, CELLS]):  # no search where a mesh is there
             return _by_ways(design, options, run, DESIGN_LOOK * share)
 
     return mesh_design(part, options, run, mesh_it)

@@ -13,21 +13,21 @@ Not handled: blends that OpenCASCADE cannot take away, as most on splines.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from math import pi
 from typing import Any
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
 from ...brep import Part, Solid
+from ..geometry.same_surface import dividing_edges
 from ..heal.tracing import Traced, present
 from ..heal.validate import faults
 from ..shapes import FACE, SOLID, compound, index_map, listed, shapes_of, subshapes
 from ..trial import survives
 from .defeaturing import read_without, remove
-from .features import TANGENT, Feature, hanging_together
+from .features import Feature, hanging_together
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,8 +38,9 @@ class Design:
     ----------
     part : Part
         Of one solid.
-    model_faces : tuple of int
-        For every face of the design the face of the model that it is, or is a piece of.
+    model_faces : tuple of tuple of int
+        For every face of the design the faces of the model on its surface that it is made of: pieces of one face, which
+        OpenCASCADE puts together where it takes blends away.
     gone : frozenset of int
         Faces of the model that the design has not.
     left : tuple of str
@@ -47,14 +48,14 @@ class Design:
     """
 
     part: Part
-    model_faces: tuple[int, ...]
+    model_faces: tuple[tuple[int, ...], ...]
     gone: frozenset[int]
     left: tuple[str, ...] = ()
 
 
 SECONDS = 10.0
 """Seconds of work after which no other group of blends is tried; one takes a second or less where it succeeds."""
-_ONE = 2.0
+_ONE = 5.0
 """Seconds that OpenCASCADE may take for one group: what takes longer has not been seen to succeed."""
 
 
@@ -93,20 +94,14 @@ def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
         return None
     found, _ = read_without(solid, traced)
     shape = subshapes(traced.shape, SOLID)[0]
-    origins = [f for f in traced.face_origins(index_map(shape, FACE)) if f is not None]
-    if len(origins) < len(found.faces):
-        return None
+    origins = _origins(solid, traced, gone, index_map(shape, FACE))
     own = replace(part, solids=(found,), models=(), owners=())
-    return Design(part=own, model_faces=tuple(origins), gone=frozenset(gone), left=tuple(left))
+    return Design(part=own, model_faces=tuple(map(tuple, origins)), gone=frozenset(gone), left=tuple(left))
 
 
 def _close(solid: Solid, traced: Traced) -> None:
-    """Put the pieces of every closed face together again: OpenCASCADE grows a whole cylinder, and fails on halves."""
-    seams = {
-        edge.id
-        for edge in solid.edges
-        if solid.faces[edge.faces[0]].key == solid.faces[edge.faces[1]].key and abs(edge.dihedral - pi) < TANGENT
-    }
+    """Put the pieces of curved faces together: OpenCASCADE grows a whole cylinder, and fails on halves."""
+    seams = {e for e in dividing_edges(solid) if solid.faces[solid.edges[e].faces[0]].kind != "plane"}
     if not seams:
         return
     copy = BRepBuilderAPI_Copy(traced.shape)
@@ -145,20 +140,24 @@ def _taken(solid: Solid, traced: Traced, group: Sequence[int], gone: set[int]) -
     why = remove(traced, Feature(what="blends", faces=tuple(group)), seconds=_ONE)
     if why:
         return why
-    away = gone | set(group)
-    there = present(traced, FACE)
-    found: dict[int, set[str]] = {}
-    left = set[str]()
-    for face, images in zip(solid.faces, traced.faces, strict=True):
-        if face.id not in away:
-            left.add(key := face.key or f"face {face.id}")
-            for image in images:
-                found.setdefault(there.FindIndex(image), set()).add(key)
-    kept = [next(iter(keys)) for keys in found.values()]
-    if len(found) == there.Extent() and all(len(keys) == 1 for keys in found.values()) and set(kept) == left:
-        return ""
+    origins = _origins(solid, traced, gone | set(group), present(traced, FACE))
+    kept = {f for own in origins for f in own}
+    if all(origins) and len(kept) + len(gone | set(group)) == len(solid.faces):
+        if all(len({solid.faces[f].names for f in own}) == 1 for own in origins):
+            return ""
+        why = "faces of two names become one"
     traced.shape, traced.faces, traced.edges = before
-    return "the other faces do not stay one to one"
+    return why or "other faces go with them"
+
+
+def _origins(solid: Solid, traced: Traced, gone: Collection[int], there: Any) -> list[list[int]]:
+    """For every face of a map, the faces of the solid that it is made of."""
+    found: list[list[int]] = [[] for _ in range(there.Extent())]
+    for face, images in zip(solid.faces, traced.faces, strict=True):
+        for image in images if face.id not in gone else ():
+            if there.Contains(image):
+                found[there.FindIndex(image) - 1].append(face.id)
+    return found
 
 
 __all__ = ["SECONDS", "Design", "design_of"]
