@@ -46,6 +46,7 @@ __all__ = [
     "find_touching",
     "from_inside",
     "give_names",
+    "hanging_together",
     "imprint",
     "join_halves",
     "load",
@@ -184,6 +185,13 @@ def give_names(part: "Part", names: "Mapping[str, Any]") -> "Part":
     from .names.giving import give_names as give
 
     return give(part, names)
+
+
+def hanging_together(solid: "Solid", faces: "Collection[int]") -> list[list[int]]:
+    """Faces in groups that hang together (:func:`cadsweep.cad.edit.features.hanging_together`)."""
+    from .edit.features import hanging_together as group
+
+    return group(solid, faces)
 
 
 def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":

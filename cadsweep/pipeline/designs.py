@@ -10,28 +10,30 @@ is inverted then is untangled. Borders of blends are no lines of the mesh: a ble
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import cad
+from .. import cad, rows
 from ..arrays import FloatArray, IntArray
 from ..blends import Blend, find_blends
-from ..blends.carrying import Carried, carry
+from ..blends.carrying import carry
 from ..blends.patches import find_patches
 from ..blends.united import patch_surfaces, unite
+from ..blocks.block_mesh import BlockMesh
 from ..blocks.interface_slides import InterfaceSlides
 from ..blocks.joined import JoinedMesh
 from ..brep import Part, Solid
 from ..entity.entities import Entities
-from ..errors import NotSweepableError, SurfaceMeshError
+from ..errors import CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..intervals.sizes import WANTED_HEXES
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..quality import scaled_jacobians
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
+from .candidates import GOOD_WITH_BLENDS
 from .origin import AnyMesh, CellsOrigin, Origin
 from .run import Run
 from .several import finish
@@ -61,56 +63,123 @@ def has_design(part: Part, options: SweepOptions) -> bool:
 def mesh_design(
     part: Part, options: SweepOptions, run: Run, mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh]
 ) -> HexMesh:
-    """Mesh a part of one solid by its design; `mesh_it` meshes that.
+    """Mesh a part of one solid by the better of its designs; `mesh_it` meshes a design.
 
     Raises
     ------
     NotSweepableError
         It has none.
     CadSweepError
-        The design cannot be meshed, or its mesh not be carried.
+        No design can be meshed, or its mesh not be carried.
     """
     (solid,) = part.solids
     blends = find_blends(solid)
+    best: HexMesh | None = None
+    shares: set[str] = set()
+    refused: CadSweepError = NotSweepableError("the solid has no blends")
+    for view in _views(solid, blends, options.size):
+        if best is not None and (_worst(best) >= GOOD_WITH_BLENDS or run.is_over()):
+            break
+        try:
+            with rows.share() as own:
+                mesh = _mesh_without(part, view, options, run, mesh_it)
+        except CadSweepError as error:
+            log.info("the design without %d blends: %s", len(view), error)
+            refused = error
+            continue
+        if best is None or _worst(mesh) > _worst(best):
+            best, shares = mesh, own
+    if best is None:
+        raise refused
+    rows.took(shares)
+    return best
+
+
+def _worst(mesh: HexMesh) -> float:
+    return float(mesh.info["quality"].min_scaled_jacobian)
+
+
+def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[list[Blend]]:
+    """Which blends are left out: at first not those that may be a piece of an outline, then all.
+
+    Two quads of one hexahedron meet at 180 degrees where a convex edge of the design is rounded; a rounding by itself
+    that is wider than the size can have quads of its own wherever it is a wall.
+    """
+    wide = (solid.volume / WANTED_HEXES) ** (1.0 / 3.0) if size is None else size / solid.units.scale
+    alone = [set(group) for group in cad.hanging_together(solid, [f for blend in blends for f in blend.faces])]
+    kept = [
+        blend for blend in blends
+        if blend.kind == "edge" and blend.convex and blend.turn * blend.radii[0] > wide and set(blend.faces) in alone
+    ]  # fmt: skip
+    if 0 < len(kept) < len(blends):
+        yield [blend for blend in blends if blend not in kept]
+    yield blends
+
+
+def _mesh_without(
+    part: Part,
+    blends: list[Blend],
+    options: SweepOptions,
+    run: Run,
+    mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
+) -> HexMesh:
+    """Mesh the design without some blends, and carry it onto the model."""
     with run.stage("design"):
-        design = cad.design_of(part, [blend.faces for blend in blends]) if blends else None
+        design = cad.design_of(part, [blend.faces for blend in blends])
     if design is None:
         raise NotSweepableError("the solid has no blends that can be left out")
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, Origin | CellsOrigin), "one solid"
     with run.stage("carrying"):
-        united, joined, slides = _carried(part, blends, design, _roles_of(made.origin), made.origin.entities, run)
-    mesh = finish(
-        replace(part, solids=(united,), models=part.models, owners=(0,)),
-        joined,
-        options,
-        replace(run, measure=None),
-        notes=[_NOTE.format(len(design.gone)), *design.left],
-        sweeps=made.info["sweeps"],
-        slides=lambda: slides,
-    )
+        carrying = _carried(part, blends, design, _roles_of(made.origin), made.origin.entities)
+
+    def finished(joined: JoinedMesh) -> HexMesh | BlockMesh:
+        return finish(
+            replace(part, solids=(carrying.solid,), models=part.models, owners=(0,)),
+            joined,
+            options,
+            replace(run, measure=None),
+            notes=[_NOTE.format(len(design.gone)), *design.left],
+            sweeps=made.info["sweeps"],
+            slides=lambda: carrying.slides,
+        )
+
+    try:
+        mesh = finished(carrying.joined)
+    except InvertedHexError:  # smoothing mends places; what is crossed all over takes all nodes at once
+        if run.is_over():
+            raise
+        with run.stage("carrying"):
+            untangled = _untangled(carrying, edge_lengths(made.origin.entities.points, carrying.joined.hexes), run)
+        mesh = finished(untangled)
     assert isinstance(mesh, HexMesh), "it has no factors"
     if options.tolerance is not None and mesh.info["distance"] > options.tolerance:
         raise NotSweepableError(f"the mesh of the design is {mesh.info['distance']:.3g} off the model's faces")
     return replace(mesh, info={**mesh.info, "way": made.info["way"]})
 
 
-def _carried(  # noqa: PLR0917
-    part: Part, blends: list[Blend], design: cad.Design, roles: dict[str, str], made: Entities, run: Run
-) -> tuple[Solid, JoinedMesh, InterfaceSlides]:
-    """The model by patches, the mesh on it, and how its nodes may move.
+class _Carrying(NamedTuple):
+    """The model by patches, the mesh on it, and how its nodes may move."""
+
+    solid: Solid
+    joined: JoinedMesh
+    slides: InterfaceSlides
+
+
+def _carried(part: Part, blends: list[Blend], design: cad.Design, roles: dict[str, str], made: Entities) -> _Carrying:
+    """Carry the mesh of a design.
 
     Raises
     ------
     SurfaceMeshError
-        The mesh cannot be carried, or hexahedra stay inverted.
+        The mesh has not the edges of the model.
     """
     (solid,) = part.solids
     patch_of = find_patches(solid, blends, design.gone, design.model_faces)
     quads, faces = _skin(solid, made)
-    points, hexes = made.points, made.joined.hexes
-    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), points, hexes, quads, faces)
+    hexes = made.joined.hexes
+    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), made.points, hexes, quads, faces)
     united, quad_faces = unite(solid, patch_of, carried, quads)
     slides = InterfaceSlides(
         mask=(carried.surface >= 0) | (carried.curve >= 0),
@@ -120,7 +189,7 @@ def _carried(  # noqa: PLR0917
         curves=[line.curve for line in carried.lines],
     )
     joined = JoinedMesh(
-        points=_untangled(carried, quads, quad_faces, made, slides, run),
+        points=carried.points,
         hexes=hexes,
         hex_cells=np.zeros(len(hexes), dtype=np.int64),
         quads=quads,
@@ -129,7 +198,7 @@ def _carried(  # noqa: PLR0917
         roles=_roles(united, roles),
         edge_nodes={number: line.nodes for number, line in enumerate(carried.lines)},
     )
-    return united, joined, slides
+    return _Carrying(united, joined, slides)
 
 
 def _skin(solid: Solid, made: Entities) -> tuple[IntArray, IntArray]:
@@ -149,32 +218,31 @@ def _skin(solid: Solid, made: Entities) -> tuple[IntArray, IntArray]:
     return np.concatenate(quads), np.concatenate(faces)
 
 
-def _untangled(  # noqa: PLR0917
-    carried: Carried, quads: IntArray, quad_faces: IntArray, made: Entities, slides: InterfaceSlides, run: Run
-) -> FloatArray:
-    """The carried points, untangled where a hexahedron is inverted.
+def _untangled(carrying: _Carrying, lengths: FloatArray, run: Run) -> JoinedMesh:
+    """The carried mesh untangled; edges of hexahedra are to be as long as in the design, (m, 3).
 
     Raises
     ------
     SurfaceMeshError
         Some stay inverted.
     """
-    hexes = made.joined.hexes
-    if scaled_jacobians(carried.points, hexes).min() > 0.0:
-        return carried.points
-    free = np.ones(len(carried.points), dtype=bool)
-    free[quads] = False
-    lengths = edge_lengths(made.points, hexes)
+    _, joined, slides = carrying
+    free = np.ones(len(joined.points), dtype=bool)
+    free[joined.quads] = False
+    height = _GUARD * float(np.median(lengths))
     found = untangle(
-        carried.points, hexes, free | slides.mask, lengths, slides, goal=_GOAL,
-        guards=guards_outside(
-            slides.surfaces, len(carried.points), quads, quad_faces, _GUARD * float(np.median(lengths))
-        ),
+        joined.points,
+        joined.hexes,
+        free | slides.mask,
+        lengths,
+        slides,
+        goal=_GOAL,
+        guards=guards_outside(slides.surfaces, len(joined.points), joined.quads, joined.quad_faces, height),
         on_round=lambda left: run.is_over(),
-    )  # fmt: skip
+    )
     if found.worst <= 0:
         raise SurfaceMeshError("hexahedra stay inverted once the mesh of the design lies on the model")
-    return found.points
+    return joined.moved(found.points)
 
 
 def _roles(united: Solid, roles: dict[str, str]) -> dict[tuple[int, ...], str]:

@@ -42,7 +42,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
+from .candidates import GOOD_ENOUGH, GOOD_WITH_BLENDS, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
@@ -67,8 +67,6 @@ FAIR_STACK = 0.5
 """The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
-GOOD_WITH_BLENDS = 0.5
-"""Worst scaled Jacobian of a solid with blends at which its design is not tried."""
 DESIGN_LOOK = 0.5
 """Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60

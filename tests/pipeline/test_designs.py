@@ -102,5 +102,5 @@ def test_a_carried_mesh_is_refined_and_raised_to_order_2_on_the_model():
 
 
 def test_wishes_about_faces_of_the_model_are_not_left_to_its_design():
-    mesh = cs.sweep_mesh(bracket(), size=2.0, source="<Y")
+    mesh = cs.sweep_mesh(elbow(), size=1.0, source="<Z")
     assert DESIGN not in mesh.info["rows"]
