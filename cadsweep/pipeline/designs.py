@@ -51,7 +51,8 @@ _OF_ENTITIES = (
 )
 """Options that speak of faces and edges of the model, which the design need not have."""
 _NOTE = (
-    "meshed by its design, without {} faces of blends, and laid on them then: they have the quads with middles on them"
+    "meshed by its design, without {} faces of blends, and laid on them then; no lines of the mesh follow their "
+    "borders, they have the quads with middles on them"
 )
 
 

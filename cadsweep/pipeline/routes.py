@@ -67,6 +67,8 @@ FAIR_STACK = 0.5
 """The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
+_MOST_CARRIED = 300_000
+"""Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
 DESIGN_LOOK = 0.5
 """Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -215,7 +217,7 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMe
         return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
         return not enough
-    if run.is_over() or (best is not None and (run.in_blocks or _worst(best) >= GOOD_WITH_BLENDS)):
+    if run.is_over() or (best is not None and (_worst(best) >= GOOD_WITH_BLENDS or best.n_hexes > _MOST_CARRIED)):
         return False
     return _has_design(part, options)
 

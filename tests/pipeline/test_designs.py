@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.errors import InputError
+from cadsweep.pipeline import write_factors
 
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
@@ -104,3 +106,13 @@ def test_a_carried_mesh_is_refined_and_raised_to_order_2_on_the_model():
 def test_wishes_about_faces_of_the_model_are_not_left_to_its_design():
     mesh = cs.sweep_mesh(elbow(), size=1.0, source="<Z")
     assert DESIGN not in mesh.info["rows"]
+
+
+def test_a_mesh_that_others_are_to_have_follows_the_borders_of_blends(tmp_path):
+    factors = tmp_path / "elbow.sweep.npz"
+    made = write_factors(elbow(), factors, size=2.0)
+    assert DESIGN not in made.info["rows"]
+    assert cs.sweep_mesh(elbow(), like=factors).n_hexes == made.n_hexes
+    mesh = cs.sweep_mesh(elbow(), size=1.0)
+    with pytest.raises(InputError, match="way: design"):
+        cs.sweep_mesh(elbow(), like=mesh)
