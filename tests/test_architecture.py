@@ -28,6 +28,7 @@ FOUNDATION = {
     "lattice",
     "record",
     "rows",
+    "harmonic",
     "quality",
     "brief",
     "errors",

@@ -7,7 +7,9 @@ number from the beginning) or from a stack; :mod:`.finish` gives it names and tu
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Part
@@ -29,7 +31,7 @@ class JoinedMesh:
         Boundary of every cell, outward from it: a quad between two cells stands here twice, once a cell.
     quad_cells, quad_faces : (q,) int64
         The cell, and its own id of the face.
-    roles : mapping of (cell, face) to str
+    roles : mapping of (cell, face), or (cell, face, patch of it), to str
         ``"source"``, ``"target"`` or ``"side"``: what unnamed boundaries are called by.
     edge_nodes : mapping of edge key to (k,) int64
         Nodes along every edge of the cells, from its start to its end.
@@ -45,7 +47,7 @@ class JoinedMesh:
     quads: IntArray
     quad_cells: IntArray
     quad_faces: IntArray
-    roles: dict[tuple[int, int], str] = field(default_factory=dict)
+    roles: Mapping[Any, str] = field(default_factory=dict)
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
     blocks: tuple[BlockStructure, ...] = ()
     columns: tuple[int, ...] = ()

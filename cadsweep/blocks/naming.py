@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..brep import Part
 from ..sweep import Sweep
@@ -60,7 +61,7 @@ class NamedFaces:
         return found
 
 
-def name_faces(part: Part, roles: Mapping[Place, str]) -> NamedFaces:
+def name_faces(part: Part, roles: Mapping[Any, str]) -> NamedFaces:
     """Name every face, and every patch of a merged face.
 
     They keep the names that their user gave them. The others are called by their role in the filling of their cell
@@ -71,8 +72,9 @@ def name_faces(part: Part, roles: Mapping[Place, str]) -> NamedFaces:
     Parameters
     ----------
     part : Part
-    roles : mapping of (cell, face) to str
-        In the order in which the faces of a cell are numbered; sides that are not there come after.
+    roles : mapping of (cell, face), or (cell, face, patch), to str
+        In the order in which the faces of a cell are numbered; sides that are not there come after. A patch has the
+        role of its face where it has none of its own.
     """
     beyond = neighbours_of(part)
     named = NamedFaces(outside={}, between={}, first={})
@@ -81,7 +83,7 @@ def name_faces(part: Part, roles: Mapping[Place, str]) -> NamedFaces:
     unnamed: dict[tuple[int, str], dict[str, list[Piece]]] = {}
     role_of: dict[tuple[int, str], str] = {}
     every = dict.fromkeys(
-        [*roles, *((cell, face.id) for cell, solid in enumerate(part.solids) for face in solid.faces)]
+        [*(own[:2] for own in roles), *((c, face.id) for c, solid in enumerate(part.solids) for face in solid.faces)]
     )
     for place in sorted(every, key=lambda own: own[0]):
         cell, face = place[0], part.solids[place[0]].faces[place[1]]
@@ -102,7 +104,7 @@ def name_faces(part: Part, roles: Mapping[Place, str]) -> NamedFaces:
             if given:
                 _take(named, (*place, j), given)
             else:
-                own = role_of.setdefault((owner, key), role)
+                own = role_of.setdefault((owner, key), roles.get((*place, j), role))
                 unnamed.setdefault((owner, own), {}).setdefault(key, []).append((*place, j))
     for (owner, role), by_key in unnamed.items():
         prefix = f"{part.models[owner].name}_" if len(part.models) > 1 else ""

@@ -65,7 +65,7 @@ class _Reference:
         solids = [self.part.solids[cell] for cell in self.cells]
         scale = self.part.scale
         size = max(solid.size for solid in solids)
-        gap = max((max(solid.tolerance, *(edge.gap for edge in solid.edges)) for solid in solids), default=0.0)
+        gap = max((max([solid.tolerance, *(edge.gap for edge in solid.edges)]) for solid in solids), default=0.0)
         areas = {place: self.face(place).area * scale**2 for place in self.places}
         doubts = {place: area_doubt(self.part.solids[place[0]], self.face(place)) * scale**2 for place in self.places}
         joint = [tuple(sorted(names)) for names in self.mixed()]
@@ -212,7 +212,7 @@ def volume_doubt(solid: Solid) -> float:
     found = 0.0
     for face in solid.faces:
         strips = sum(gaps[e] * solid.edges[e].length for e in face.edges)
-        found += min(max(gaps[e] for e in face.edges) * face.area, strips * solid.size / 2)
+        found += min(max((gaps[e] for e in face.edges), default=0.0) * face.area, strips * solid.size / 2)
     return found
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ..stack import Arrangement, Outline, Stack
     from .edit.cutters import Cutter
     from .edit.cutting import Parted
+    from .edit.design import Design
 
 __all__ = [
     "ANNULI_NOTE",
@@ -33,6 +34,7 @@ __all__ = [
     "cut_closed",
     "cut_columns",
     "cut_ring",
+    "design_of",
     "divide_annuli",
     "divide_corners",
     "divide_roundings",
@@ -44,6 +46,7 @@ __all__ = [
     "find_touching",
     "from_inside",
     "give_names",
+    "hanging_together",
     "imprint",
     "join_halves",
     "load",
@@ -142,6 +145,13 @@ def cut_closed(part: "Part") -> "Iterator[Part]":
     return cut(part)
 
 
+def design_of(part: "Part", blends: "Sequence[Sequence[int]]") -> "Design | None":
+    """Take blends away in a copy (:func:`cadsweep.cad.edit.design.design_of`)."""
+    from .edit.design import design_of as find
+
+    return find(part, blends)
+
+
 def divide_annuli(part: "Part") -> "Part | None":
     """Divide plane faces with one hole into halves (:func:`cadsweep.cad.annuli.divide_annuli`)."""
     from .edit.annuli import divide_annuli as divide
@@ -175,6 +185,13 @@ def give_names(part: "Part", names: "Mapping[str, Any]") -> "Part":
     from .names.giving import give_names as give
 
     return give(part, names)
+
+
+def hanging_together(solid: "Solid", faces: "Collection[int]") -> list[list[int]]:
+    """Faces in groups that hang together (:func:`cadsweep.cad.edit.features.hanging_together`)."""
+    from .edit.features import hanging_together as group
+
+    return group(solid, faces)
 
 
 def imprint(shapes: "Sequence[Any]", **how: "Any") -> "Part":

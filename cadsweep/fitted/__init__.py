@@ -17,7 +17,7 @@ the grid.
 from .facets import Facets
 from .grid import Grid, choose_planes, keep_inside
 from .labels import label_quads
-from .placing import outside_of, place_on_model
+from .placing import place_on_model
 from .rings import without_rings
 from .sheets import Fitted, lay_sheets
 from .topology import match_topology
@@ -33,7 +33,6 @@ __all__ = [
     "label_quads",
     "lay_sheets",
     "match_topology",
-    "outside_of",
     "place_on_model",
     "unite",
     "without_rings",

@@ -16,8 +16,8 @@ from scipy.spatial import cKDTree
 from ..arrays import FloatArray, IntArray
 from ..brep import Solid
 from ..compiled import compiled
+from ..harmonic import sides_of
 from .facets import Facets, Nearest
-from .skin import sides_of
 
 _TURNED = 1.5
 """Cost of a normal at right angles to the face's, over that of a distance of one cell."""

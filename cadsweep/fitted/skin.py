@@ -13,15 +13,6 @@ def sides_around(quads: IntArray) -> IntArray:
     return np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
 
 
-def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Segments (s, 2) of the quads of a closed skin, and the two quads (s, 2) beside each."""
-    every = np.sort(sides_around(quads), axis=1)
-    order = np.lexsort(every.T)
-    ordered = every[order].reshape(-1, 2, 2)
-    assert (ordered[:, 0] == ordered[:, 1]).all(), "the skin is closed and manifold"
-    return ordered[:, 0], (order // 4).reshape(-1, 2)
-
-
 def keys_of(sides: IntArray, n: int) -> IntArray:
     """A number for each directed side (s, 2) between n nodes."""
     return sides[:, 0] * n + sides[:, 1]

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Solid
 from ..errors import SurfaceMeshError
-from .skin import sides_of
+from ..harmonic import sides_of
 
 _ASTRAY = 2.0
 """Cells that a node of a path may be off its curve, before it is moved there."""

@@ -22,6 +22,7 @@ from ..arrays import FloatArray
 from ..errors import CadSweepError, InputError
 from ..mesh import HexMesh
 from .meshing import sweep_mesh
+from .routes import DESIGN
 from .template import make_template
 
 STEP = 0.01
@@ -124,7 +125,8 @@ def sensitivity(
             return sweep_mesh(source(**wanted), **more)
         return sweep_mesh(source, params=wanted, **more)
 
-    mesh = build(value, **options)
+    # A mesh by the part's design follows no borders of blends, and none can be like it.
+    mesh = build(value, **{**options, "without": [*(options.get("without") or ()), DESIGN]})
     template = make_template(mesh, "a derivative")
     kept = {name: options[name] for name in ("order", "nodes", "part", "touch", "refine") if name in options}
     differences = []

@@ -29,14 +29,13 @@ from ..fitted import (
     label_quads,
     lay_sheets,
     match_topology,
-    outside_of,
     place_on_model,
     unite,
     without_rings,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..smoothing.untangle import Guards, untangle
+from ..smoothing.untangle import guards_outside, untangle
 from .origin import made_of
 from .run import Run, spent
 from .several import finish
@@ -223,7 +222,9 @@ def _fitted(  # noqa: PLR0917
         np.full((len(joined.hexes), 3), size),
         slides,
         goal=_GOAL,
-        guards=Guards(*outside_of(solid, mesh, _GUARD * size)),
+        guards=guards_outside(
+            [face.surface for face in solid.faces], len(mesh.points), mesh.quads, mesh.labels, _GUARD * size
+        ),
         on_round=on_round,
     )
     if found.worst <= 0:

@@ -14,7 +14,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import QualityAccumulator, check_mesh
-from .routes import mesh_in_blocks, mesh_in_memory
+from .routes import DESIGN, mesh_in_blocks, mesh_in_memory
 from .run import make_run
 
 
@@ -164,7 +164,8 @@ def write_factors(
 
     run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
-    mesh = mesh_in_memory(source, chosen, run)
+    # Another part is to have this mesh, and one by a design follows no borders of blends.
+    mesh = mesh_in_memory(source, replace(chosen, without=(*chosen.without, DESIGN)), run)
     with replaced_file(place) as stream:
         save_template(mesh, stream)
     return mesh

@@ -29,6 +29,9 @@ from ..errors import InputError
 CLOSE = 1e-6
 """Part of the solid's size within which a node lies on an edge: cuts by OpenCASCADE leave 1e-7 of it."""
 
+_FOLLOWING = "make that mesh with without=['way: design'], if its notes say that it follows no borders of blends"
+"""What a refusal says of edges that a mesh may have left out."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OnModel:
@@ -135,7 +138,7 @@ class _Finder:
             if len(chain) > 1 and self.known.issuperset(self.keys(chain[:-1], chain[1:]).tolist()):
                 found[edge.id] = chain
             elif not _is_seam(self.solid, edge.id):
-                raise InputError(f"{self.unlike()}: no nodes follow its {edge.label()}")
+                raise InputError(f"{self.unlike()}: no nodes follow its {edge.label()}", try_=_FOLLOWING)
         return found
 
     def end(self, edge: Edge, vertex: int) -> list[int]:

@@ -5,6 +5,7 @@ way             where it applies                        what it makes
 =============== ======================================= ================================================
 one sweep       one solid                               the best of its sweeps, factored
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
+design          one solid with blends                   that of the solid without them, laid on its faces
 decomposition   one planar solid, no stack either       cells of cuts on one skeleton
 cut             one solid of any faces                  the same, cut by OpenCASCADE
 fitted grid     one solid that all others refuse        a grid, its skin laid on the faces
@@ -41,7 +42,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, crossing_of, first_good, pointed_of, touching_of
+from .candidates import GOOD_ENOUGH, GOOD_WITH_BLENDS, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
@@ -55,7 +56,7 @@ NO_REMEDY = "leave the feature with that face out of the model; cuts and suppres
 NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
 """The same of a solid without an inner corner."""
 
-SWEEP, COLUMNS, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "cells", "fitted"))
+SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "design", "cells", "fitted"))
 """The ways to a mesh of one solid by name; the last is tried where the others are all refused."""
 
 GOOD_STACK = 0.3
@@ -66,6 +67,10 @@ FAIR_STACK = 0.5
 """The same where something round lies across them."""
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than columns."""
+_MOST_CARRIED = 300_000
+"""Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
+DESIGN_LOOK = 0.5
+"""Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
 """Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
 whether cells are better than columns; both take seconds for more."""
@@ -167,37 +172,34 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         raise refused.about(try_=find_remedy(part, options, refused, _mesh_plainly) or refused.try_) from refused
 
 
-def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
-    """As :func:`mesh_solid`, with a refusal that proposes nothing."""
+def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) -> AnyMesh:
+    """As :func:`mesh_solid`, with a refusal that proposes nothing; cuts are looked for that share of their time."""
     refused: CadSweepError | None = None
     if not rows.is_on(SWEEP):
         refused = NotSweepableError("no sweep was looked for", try_="switch a row of the table 'way' on again")
     best: AnyMesh | None = None
     shares: set[str] = set()
-    share = 1.0
+    enough = False
     for row, way in WAYS.items():
-        if not rows.is_on(row) or (row == CELLS and not options.decompose):
+        if not _is_tried(row, part, options, run, best, enough=enough):
             continue
-        if best is not None and (row == COLUMNS or run.is_over()):
-            continue  # columns along a poor sweep are as poor, or there is no time for more
         if best is None and row == CELLS:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = _said(way(part, options, run, refused, share), row.removeprefix("way: "))
+                mesh = way(part, options, run, refused, 0.0 if enough else share)
         except CadSweepError as error:
-            if best is not None:
-                log.info("no cells instead of a poor mesh: %s", error)
-                break
+            if best is not None or row == DESIGN:  # a refusal of the design speaks of faces that nobody knows
+                log.info("no %s: %s", row.removeprefix("way: "), error)
+                continue
             refused = _foremost(refused, error)
             continue
         if best is None or _worst(mesh) > _worst(best):
             best, shares = mesh, {*own, row}
-        enough = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
+        good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            enough, share = _good_columns(mesh), SECOND_LOOK
-        if enough or not _may_be_better(part, options):
-            break
+            good, share = _good_columns(mesh), SECOND_LOOK
+        enough |= good or not _may_be_better(part, options)
     if best is not None:
         rows.took(shares)
         return best if isinstance(best, BlockMesh) else made_of(best, part)
@@ -205,6 +207,19 @@ def _by_ways(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     if not options.decompose:
         _refuse_touching(part, refused)
     raise refused
+
+
+def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMesh | None, *, enough: bool) -> bool:
+    """Whether a way is worth trying after what has been made; with `enough` only a design may be."""
+    if not rows.is_on(row) or (row == CELLS and not options.decompose):
+        return False
+    if best is not None and (row == COLUMNS or run.is_over()):
+        return False  # columns along a poor sweep are as poor, or there is no time for more
+    if row != DESIGN:
+        return not enough
+    if run.is_over() or (best is not None and (_worst(best) >= GOOD_WITH_BLENDS or best.n_hexes > _MOST_CARRIED)):
+        return False
+    return _has_design(part, options)
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -301,7 +316,7 @@ def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     """By cells of cuts; the search for planes looks at ten times as many as the one for surfaces of any kind does."""
     from .decomposing import is_planar, mesh_cut, mesh_decomposed
 
-    return (mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share)
+    return _said((mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share), CELLS)
 
 
 def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> AnyMesh | None:
@@ -323,19 +338,36 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
 
     mesh = mesh_fitted(part, options, run, refused)
     rows.took([FITTED])
-    return _said(mesh, "fitted")
+    return _said(mesh, FITTED)
 
 
-def _said(mesh: AnyMesh, way: str) -> AnyMesh:
+def _said(mesh: AnyMesh, row: str) -> AnyMesh:
     """The mesh, with the way that it was made by in its record."""
-    return replace(mesh, info={**mesh.info, "way": way})
+    return replace(mesh, info={**mesh.info, "way": row.removeprefix("way: ")})
+
+
+def _has_design(part: Part, options: SweepOptions) -> bool:
+    from .designs import has_design
+
+    return has_design(part, options)
+
+
+def _mesh_design(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
+    """By its design, whose mesh says by what way it was made."""
+    from .designs import mesh_design
+
+    def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
+        with rows.without([DESIGN] if share else [DESIGN, CELLS]):  # no search where a mesh is there
+            return _by_ways(design, options, run, DESIGN_LOOK * share)
+
+    return mesh_design(part, options, run, mesh_it)
 
 
 def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
     """By the best of its stacks."""
     from .stacking import mesh_stacks_instead
 
-    return mesh_stacks_instead(part, options, run, refused)
+    return _said(mesh_stacks_instead(part, options, run, refused), COLUMNS)
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
@@ -344,8 +376,8 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
             return _mesh_columns(part, options, run, NotSweepableError("no sweep of the part as it is"), 1.0)
-    return first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh
+    return _said(first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh, SWEEP)
 
 
-WAYS = {SWEEP: _mesh_swept, COLUMNS: _mesh_columns, CELLS: _mesh_cells}
+WAYS = {SWEEP: _mesh_swept, COLUMNS: _mesh_columns, DESIGN: _mesh_design, CELLS: _mesh_cells}
 """The ways to a mesh of one solid, in the order in which they are tried."""

@@ -11,12 +11,13 @@ What it does not handle: a quad of the boundary that its own nodes cannot make c
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
+from ..brep import Surface
 from ..projection.descent import minimise
 from .optimise import MovedEnergy, polished, solver_of
 from .patch import Patch, proven_values
@@ -50,6 +51,26 @@ class Guards(NamedTuple):
 
     hexes: IntArray
     outer: Callable[[FloatArray], FloatArray]
+
+
+def guards_outside(
+    surfaces: Sequence[Surface], n_nodes: int, quads: IntArray, faces: IntArray, height: float
+) -> Guards:
+    """Guards on quads (q, 4) of a mesh of `n_nodes`, those of each face by themselves, `height` off its surface."""
+    hexes, places, first = [], [], n_nodes
+    for face in np.unique(faces).tolist():
+        nodes, local = np.unique(quads[faces == face], return_inverse=True)
+        local = local.reshape(-1, 4)
+        hexes.append(np.concatenate([nodes[local], first + local], axis=1))
+        places.append((surfaces[face], nodes))
+        first += len(nodes)
+
+    def outer(points: FloatArray) -> FloatArray:
+        return np.concatenate(
+            [points[nodes] + height * surface.normals(surface.project(points[nodes])) for surface, nodes in places]
+        )
+
+    return Guards(np.concatenate(hexes), outer)
 
 
 def untangle(

@@ -47,7 +47,7 @@ from ..shapes import (
     typed,
     volume_and_center,
 )
-from ..trial import survives
+from ..trial import SECONDS, survives
 from .features import Feature, find_features, find_fillets, find_holes
 
 logger = logging.getLogger(__name__)
@@ -209,8 +209,8 @@ def small_features(part: Part) -> list[str]:
     return [word for word, features in found.items() if any(True for _ in features)]
 
 
-def remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
-    """Remove a feature; what is wrong where that cannot be, and nothing is changed."""
+def remove(traced: Traced, feature: Feature, *, seconds: float = SECONDS) -> str:  # noqa: PLR0911
+    """Remove a feature, within some seconds; what is wrong where that cannot be, and nothing is changed."""
     faces = [face for f in feature.faces for face in traced.faces[f]]
     tool = BRepAlgoAPI_Defeaturing()
     tool.SetShape(traced.shape)
@@ -218,7 +218,7 @@ def remove(traced: Traced, feature: Feature) -> str:  # noqa: PLR0911
         tool.AddFaceToRemove(face)
     tool.SetRunParallel(False)
     tool.SetToFillHistory(True)
-    if not survives(tool.Build, "leaving a feature out"):
+    if not survives(tool.Build, "leaving a feature out", seconds=seconds):
         return "OpenCASCADE fails on the faces around it"
     tool.Build()
     if not tool.IsDone():

@@ -3,20 +3,29 @@
 Place in the flow: what replaces an edge or a corner is told from outside; the model itself stays as it is.
 
 Method: OpenCASCADE's defeaturing (:mod:`.defeaturing`), of all blends at once, else of those that hang together, a
-group at a time. Its word is not taken for it: the result is one valid solid, every blend is gone, and the other faces
-answer one to one; a group that does not come to that stays in the design.
+group at a time, the small ones first; after some time no other group is tried. Halves of closed faces are put together
+for it. Its word is not taken for it: the result is one valid solid, every blend is gone, and the other faces answer one
+to one; a group that does not come to that stays in the design.
 
 Not handled: blends that OpenCASCADE cannot take away, as most on splines.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
+
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
 from ...brep import Part, Solid
+from ..geometry.same_surface import dividing_edges
 from ..heal.tracing import Traced, present
-from ..shapes import FACE, SOLID, index_map, shapes_of, subshapes
+from ..heal.validate import faults
+from ..shapes import FACE, SOLID, compound, index_map, listed, shapes_of, subshapes
+from ..trial import survives
 from .defeaturing import read_without, remove
 from .features import Feature, hanging_together
 
@@ -29,8 +38,9 @@ class Design:
     ----------
     part : Part
         Of one solid.
-    model_faces : tuple of int
-        For every face of the design the face of the model that it is, or is a piece of.
+    model_faces : tuple of tuple of int
+        For every face of the design the faces of the model on its surface that it is made of: pieces of one face, which
+        OpenCASCADE puts together where it takes blends away.
     gone : frozenset of int
         Faces of the model that the design has not.
     left : tuple of str
@@ -38,9 +48,15 @@ class Design:
     """
 
     part: Part
-    model_faces: tuple[int, ...]
+    model_faces: tuple[tuple[int, ...], ...]
     gone: frozenset[int]
     left: tuple[str, ...] = ()
+
+
+SECONDS = 10.0
+"""Seconds of work after which no other group of blends is tried; one takes a second or less where it succeeds."""
+_ONE = 5.0
+"""Seconds that OpenCASCADE may take for one group: what takes longer has not been seen to succeed."""
 
 
 def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
@@ -60,9 +76,14 @@ def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
     (solid,) = part.solids
     traced, gone, left = Traced(shapes_of(solid).shape), set[int](), list[str]()
     faces = {f for blend in blends for f in blend}
-    groups = hanging_together(solid, faces)
+    _close(solid, traced)
+    groups = sorted(hanging_together(solid, faces), key=len)
+    began = _spent()
     for group in [sorted(faces), *groups] if len(groups) > 1 else groups:
-        if not group or gone.issuperset(group):
+        if gone.issuperset(group):
+            continue
+        if _spent() - began > SECONDS:
+            left.append(f"{solid.faces[group[0]].label()} and {len(group) - 1} more stay: there is no time for them")
             continue
         why = _taken(solid, traced, group, gone)
         if not why:
@@ -73,33 +94,70 @@ def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
         return None
     found, _ = read_without(solid, traced)
     shape = subshapes(traced.shape, SOLID)[0]
-    origins = [f for f in traced.face_origins(index_map(shape, FACE)) if f is not None]
-    if len(origins) < len(found.faces):
-        return None
+    origins = _origins(solid, traced, gone, index_map(shape, FACE))
     own = replace(part, solids=(found,), models=(), owners=())
-    return Design(part=own, model_faces=tuple(origins), gone=frozenset(gone), left=tuple(left))
+    return Design(part=own, model_faces=tuple(map(tuple, origins)), gone=frozenset(gone), left=tuple(left))
+
+
+def _close(solid: Solid, traced: Traced) -> None:
+    """Put the pieces of curved faces together: OpenCASCADE grows a whole cylinder, and fails on halves."""
+    seams = {e for e in dividing_edges(solid) if solid.faces[solid.edges[e].faces[0]].kind != "plane"}
+    if not seams:
+        return
+    copy = BRepBuilderAPI_Copy(traced.shape)
+    tool = ShapeUpgrade_UnifySameDomain(copy.Shape(), True, True, False)
+    for edge, shapes in zip(solid.edges, traced.edges, strict=True):
+        if edge.id not in seams:
+            for shape in shapes:
+                tool.KeepShape(copy.ModifiedShape(shape))
+    if not survives(tool.Build, "putting closed faces together", seconds=_ONE):
+        return
+    tool.Build()
+    solids = subshapes(tool.Shape(), SOLID)
+    if len(solids) != 1 or faults(solids[0]):
+        return
+    history = tool.History()
+
+    def image(sub: Any) -> Any:
+        own = copy.ModifiedShape(sub)
+        if history.IsRemoved(own):
+            return None
+        became = listed(history.Modified(own))
+        return compound(became) if became else own
+
+    traced.replace(solids[0], image)
+
+
+def _spent() -> float:
+    """Seconds that this process and the copies in which it tries things have worked."""
+    now = os.times()
+    return now.user + now.children_user
 
 
 def _taken(solid: Solid, traced: Traced, group: Sequence[int], gone: set[int]) -> str:
     """Take a group away; what is wrong where that cannot be, and nothing is changed."""
     before = traced.shape, traced.faces, traced.edges
-    why = remove(traced, Feature(what="blends", faces=tuple(group)))
+    why = remove(traced, Feature(what="blends", faces=tuple(group)), seconds=_ONE)
     if why:
         return why
-    away = gone | set(group)
-    there = present(traced, FACE)
-    # Pieces of one closed face may become one again.
-    found: dict[int, set[str]] = {}
-    whole = True
-    for face, images in zip(solid.faces, traced.faces, strict=True):
-        if face.id not in away:
-            whole &= len(images) == 1
-            for image in images:
-                found.setdefault(there.FindIndex(image), set()).add(face.key or f"face {face.id}")
-    if whole and len(found) == there.Extent() and all(len(keys) == 1 for keys in found.values()):
-        return ""
+    origins = _origins(solid, traced, gone | set(group), present(traced, FACE))
+    kept = {f for own in origins for f in own}
+    if all(origins) and len(kept) + len(gone | set(group)) == len(solid.faces):
+        if all(len({solid.faces[f].names for f in own}) == 1 for own in origins):
+            return ""
+        why = "faces of two names become one"
     traced.shape, traced.faces, traced.edges = before
-    return "the other faces do not stay one to one"
+    return why or "other faces go with them"
 
 
-__all__ = ["Design", "design_of"]
+def _origins(solid: Solid, traced: Traced, gone: Collection[int], there: Any) -> list[list[int]]:
+    """For every face of a map, the faces of the solid that it is made of."""
+    found: list[list[int]] = [[] for _ in range(there.Extent())]
+    for face, images in zip(solid.faces, traced.faces, strict=True):
+        for image in images if face.id not in gone else ():
+            if there.Contains(image):
+                found[there.FindIndex(image) - 1].append(face.id)
+    return found
+
+
+__all__ = ["SECONDS", "Design", "design_of"]

@@ -1,0 +1,65 @@
+"""The skin of a mesh whose nodes are put somewhere else: its segments, and what follows what was moved.
+
+Place in the flow: foundation, for whoever lays a mesh on the model afterwards (``fitted``, ``blends``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import cg, spsolve
+
+from .arrays import BoolArray, FloatArray, IntArray
+from .errors import SurfaceMeshError
+
+_DIRECT = 20_000
+"""Free nodes up to which the equations are solved at once; iterated for more, where factors would take long."""
+_CLOSE = 1e-8
+"""Residual, as a share of the right side, at which iterations end."""
+
+
+def sides_of(quads: IntArray) -> tuple[IntArray, IntArray]:
+    """Segments (s, 2) of the quads of a closed skin, and the two quads (s, 2) beside each.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The skin touches itself along a segment.
+    """
+    every = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    order = np.lexsort(every.T)
+    ordered = every[order]
+    if len(ordered) % 2 or (ordered[::2] != ordered[1::2]).any() or (ordered[2::2] == ordered[:-2:2]).all(axis=1).any():
+        raise SurfaceMeshError("the skin of the mesh touches itself along an edge")
+    return ordered[::2], (order // 4).reshape(-1, 2)
+
+
+def followed(rest: FloatArray, points: FloatArray, sides: IntArray, is_set: BoolArray) -> FloatArray:
+    """The points; those of the sides (s, 2) that are not set move from `rest` as those around them do, harmonically."""
+    nodes, local = np.unique(sides, return_inverse=True)
+    local = local.reshape(-1, 2)
+    n = len(nodes)
+    graph = coo_array((np.ones(len(local)), (local[:, 0], local[:, 1])), shape=(n, n)).tocsr()
+    graph = graph + graph.T
+    laplacian = (diags_array(graph.sum(axis=1)) - graph).tocsr()
+    known = is_set[nodes]
+    free = ~known
+    moved = (points - rest)[nodes]
+    right = -(laplacian[free][:, known] @ moved[known])
+    found = points.copy()
+    if not free.any():
+        return found
+    if not right.any():
+        found[nodes[free]] = rest[nodes[free]]
+        return found
+    own = laplacian[free][:, free].tocsc()
+    if len(right) <= _DIRECT:
+        by = spsolve(own, right).reshape(-1, 3)
+    else:
+        scaled = diags_array(1.0 / own.diagonal())
+        by = np.column_stack([cg(own, column, rtol=_CLOSE, M=scaled)[0] for column in right.T])
+    found[nodes[free]] = rest[nodes[free]] + by
+    return found
+
+
+__all__ = ["followed", "sides_of"]

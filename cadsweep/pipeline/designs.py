@@ -1,0 +1,274 @@
+"""A solid meshed by its design: without its blends, by whatever way that takes, and then carried onto the model.
+
+Place in the flow: a row of the ways of :mod:`.routes`, after one sweep and columns of the model itself.
+
+Method: blends are found (:mod:`cadsweep.blends`), taken away in a copy (``cad.design_of``), the design is meshed like
+any other solid, and its nodes go to the model's corners, edges and faces (:func:`cadsweep.blends.carrying.carry`). What
+is inverted then is untangled. Borders of blends are no lines of the mesh: a blend has the quads with middles on it.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .. import cad, rows
+from ..arrays import FloatArray, IntArray
+from ..blends import Blend, find_blends
+from ..blends.carrying import carry
+from ..blends.patches import find_patches
+from ..blends.united import patch_surfaces, unite
+from ..blocks.block_mesh import BlockMesh
+from ..blocks.interface_slides import InterfaceSlides
+from ..blocks.joined import JoinedMesh
+from ..brep import Part, Solid
+from ..entity.entities import Entities
+from ..errors import CadSweepError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..intervals.sizes import WANTED_HEXES
+from ..mesh import HexMesh
+from ..options import SweepOptions
+from ..smoothing.patch import edge_lengths
+from ..smoothing.untangle import guards_outside, untangle
+from .candidates import GOOD_WITH_BLENDS
+from .origin import AnyMesh, CellsOrigin, Origin
+from .run import Run
+from .several import finish
+
+log = logging.getLogger(__name__)
+
+_GUARD = 0.25
+"""Height of the hexahedra outside, over the lengths of the boundary's quads, while a mesh is untangled."""
+_GOAL = 0.2
+"""Worst scaled Jacobian at which untangling ends: smoothing goes on from there."""
+
+_OF_ENTITIES = (
+    *("source", "target", "rail_layers", "wall_layers", "periodic"),
+    *("sizes", "counts", "biases", "local_sizes"),
+)
+"""Options that speak of faces and edges of the model, which the design need not have."""
+_NOTE = (
+    "meshed by its design, without {} faces of blends, and laid on them then; no lines of the mesh follow their "
+    "borders, they have the quads with middles on them"
+)
+
+
+def has_design(part: Part, options: SweepOptions) -> bool:
+    """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are."""
+    return all(getattr(options, name) is None for name in _OF_ENTITIES) and bool(find_blends(part.solids[0]))
+
+
+def mesh_design(
+    part: Part, options: SweepOptions, run: Run, mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh]
+) -> HexMesh:
+    """Mesh a part of one solid by the better of its designs; `mesh_it` meshes a design.
+
+    Raises
+    ------
+    NotSweepableError
+        It has none.
+    CadSweepError
+        No design can be meshed, or its mesh not be carried.
+    """
+    (solid,) = part.solids
+    blends = find_blends(solid)
+    best: HexMesh | None = None
+    shares: set[str] = set()
+    refused: CadSweepError = NotSweepableError("the solid has no blends")
+    for view in _views(solid, blends, options.size):
+        if best is not None and (_worst(best) >= GOOD_WITH_BLENDS or run.is_over()):
+            break
+        try:
+            with rows.share() as own:
+                mesh = _mesh_without(part, view, options, run, mesh_it)
+        except CadSweepError as error:
+            log.info("the design without %d blends: %s", len(view), error)
+            refused = error
+            continue
+        if best is None or _worst(mesh) > _worst(best):
+            best, shares = mesh, own
+    if best is None:
+        raise refused
+    rows.took(shares)
+    return best
+
+
+def _worst(mesh: HexMesh) -> float:
+    return float(mesh.info["quality"].min_scaled_jacobian)
+
+
+def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[list[Blend]]:
+    """Which blends are left out: at first not those that may be a piece of an outline, then all.
+
+    Two quads of one hexahedron meet at 180 degrees where a convex edge of the design is rounded; a rounding by itself
+    that is wider than the size can have quads of its own wherever it is a wall.
+    """
+    wide = (solid.volume / WANTED_HEXES) ** (1.0 / 3.0) if size is None else size / solid.units.scale
+    alone = [set(group) for group in cad.hanging_together(solid, [f for blend in blends for f in blend.faces])]
+    kept = [
+        blend for blend in blends
+        if blend.kind == "edge" and blend.convex and blend.turn * blend.radii[0] > wide and set(blend.faces) in alone
+    ]  # fmt: skip
+    if 0 < len(kept) < len(blends):
+        yield [blend for blend in blends if blend not in kept]
+    yield blends
+
+
+def _mesh_without(
+    part: Part,
+    blends: list[Blend],
+    options: SweepOptions,
+    run: Run,
+    mesh_it: Callable[[Part, SweepOptions, Run], AnyMesh],
+) -> HexMesh:
+    """Mesh the design without some blends, and carry it onto the model."""
+    with run.stage("design"):
+        design = cad.design_of(part, [blend.faces for blend in blends])
+    if design is None:
+        raise NotSweepableError("the solid has no blends that can be left out")
+    made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
+    assert isinstance(made, HexMesh), "in memory"
+    assert isinstance(made.origin, Origin | CellsOrigin), "one solid"
+    with run.stage("carrying"):
+        carrying = _carried(part, blends, design, _roles_of(made.origin), made.origin.entities)
+
+    def finished(joined: JoinedMesh) -> HexMesh | BlockMesh:
+        return finish(
+            replace(part, solids=(carrying.solid,), models=part.models, owners=(0,)),
+            joined,
+            options,
+            replace(run, measure=None),
+            notes=[_NOTE.format(len(design.gone)), *design.left],
+            sweeps=made.info["sweeps"],
+            slides=lambda: carrying.slides,
+        )
+
+    try:
+        mesh = finished(carrying.joined)
+    except InvertedHexError:  # smoothing mends places; what is crossed all over takes all nodes at once
+        if run.is_over():
+            raise
+        with run.stage("carrying"):
+            untangled = _untangled(carrying, edge_lengths(made.origin.entities.points, carrying.joined.hexes), run)
+        mesh = finished(untangled)
+    assert isinstance(mesh, HexMesh), "it has no factors"
+    if options.tolerance is not None and mesh.info["distance"] > options.tolerance:
+        raise NotSweepableError(f"the mesh of the design is {mesh.info['distance']:.3g} off the model's faces")
+    return replace(mesh, info={**mesh.info, "way": made.info["way"]})
+
+
+class _Carrying(NamedTuple):
+    """The model by patches, the mesh on it, and how its nodes may move."""
+
+    solid: Solid
+    joined: JoinedMesh
+    slides: InterfaceSlides
+
+
+def _carried(part: Part, blends: list[Blend], design: cad.Design, roles: dict[str, str], made: Entities) -> _Carrying:
+    """Carry the mesh of a design.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The mesh has not the edges of the model.
+    """
+    (solid,) = part.solids
+    patch_of = find_patches(solid, blends, design.gone, design.model_faces)
+    quads, faces = _skin(solid, made)
+    hexes = made.joined.hexes
+    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), made.points, hexes, quads, faces)
+    united, quad_faces = unite(solid, patch_of, carried, quads)
+    slides = InterfaceSlides(
+        mask=(carried.surface >= 0) | (carried.curve >= 0),
+        surface=np.where(carried.surface >= 0, np.searchsorted(np.unique(patch_of), carried.surface), -1),
+        curve=carried.curve,
+        surfaces=[face.surface for face in united.faces],
+        curves=[line.curve for line in carried.lines],
+    )
+    joined = JoinedMesh(
+        points=carried.points,
+        hexes=hexes,
+        hex_cells=np.zeros(len(hexes), dtype=np.int64),
+        quads=quads,
+        quad_cells=np.zeros(len(quads), dtype=np.int64),
+        quad_faces=quad_faces,
+        roles=_roles(united, roles),
+        edge_nodes={number: line.nodes for number, line in enumerate(carried.lines)},
+    )
+    return _Carrying(united, joined, slides)
+
+
+def _skin(solid: Solid, made: Entities) -> tuple[IntArray, IntArray]:
+    """Quads (q, 4) on faces of the design, outward, and the face of the model (q,) that each is on."""
+    by_key = {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
+    quads, faces = [], []
+    for place, own in made.faces.items():
+        if not made.names.of(place):
+            continue
+        face = made.face(place)
+        found = np.full(len(own), by_key[face.key], dtype=np.int64)
+        middles = made.points[own].mean(axis=1)
+        for patch in face.former:
+            found[patch.contains(middles)] = by_key[patch.key]
+        quads.append(own)
+        faces.append(found)
+    return np.concatenate(quads), np.concatenate(faces)
+
+
+def _untangled(carrying: _Carrying, lengths: FloatArray, run: Run) -> JoinedMesh:
+    """The carried mesh untangled; edges of hexahedra are to be as long as in the design, (m, 3).
+
+    Raises
+    ------
+    SurfaceMeshError
+        Some stay inverted.
+    """
+    _, joined, slides = carrying
+    free = np.ones(len(joined.points), dtype=bool)
+    free[joined.quads] = False
+    height = _GUARD * float(np.median(lengths))
+    found = untangle(
+        joined.points,
+        joined.hexes,
+        free | slides.mask,
+        lengths,
+        slides,
+        goal=_GOAL,
+        guards=guards_outside(slides.surfaces, len(joined.points), joined.quads, joined.quad_faces, height),
+        on_round=lambda left: run.is_over(),
+    )
+    if found.worst <= 0:
+        raise SurfaceMeshError("hexahedra stay inverted once the mesh of the design lies on the model")
+    return joined.moved(found.points)
+
+
+def _roles(united: Solid, roles: dict[str, str]) -> dict[tuple[int, ...], str]:
+    """Roles of faces, and of patches of faces, by what the design's faces are in its mesh."""
+    found: dict[tuple[int, ...], str] = {}
+    for face in united.faces:
+        found[0, face.id] = roles.get(face.key, "side")
+        found |= {(0, face.id, j): roles.get(own.key, "side") for j, own in enumerate(face.former)}
+    return found
+
+
+def _roles_of(origin: Origin | CellsOrigin) -> dict[str, str]:
+    """Roles of the design's faces, by key; those of two kinds have none."""
+    own: Mapping[Any, str]
+    if isinstance(origin, Origin):
+        own = {(0, f): role for role in ("source", "target") for f in getattr(origin.sweep, role)}
+        solids: tuple[Solid, ...] = (origin.sweep.solid,)
+    else:
+        own, solids = origin.joined.roles, origin.part.solids
+    found: dict[str, set[str]] = {}
+    for cell, solid in enumerate(solids):
+        for face in solid.faces:
+            if origin.names.of((cell, face.id)):
+                found.setdefault(face.key, set()).add(own.get((cell, face.id), "side"))
+    return {key: next(iter(kinds)) for key, kinds in found.items() if len(kinds) == 1}
+
+
+__all__ = ["has_design", "mesh_design"]

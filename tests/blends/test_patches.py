@@ -1,0 +1,70 @@
+"""Patches of faces as one surface, and runs of edges as one curve."""
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.blends import find_blends
+from cadsweep.blends.patches import PatchSurface, find_patches
+from cadsweep.blends.runs import find_runs
+
+pytestmark = pytest.mark.cad
+
+
+def rounded_bar():
+    """A bar with one rounded edge along it, radius 2, and its patches."""
+    solid = cs.load(cq.Workplane().box(12, 8, 6).edges(">X and >Y").fillet(2)).solids[0]
+    blends = find_blends(solid)
+    return solid, find_patches(solid, blends, {f for blend in blends for f in blend.faces})
+
+
+def test_a_blend_and_what_it_lies_between_are_one_patch_and_all_others_by_themselves():
+    solid, patch_of = rounded_bar()
+    sizes = sorted(np.unique(patch_of, return_counts=True)[1].tolist())
+    assert sizes == [1, 1, 1, 1, 3]
+    assert len(set(find_patches(solid, find_blends(solid), set()).tolist())) == len(solid.faces)
+
+
+def test_points_of_a_patch_are_their_own_nearest_ones_and_outside_the_border_is():
+    solid, patch_of = rounded_bar()
+    members = np.flatnonzero(np.bincount(patch_of, minlength=7)[patch_of] == 3)
+    surface = PatchSurface(solid, members.tolist())
+    rng = np.random.default_rng(1)
+    scale = solid.units.scale
+    # Around the rounding, by angle and height; then the two planes beside it.
+    angle, z = 0.5 * np.pi * rng.random(50), rng.uniform(-3, 3, 50)
+    points = np.concatenate([
+        np.column_stack([4 + 2 * np.cos(angle), 2 + 2 * np.sin(angle), z]),
+        np.column_stack([rng.uniform(-6, 4, 50), np.full(50, 4.0), z]),
+        np.column_stack([np.full(50, 6.0), rng.uniform(-4, 2, 50), z]),
+    ]) / scale  # fmt: skip
+    uv = surface.project(points)
+    np.testing.assert_allclose(surface.evaluate(uv), points, atol=1e-9)
+    assert surface.distance(points).max() < 1e-9
+    assert [len(set(uv[own, 2])) for own in (slice(0, 50), slice(50, 100), slice(100, 150))] == [1, 1, 1]
+    # The sharp corner of the design goes to the middle of the rounding.
+    corner = np.array([[6.0, 4.0, 0.0]]) / scale
+    middle = np.array([[4 + np.sqrt(2), 2 + np.sqrt(2), 0.0]]) / scale
+    np.testing.assert_allclose(surface.evaluate(surface.project(corner)), middle, atol=1e-9)
+    np.testing.assert_allclose(surface.distance(corner) * scale, [2 * (np.sqrt(2) - 1)])
+    # Above the bar the border is nearest, and not the planes that the faces are pieces of.
+    above = np.array([[0.0, 4.0, 5.0]]) / scale
+    np.testing.assert_allclose(surface.evaluate(surface.project(above)) * scale, [[0.0, 4.0, 3.0]], atol=1e-9)
+    np.testing.assert_allclose(surface.distance(above) * scale, [2.0])
+
+
+def test_a_run_goes_on_where_a_blend_ends_and_its_fractions_are_of_its_length():
+    solid, patch_of = rounded_bar()
+    top = next(face.id for face in solid.faces if face.normal[2] > 0.9)
+    runs = [run for run in find_runs(solid, patch_of) if patch_of[top] in run.pair]
+    assert sorted(len(run.edges) for run in runs) == [1, 1, 3]
+    (run,) = [run for run in runs if len(run.edges) == 3]
+    assert run.length * solid.units.scale == pytest.approx(10 + np.pi + 6)
+    at = np.linspace(0.0, 1.0, 23)
+    points = run.evaluate(at)
+    np.testing.assert_allclose(run.project(points), at, atol=1e-9)
+    assert run.distance(points).max() < 1e-9
+    steps = np.linalg.norm(np.diff(run.evaluate(np.linspace(0.0, 1.0, 2001)), axis=0), axis=1)
+    np.testing.assert_allclose(steps.sum(), run.length, rtol=1e-6)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=1e-3)

@@ -1,0 +1,118 @@
+"""Solids meshed by their designs: on the model's own faces, each under its name."""
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep.errors import InputError
+from cadsweep.pipeline import write_factors
+
+pytest.importorskip("gmsh")
+pytestmark = pytest.mark.cad
+
+DESIGN = "way: design"
+
+
+def bracket():
+    """An L of legs 20, 4 thick and 12 wide, its inner corner rounded by 3, with a hole in its foot."""
+    shape = cq.Workplane().polyline([(0, 0), (20, 0), (20, 4), (4, 4), (4, 20), (0, 20)]).close().extrude(12)
+    shape = shape.edges("|Z").edges(cq.NearestToPointSelector((4, 4, 6))).fillet(3)
+    return shape.faces("<Y").workplane(centerOption="CenterOfMass").hole(4)
+
+
+def elbow():
+    """A bent pipe on a flange, with a foot of radius 1.2."""
+    path = cq.Workplane("XZ").moveTo(0, 0).lineTo(0, 10).radiusArc((10, 20), 10)
+    pipe = cq.Workplane().circle(5).circle(3.5).sweep(path).union(cq.Workplane().circle(9).circle(3.5).extrude(2))
+    foot = [e for e in pipe.edges().vals() if e.geomType() == "CIRCLE" and e.Center().z == pytest.approx(2)
+            and e.radius() == pytest.approx(5)]  # fmt: skip
+    return cq.Workplane(pipe.val().fillet(1.2, foot))
+
+
+def lever():
+    """An arm between two bosses, thicker than it, with rounded feet that meet in mitres over the arm's sharp edges."""
+    both = [(-20, 0), (20, 0)]
+    shape = (
+        cq.Workplane().box(40, 8, 4).union(cq.Workplane().workplane(offset=-6).pushPoints(both).circle(7).extrude(12))
+    )
+    shape = shape.cut(cq.Workplane().workplane(offset=-6).pushPoints(both).circle(3).extrude(12))
+    feet = [e for e in shape.edges().vals() if e.geomType() == "CIRCLE" and abs(e.Center().z) == pytest.approx(2)]
+    feet += [e for e in shape.edges("|Z").vals() if abs(e.Center().z) < 1e-6 and abs(e.Center().y) == pytest.approx(4)]
+    return cq.Workplane(shape.val().fillet(0.8, feet))
+
+
+@pytest.mark.parametrize(
+    ("shape", "size", "least", "volume"),
+    [(bracket, 1.0, 0.6, 0.002), (elbow, 1.0, 0.5, 0.01), (lever, 2.0, 0.5, 0.03)],
+    ids=["bracket", "elbow", "lever"],
+)
+def test_a_mesh_of_the_design_lies_on_the_model_and_is_better(shape, size, least, volume):
+    model = shape()
+    mesh = cs.sweep_mesh(model, size=size)
+    report = mesh.info["quality"]
+    assert DESIGN in mesh.info["rows"]
+    assert any("by its design" in note for note in mesh.info["notes"])
+    assert report.valid
+    assert report.min_scaled_jacobian > least
+    assert report.volume == pytest.approx(model.val().Volume(), rel=volume)
+    # Every node of the boundary is on the model, by OpenCASCADE's own word.
+    nodes = np.unique(np.concatenate([quads.ravel() for quads in mesh.boundaries.values()]))
+    skin = cq.Compound.makeCompound(model.faces().vals())
+    away = [skin.distance(cq.Vertex.makeVertex(*point)) for point in mesh.points[nodes[:: len(nodes) // 40]]]
+    assert max(away) < 1e-5
+
+
+def test_a_blend_has_the_quads_whose_middles_are_on_it_and_switched_off_it_is_a_sweep_of_the_model():
+    shape = bracket()
+    rounding = shape.faces(cq.NearestToPointSelector((5, 5, 6))).val()
+    part = cs.load(shape)
+    face = next(
+        f
+        for f in part.solids[0].faces
+        if f.kind == "cylinder" and f.area * part.scale**2 == pytest.approx(rounding.Area())
+    )
+    mesh = cs.sweep_mesh(shape, size=1.0, names={"rounding": f"face {face.id}", "floor": "<Y"})
+    quads = mesh.boundaries["rounding"]
+    middles = mesh.points[quads].mean(axis=1)
+    # Around (7, 7), radius 3: a chord of a quad is a little nearer to the middle.
+    radii = np.linalg.norm(middles[:, :2] - 7.0, axis=1)
+    assert (abs(radii - 3.0) < 0.1).all()
+    assert (middles[:, :2] < 7.0).all()
+    others = np.concatenate([own for name, own in mesh.boundaries.items() if name != "rounding"])
+    beyond = mesh.points[others].mean(axis=1)
+    inside = (abs(np.linalg.norm(beyond[:, :2] - 7.0, axis=1) - 3.0) < 1e-3) & (beyond[:, :2] < 6.99).all(axis=1)
+    assert not (inside & (beyond[:, 2] > 0.1) & (beyond[:, 2] < 11.9)).any()
+    assert np.ptp(mesh.points[mesh.boundaries["floor"]][..., 1]) < 1e-9
+    plain = cs.sweep_mesh(shape, size=1.0, without=[DESIGN])
+    assert DESIGN not in plain.info["rows"]
+    assert plain.info["quality"].min_scaled_jacobian < mesh.info["quality"].min_scaled_jacobian
+
+
+def test_a_carried_mesh_is_refined_and_raised_to_order_2_on_the_model():
+    mesh = cs.sweep_mesh(bracket(), size=2.0)
+    assert DESIGN in mesh.info["rows"]
+    fine = cs.refine(mesh, 1)
+    assert fine.info["quality"].valid
+    assert fine.n_hexes == 8 * mesh.n_hexes
+    volume = bracket().val().Volume()
+    assert abs(fine.info["quality"].volume / volume - 1) < abs(mesh.info["quality"].volume / volume - 1) / 2
+    curved = cs.sweep_mesh(bracket(), size=2.0, order=2)
+    assert DESIGN in curved.info["rows"]
+    assert curved.info["quality"].valid
+    assert abs(curved.info["quality"].volume / volume - 1) < 1e-3
+
+
+def test_wishes_about_faces_of_the_model_are_not_left_to_its_design():
+    mesh = cs.sweep_mesh(elbow(), size=1.0, source="<Z")
+    assert DESIGN not in mesh.info["rows"]
+
+
+def test_a_mesh_that_others_are_to_have_follows_the_borders_of_blends(tmp_path):
+    factors = tmp_path / "elbow.sweep.npz"
+    made = write_factors(elbow(), factors, size=2.0)
+    assert DESIGN not in made.info["rows"]
+    assert cs.sweep_mesh(elbow(), like=factors).n_hexes == made.n_hexes
+    mesh = cs.sweep_mesh(elbow(), size=1.0)
+    with pytest.raises(InputError, match="way: design"):
+        cs.sweep_mesh(elbow(), like=mesh)
