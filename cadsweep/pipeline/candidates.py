@@ -32,9 +32,6 @@ log = logging.getLogger(__name__)
 GOOD_ENOUGH = 0.1
 """Worst scaled Jacobian at which no other candidate sweep is tried."""
 
-GOOD_WITH_BLENDS = 0.5
-"""Worst scaled Jacobian of a solid with blends at which no other design of it is tried."""
-
 POINTED = 0.01
 """Radians between two edges of a face below which they are tangent: a quad there has no area."""
 

@@ -257,8 +257,13 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         cut = cad.apply_cuts(part, options.cuts or ())
         try:
             found = plan_cells(cut, run, decompose=options.decompose)
-        except NotSweepableError:
-            found = _cut_last(part, options, run)
+        except NotSweepableError as refused:
+            if not options.decompose:
+                raise
+            try:
+                found = _cut_last(part, options, run)
+            except NotSweepableError:
+                raise refused from None
     options = for_all_solids(part, options)
     return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
 
@@ -271,8 +276,7 @@ def _cut_last(part: Part, options: SweepOptions, run: Run) -> Complex:
     NotSweepableError
         Why the part has no cells, or these none after the cuts.
     """
-    cells = plan_cells(part, run, decompose=options.decompose).part
-    return plan_cells(cad.apply_cuts(cells, options.cuts or ()), run, decompose=options.decompose)
+    return plan_cells(cad.apply_cuts(plan_cells(part, run).part, options.cuts or ()), run)
 
 
 def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] | None = None) -> Part:

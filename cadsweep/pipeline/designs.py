@@ -33,13 +33,14 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
-from .candidates import GOOD_WITH_BLENDS
 from .origin import AnyMesh, CellsOrigin, Origin
 from .run import Run
 from .several import finish
 
 log = logging.getLogger(__name__)
 
+_GOOD = 0.5
+"""Worst scaled Jacobian at which no other design is tried."""
 _GUARD = 0.25
 """Height of the hexahedra outside, over the lengths of the boundary's quads, while a mesh is untangled."""
 _GOAL = 0.2
@@ -79,7 +80,7 @@ def mesh_design(
     shares: set[str] = set()
     refused: CadSweepError = NotSweepableError("the solid has no blends")
     for view in _views(solid, blends, options.size):
-        if best is not None and (_worst(best) >= GOOD_WITH_BLENDS or run.is_over()):
+        if best is not None and (_worst(best) >= _GOOD or run.is_over()):
             break
         try:
             with rows.share() as own:

@@ -42,7 +42,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, GOOD_WITH_BLENDS, crossing_of, first_good, pointed_of, touching_of
+from .candidates import GOOD_ENOUGH, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
@@ -217,7 +217,7 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMe
         return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
         return not enough
-    if run.is_over() or (best is not None and (_worst(best) >= GOOD_WITH_BLENDS or best.n_hexes > _MOST_CARRIED)):
+    if run.is_over() or (best is not None and (_worst(best) >= SMOOTH_BELOW or best.n_hexes > _MOST_CARRIED)):
         return False
     return _has_design(part, options)
 
