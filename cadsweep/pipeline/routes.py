@@ -196,7 +196,8 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             continue
         if best is None or _worst(mesh) > _worst(best):
             best, shares = mesh, {*own, row}
-        good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= GOOD_ENOUGH
+        # Cuts of the model itself may do better than a poor mesh that was carried onto it.
+        good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             good, share = _good_columns(mesh), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)

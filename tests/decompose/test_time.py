@@ -55,7 +55,7 @@ def block(bored):
 
 def test_a_search_without_time_says_so():
     with pytest.raises(NotSweepableError, match="ended by decompose_time"):
-        sweep_mesh(block(True), decompose_time=1e-9)
+        sweep_mesh(block(True), decompose_time=1e-9, fitted=False)
 
 
 def test_a_search_for_planes_ends_too():

@@ -65,8 +65,8 @@ def test_sweepable_part_is_recognised_and_meshed(path, monkeypatch):
     assert report.n_inverted == 0
     assert report.min_scaled_jacobian >= FLOORS[path.stem]
     assert np.isclose(report.volume, mesh.info["cad_volume"], rtol=0.01)
-    # Every candidate that recognition gave, not only the one that was meshed.
-    ((_, sweeps),) = found
+    # Every candidate that recognition gave of the part itself, not only the one that was meshed.
+    _, sweeps = found[0]
     for sweep in sweeps:
         roles = [*sweep.source, *sweep.target, *(side.face for side in sweep.linking_sides)]
         assert sorted(roles) == list(range(len(sweep.solid.faces)))
