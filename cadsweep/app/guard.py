@@ -27,10 +27,10 @@ ANYWHERE = frozenset({"0.0.0.0", "::", ""})
 
 POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-eval' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self'; worker-src 'self' blob:; "
+    "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' data:; worker-src 'self' blob:; "
     "object-src 'none'; base-uri 'self'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
 )
-"""Nothing is loaded from elsewhere. Vue makes functions of the page's template, which takes 'unsafe-eval'; frames are
+"""Nothing is loaded from elsewhere; a picture is handed on as ``data:``. Vue makes functions of the page's template, which takes 'unsafe-eval'; frames are
 those of notebooks on this machine."""
 
 

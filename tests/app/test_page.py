@@ -2,6 +2,7 @@
 
 import contextlib
 import http.client
+import json
 import subprocess
 import sys
 import urllib.error
@@ -116,6 +117,13 @@ def test_from_the_inlet_to_a_deck_and_the_command_and_the_script_make_the_same(t
         user.press("#axis-y")
         user.wait(f"trame.state.get('n_shown') !== '{shown}' && trame.state.get('n_shown') !== '0'")
 
+        user.press("#axis-none")
+        for color in ("size", "boundary", "solid", "cell", "distance", "quality"):
+            legend = user.state("legend")
+            user.type("#color", color)
+            user.wait_state("l_color", color)
+            user.wait(f"JSON.stringify(trame.state.get('legend')) !== {json.dumps(json.dumps(legend))}")
+
         sizes = "[...document.querySelectorAll('body *')].filter((e) => e.childNodes.length && e.textContent.trim())"
         assert user.page.evaluate(f"Math.min(...{sizes}.map((e) => parseFloat(getComputedStyle(e).fontSize)))") >= 12
         assert user.page.evaluate("document.documentElement.scrollWidth <= 1280 && document.body.scrollHeight <= 720")
@@ -126,6 +134,10 @@ def test_from_the_inlet_to_a_deck_and_the_command_and_the_script_make_the_same(t
         taken = [user.save(suffix, name) for suffix, name in file_names(user)]
         user.press("#take-report")
         assert "elbow" in user.saved(downloads / "elbow.html").read_text()
+        user.press("#take-picture")
+        assert user.saved(downloads / "elbow.png").read_bytes()[:4] == b"\x89PNG"
+        user.press("#take-script")
+        assert "sweep_mesh" in user.saved(downloads / "elbow_mesh.py").read_text()
         user.press("#take-session")
         assert '"entry"' in user.saved(downloads / "elbow.cadsweep.json").read_text()
         user.type("#format", ".inp")

@@ -104,9 +104,10 @@
       pull("say", `${name} is written: it is among your browser's downloads.`);
     },
     picture() {
-      Promise.resolve(view().captureImage("image/png")).then((image) => {
-        const link = document.createElement("a");
-        link.href = image; link.download = `${document.title.split(" ")[0]}.png`; link.click();
+      view().captureImage("image/png").then((image) => {
+        const link = document.createElement("a"), address = URL.createObjectURL(image);
+        link.href = address; link.download = `${window.trame.state.get("stem") || "part"}.png`; link.click();
+        setTimeout(() => URL.revokeObjectURL(address), 60000);
       });
     },
     reset() { view().resetCamera(); },
