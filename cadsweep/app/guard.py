@@ -30,8 +30,8 @@ POLICY = (
     "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' data:; worker-src 'self' blob:; "
     "object-src 'none'; base-uri 'self'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
 )
-"""Nothing is loaded from elsewhere; a picture is handed on as ``data:``. Vue makes functions of the page's template, which takes 'unsafe-eval'; frames are
-those of notebooks on this machine."""
+"""Nothing is loaded from elsewhere; a picture is handed on as ``data:``. Vue makes functions of the page's template,
+which takes 'unsafe-eval'; frames are those of notebooks on this machine."""
 
 
 @dataclass(frozen=True, kw_only=True)
