@@ -248,8 +248,7 @@ def _of_corners(blocks: CornerBlocks, size: float, *, scale: float) -> Estimate:
 
 
 def _with_counts(expected: Estimate, n_quads: int, n_layers: int) -> Estimate:
-    counted = estimate_counted(expected, n_quads, n_quads * n_layers, streamed=expected.streamed)
-    return replace(counted, n_layers=n_layers)
+    return estimate_counted(expected, n_quads, n_quads * n_layers, streamed=expected.streamed)
 
 
 def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memory: float | None = None) -> None:

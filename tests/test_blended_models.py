@@ -1,6 +1,5 @@
 """The blended parts of the gallery: each meshes with no option by its design, and is as good as it says."""
 
-import ast
 from pathlib import Path
 
 import numpy as np
@@ -8,23 +7,13 @@ import pytest
 
 import cadsweep as cs
 
+from .gallery import check_shown, promise
+
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
 
 MODELS = sorted(Path(__file__).parents[1].joinpath("models", "blended").glob("*.py"))
-
-
-def promise(path):
-    """The worst scaled Jacobian that a script states."""
-    (value,) = (
-        statement.value.value
-        for statement in ast.parse(path.read_text()).body
-        if isinstance(statement, ast.Assign)
-        and isinstance(statement.targets[0], ast.Name)
-        and statement.targets[0].id == "MIN_SCALED_JACOBIAN"
-    )
-    return value
 
 
 def test_there_is_one():
@@ -56,6 +45,4 @@ def test_the_script_makes_what_the_file_has(path):
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
 def test_the_gallery_shows_a_part_and_what_it_promises(path):
-    docs = path.parents[2] / "docs"
-    assert f"**`{path.stem}`** ({promise(path)})" in (docs / "gallery.md").read_text(encoding="utf-8")
-    assert 1_000 < (docs / "images" / f"{path.stem}.png").stat().st_size < 200_000
+    check_shown(path)

@@ -1,29 +1,18 @@
 """The parts of the gallery that are cut into cells: each meshes with no option, and is as good as it says."""
 
-import ast
 from pathlib import Path
 
 import pytest
 
 import cadsweep as cs
 
+from .gallery import check_shown, promise
+
 pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
 
 MODELS = sorted(Path(__file__).parents[1].joinpath("models", "cells").glob("*.py"))
-
-
-def promise(path):
-    """The worst scaled Jacobian that a script states."""
-    (value,) = (
-        statement.value.value
-        for statement in ast.parse(path.read_text()).body
-        if isinstance(statement, ast.Assign)
-        and isinstance(statement.targets[0], ast.Name)
-        and statement.targets[0].id == "MIN_SCALED_JACOBIAN"
-    )
-    return value
 
 
 def test_there_are_four():
@@ -43,6 +32,4 @@ def test_a_part_is_cut_unasked_and_keeps_its_word(path):
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
 def test_the_gallery_shows_a_part_and_what_it_promises(path):
-    docs = path.parents[2] / "docs"
-    assert f"**`{path.stem}`** ({promise(path)})" in (docs / "gallery.md").read_text(encoding="utf-8")
-    assert 1_000 < (docs / "images" / f"{path.stem}.png").stat().st_size < 200_000
+    check_shown(path)

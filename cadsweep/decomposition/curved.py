@@ -18,23 +18,19 @@ from __future__ import annotations
 import heapq
 import logging
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Cut, Part, Solid
-from ..corner_blocks import CornerBlocks
 from ..errors import PlanError
-from ..sweep import Sweep
 from .costs import BLOCKED, CELL, CONTRADICTION, cell_cost
+from .tools import Cutter, Fill, Tools
 
 log = logging.getLogger(__name__)
-
-Fill = Sweep | CornerBlocks
-"""How a cell is filled with hexahedra."""
 
 MOST_PARTS = 100
 """Parts that are looked at before the search is given up: what a cut changes of each is read anew, in some 0.2 s."""
@@ -62,65 +58,6 @@ LEAD = 1.0
 """How much cheaper a part becomes by a cut that keeps features apart, at least."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
-
-
-class Cutter(Protocol):
-    """What parts a cell; `cad` knows how."""
-
-    @property
-    def kind(self) -> str: ...
-
-    @property
-    def family(self) -> str: ...
-
-    @property
-    def reason(self) -> str: ...
-
-    @property
-    def price(self) -> float: ...
-
-    @property
-    def leads(self) -> bool: ...
-
-
-class Parted(Protocol):
-    """Cells in pieces, before they and their neighbours are imprinted on each other."""
-
-    @property
-    def key(self) -> Hashable:
-        """Equal for two parts with the same cells."""
-
-    def imprinted(self) -> Part | None:
-        """The part with the pieces in it; None where that fails."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Tools:
-    """What the search is given.
-
-    Attributes
-    ----------
-    recognise : callable
-        ``recognise(solid)``: the sweeps of a cell, none where there are none.
-    make_plan : callable
-        ``make_plan(part, candidates)``; raises PlanError.
-    find_cutters : callable
-        ``find_cutters(part, cell, faces)``, the most promising first.
-    split : callable
-        ``split(part, cell, cutter, others)``: the pieces of the cell, or None; other cells in the way are parted with
-        it where that is the cutter's way. Imprinting the part costs ten times as much, and waits until they are new.
-    on_progress : callable
-        Called with the number of cells in the way.
-    is_late : callable
-        Whether the search must end before its count is used up.
-    """
-
-    recognise: Callable[[Solid], list[Fill]]
-    make_plan: Callable[[Part, list[list[Fill]]], Any]
-    find_cutters: Callable[[Part, int, Sequence[int]], Iterable[Cutter]]
-    split: Callable[[Part, int, Any, Sequence[int]], Parted | None]
-    on_progress: Callable[[int], None] = lambda n: None
-    is_late: Callable[[], bool] = lambda: False
 
 
 class Step(NamedTuple):

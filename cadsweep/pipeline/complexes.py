@@ -15,7 +15,8 @@ import numpy as np
 from .. import cad, decomposition, recognition
 from ..blocks.joined import neighbours_of
 from ..brep import Cut, Part, Solid
-from ..decomposition.curved import Found, Tools, find_cells
+from ..decomposition.curved import Found, find_cells
+from ..decomposition.tools import Tools
 from ..errors import NotSweepableError, PlanError
 from ..plan import Fill, Plan, list_ways, make_plan
 from ..sweep import Sweep
@@ -122,22 +123,29 @@ def _cut_as_alone(part: Part, run: Run) -> Found | None:
         found, _ = find_cells(cad.divide_corners(alone) or alone, tools)
         if found.plan is None:
             continue
-        for step in found.steps:
-            there = [_same_cell(cut, owner, solid) for solid in (step.cell, *step.others)]
-            if there[0] is None:
-                break
-            pieces = tools.split(cut, there[0], step.cutter, [cell for cell in there[1:] if cell is not None])
-            then = None if pieces is None else pieces.imprinted()
-            if then is None:
-                break
+        then = _cut_alike(cut, owner, found, tools)
+        if then is not None:
             cut = then
-        else:
             cuts += found.cuts
     if cut is part or run.is_late():
         return None
     log.info("solids cut as alone: %d cells", len(cut.solids))
     found = cut_until_planned(cut, run)
     return replace(found, cuts=(*cuts, *found.cuts))
+
+
+def _cut_alike(part: Part, owner: int, found: Found, tools: Tools) -> Part | None:
+    """A part whose solid is cut as it was by itself; None where a cut of it parts nothing here."""
+    for step in found.steps:
+        first, *others = (_same_cell(part, owner, solid) for solid in (step.cell, *step.others))
+        pieces = None
+        if first is not None:
+            pieces = tools.split(part, first, step.cutter, [cell for cell in others if cell is not None])
+        then = None if pieces is None else pieces.imprinted()
+        if then is None:
+            return None
+        part = then
+    return part
 
 
 def _same_cell(part: Part, owner: int, solid: Solid) -> int | None:

@@ -8,6 +8,7 @@ from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import mesh_of_sweep
 from ..blocks.reference import make_reference
 from ..brep import Part
+from ..entity.entities import Entities
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..orders.elevate import elevate
@@ -35,13 +36,13 @@ def make_mesh(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reached
 
     factored, report = checked(factored, check, options, run, reached)
     mesh = replace(mesh, info=factored.info)
+    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     if options.order > 1 and (report.valid or options.allow_inverted):
         with run.stage(f"order {options.order}"):
-            mesh = raised(mesh, Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options))
+            mesh = raised(mesh, origin.entities, options)
         with run.stage("quality"):
             report = check_mesh(mesh, cad=reference)
     refuse(report, options, part, sweep)
-    origin = Origin(part=part, sweep=sweep, surfaces=surfaces, factored=factored, options=options)
     mesh = replace(mesh, origin=origin, info={**mesh.info, "quality": report})
     return Made(factored=factored, report=report, mesh=with_pairs(mesh), shortfall=shortfall)
 
@@ -65,13 +66,13 @@ def make_blocks(part: Part, sweep: Sweep, options: SweepOptions, run: Run, reach
     return Made(factored=factored, report=report, mesh=mesh, shortfall=shortfall)
 
 
-def raised(mesh: HexMesh, origin: Origin) -> HexMesh:
+def raised(mesh: HexMesh, entities: Entities, options: SweepOptions) -> HexMesh:
     """The mesh of the order asked for, its nodes on the CAD's edges and faces."""
     return elevate(
         mesh,
-        order=origin.options.order,
-        nodes=origin.options.nodes,
-        curves=origin.entities.on_curves(),
-        surfaces=origin.entities.on_surfaces(),
-        allow_inverted=origin.options.allow_inverted,
+        order=options.order,
+        nodes=options.nodes,
+        curves=entities.on_curves(),
+        surfaces=entities.on_surfaces(),
+        allow_inverted=options.allow_inverted,
     )

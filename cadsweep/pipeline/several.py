@@ -28,7 +28,6 @@ from ..estimate import estimate_counted
 from ..intervals import Wishes
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..orders.elevate import elevate
 from ..plan import Fill
 from ..quality import CadReference, QualityReport, check_mesh
 from ..quality.thickness import single_share
@@ -40,6 +39,7 @@ from .cells import expected_cells
 from .cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
+from .making import raised
 from .origin import CellsOrigin, made_of
 from .pairs import with_pairs
 from .refusing import refusal
@@ -314,14 +314,7 @@ def checked_cells(
     origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
     if options.order > 1 and (report.valid or options.allow_inverted):
         with run.stage(f"order {options.order}"):
-            mesh = elevate(
-                mesh,
-                order=options.order,
-                nodes=options.nodes,
-                curves=origin.entities.on_curves(),
-                surfaces=origin.entities.on_surfaces(),
-                allow_inverted=options.allow_inverted,
-            )
+            mesh = raised(mesh, origin.entities, options)
         with run.stage("quality"):
             report = check_mesh(mesh, cad=references)
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})

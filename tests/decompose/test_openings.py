@@ -16,8 +16,8 @@ from cadsweep.decomposition.curved import (
     MOST_FACES_OF_ALL,
     TURN,
     CellSearch,
-    Tools,
 )
+from cadsweep.decomposition.tools import Tools
 from cadsweep.errors import PlanError
 
 pytestmark = pytest.mark.cad

@@ -15,6 +15,7 @@ from cadsweep.orders.elevate import elevate
 from cadsweep.quality import check_mesh, positive_inside
 
 from ..io.io_meshes import box, twisted_box
+from .order_shapes import roll
 
 ORDERS = range(1, 9)
 
@@ -29,19 +30,8 @@ def _turned(mesh: HexMesh) -> HexMesh:
 
 
 def _rolled(order: int, n: int = 2) -> tuple[HexMesh, float]:
-    """A plate rolled to a part of a ring about the y axis, and its volume; its outside lies on two cylinders."""
-    flat = _turned(box(n, 1, 1, size=(1.0, 1.0, 1.0)))
-    angle, radius = flat.points[:, 0], 3.0 + flat.points[:, 2]
-    points = np.column_stack([radius * np.sin(angle), flat.points[:, 1], radius * np.cos(angle)])
-    mesh = HexMesh(points=points, hexes=flat.hexes, boundaries=flat.boundaries, parts=flat.parts)
-
-    def onto(places):
-        own = np.hypot(places[:, 0], places[:, 2])
-        scale = np.where(own < 3.45, 3.0, 4.0) / own
-        return places * np.column_stack([scale, np.ones_like(scale), scale])
-
-    curved = [(mesh.boundaries[name], onto) for name in ("source", "target")]
-    return elevate(mesh, order=order, nodes=27, surfaces=curved), (4.0**2 - 3.0**2) / 2
+    """A rolled plate and its volume; its outside lies on two cylinders."""
+    return roll(_turned(box(n, 1, 1, size=(1.0, 1.0, 1.0))), order), (4.0**2 - 3.0**2) / 2
 
 
 @pytest.mark.parametrize("order", ORDERS)
