@@ -7,64 +7,53 @@ the layers of a sweep from a wall; a cap of other quads gets rows along its wall
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
-import numpy as np
-
-from ..arrays import FloatArray
-from ..asked import WallLayers, wall_layers
-from ..brep import Part
+from ..asked import WallLayers
+from ..brep import Edge, Part
 from ..corner_blocks import CornerBlocks
 from ..errors import InputError
 from ..options import SweepOptions
 from ..plan import Plan
 from ..surface import Division
 from ..sweep import Sweep
-from .named_faces import faces_called
-from .walls import LEAST_SLANT, MOST_OF_EDGE, STRAIGHT_ON, count_between, heights_of, joints, layered
+from .leaving import STRAIGHT_ON, Leaving, joints, leave_at, walls_asked
 
 
 @dataclass(kw_only=True, eq=False)
-class CellWalls:
-    """What wall layers ask of the cells of a part, by keys.
+class CellWalls(Leaving[int]):
+    """What wall layers ask of the cells of a part, and of the edges that leave walls, by keys.
 
     Attributes
     ----------
     layers : dict of int to WallLayers
         By face, heights in working units.
-    ends : dict of int to dict of bool to (n,) float64
-        For an edge that leaves walls at its start (True) or end, distances of its nodes there.
-    growths : dict of int to float
-    notes : list of str
     """
 
     layers: dict[int, WallLayers] = field(default_factory=dict)
-    ends: dict[int, dict[bool, FloatArray]] = field(default_factory=dict)
-    growths: dict[int, float] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
     def divisions(self, part: Part) -> dict[int, Division]:
         """How the edges that leave walls divide themselves."""
-        found: dict[int, Division] = {}
-        for solid in part.solids:
-            for key, edge in zip(solid.edge_keys.tolist(), solid.edges, strict=True):
-                if key in self.ends and key not in found:
-                    found[key] = layered(self.ends[key], self.growths[key], length=edge.length, label=edge.label())
-        return found
+        return {key: self.division(key, edge.length, edge.label()) for key, edge in self._edges(part)}
 
     def least_counts(self, part: Part, size: float) -> dict[int, int]:
         """Segments that these edges need for the layers, and for what is left of them at most `size` long."""
-        found: dict[int, int] = {}
+        return {key: self.needed(key, edge.length, size) for key, edge in self._edges(part)}
+
+    def shorten_all(self, part: Part) -> None:
+        """Thin layers where an edge is too short for them."""
+        for key, edge in self._edges(part):
+            self.shorten(key, edge)
+
+    def _edges(self, part: Part) -> Iterator[tuple[int, Edge]]:
+        """The edges that leave walls, each once."""
+        seen: set[int] = set()
         for solid in part.solids:
             for key, edge in zip(solid.edge_keys.tolist(), solid.edges, strict=True):
-                if key not in self.ends:
-                    continue
-                ends = self.ends[key].values()
-                left = edge.length - sum(float(d[-1]) for d in ends)
-                last = [float(np.diff(d, prepend=0.0)[-1]) for d in ends]
-                found[key] = sum(len(d) for d in ends) + count_between(left, last, self.growths[key], size)
-        return found
+                if key in self.ends and key not in seen:
+                    seen.add(key)
+                    yield key, edge
 
 
 def plan_cell_walls(part: Part, model: Part, plan: Plan, options: SweepOptions) -> CellWalls:
@@ -77,17 +66,11 @@ def plan_cell_walls(part: Part, model: Part, plan: Plan, options: SweepOptions) 
         cell and the face.
     """
     walls = CellWalls()
-    for word, value in (options.wall_layers or {}).items():
-        asked = wall_layers(f"the wall layers of '{word}'", value)
-        own = replace(asked, first=asked.first / part.scale)
-        places = faces_called(part, model, word)
-        if not places:
-            raise InputError(f"wall layers of '{word}': it lies between solids, and is no wall")
-        for cell, f in sorted(places):
-            key = int(part.solids[cell].face_keys[f])
-            if walls.layers.setdefault(key, own) != own:
-                label = part.solids[cell].faces[f].label()
-                raise InputError(f"{label}: wall layers of '{word}' and of another name differ")
+    for word, own, (cell, f) in walls_asked(part, model, options):
+        key = int(part.solids[cell].face_keys[f])
+        if walls.layers.setdefault(key, own) != own:
+            label = part.solids[cell].faces[f].label()
+            raise InputError(f"{label}: wall layers of '{word}' and of another name differ")
     if not walls.layers:
         return walls
     _go_on(part, plan, walls)
@@ -104,7 +87,7 @@ def plan_cell_walls(part: Part, model: Part, plan: Plan, options: SweepOptions) 
                 "block at every corner: cut it into cells that are swept, with cuts"
             )
         _leave(part, cell, way.fill, own_walls, grids, walls)
-    _shorten(part, walls)
+    walls.shorten_all(part)
     return walls
 
 
@@ -159,13 +142,8 @@ def _leave(  # noqa: PLR0917
                 _check_alike(part, cell, own, [own_walls[g] for g in others])
                 continue  # two walls of a section meet here: their rows turn along the bisector
             key = int(solid.edge_keys[edge.id])
-            for at_start, v in ((True, edge.start), (False, edge.end)):
-                if v not in at:
-                    continue
-                normal = face.surface.normals(face.surface.project(solid.vertices[v][None]))[0]
-                slant = abs(float(edge.tangents[0 if at_start else 1] @ normal))
-                walls.ends.setdefault(key, {})[at_start] = heights_of(own) / max(slant, LEAST_SLANT)
-                walls.growths[key] = max(own.growth, 1.05)
+            for at_start, sine in leave_at(solid, face, edge, at):
+                walls.leave(key, own, sine=sine, at_start=at_start)
 
 
 def _check_alike(part: Part, cell: int, own: WallLayers, others: Sequence[WallLayers]) -> None:
@@ -175,18 +153,3 @@ def _check_alike(part: Part, cell: int, own: WallLayers, others: Sequence[WallLa
                 f"two walls that meet in cell {cell} of '{part.models[part.owners[cell]].name}' have {own.n} and "
                 f"{other.n} layers: ask for as many of both"
             )
-
-
-def _shorten(part: Part, walls: CellWalls) -> None:
-    """Thin layers where an edge is too short for them."""
-    seen: set[int] = set()
-    for solid in part.solids:
-        for key, edge in zip(solid.edge_keys.tolist(), solid.edges, strict=True):
-            if key not in walls.ends or key in seen:
-                continue
-            seen.add(key)
-            taken = sum(float(d[-1]) for d in walls.ends[key].values())
-            if taken > MOST_OF_EDGE * edge.length:
-                shrink = MOST_OF_EDGE * edge.length / taken
-                walls.ends[key] = {side: d * shrink for side, d in walls.ends[key].items()}
-                walls.notes.append(f"wall layers are thinner at {edge.label()}, which is too short for them")

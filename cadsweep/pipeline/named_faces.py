@@ -22,11 +22,11 @@ def faces_called(part: Part, model: Part, word: str | int, *, outer: bool = True
     InputError
         Nothing has such a name.
     """
-    wanted = {
-        (model.models[model.owners[cell]].name, model.solids[cell].faces[f].key)
-        for cell, f in cad.select_faces_of_all(model, word)
-    }
+    named = cad.select_faces_of_all(model, word)
     beyond = neighbours_of(part)
+    if part is model:
+        return frozenset(place for place in named if not (outer and place in beyond))
+    wanted = {(model.models[model.owners[cell]].name, model.solids[cell].faces[f].key) for cell, f in named}
     return frozenset(
         (cell, face.id)
         for cell, solid in enumerate(part.solids)

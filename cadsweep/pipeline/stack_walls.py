@@ -8,11 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from .. import cad
-from ..arrays import FloatArray
-from ..asked import WallLayers, wall_layers
+from ..asked import WallLayers
 from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
@@ -20,9 +16,10 @@ from ..stack import Stack
 from ..stacks import Sheets
 from ..surface import Division, Walls
 from ..sweep import Intervals
+from .leaving import MOST_OF_EDGE, Leaving, walls_asked
 from .stack_hints import StackHints
 from .wall_corners import finer_at_corners
-from .walls import LEAST_SLANT, MOST_OF_EDGE, WallPlan, count_between, end_rows, heights_of, layered
+from .walls import WallPlan, end_rows
 
 
 @dataclass(kw_only=True, eq=False)
@@ -33,8 +30,8 @@ class StackWalls:
     ----------
     plan : WallPlan
         Of the prism whose cap the plane is.
-    cap_ends : dict of (int, int) to dict of bool to (n,) float64
-        Between two sheets, distances of nodes from the lower one (True) and the upper one.
+    at_caps : Leaving
+        Heights between two sheets, from the lower one, at which layers begin.
     between : dict of (int, int) to callable
         How the layers between two sheets divide the height.
     sizes : dict of (int, int) to float
@@ -42,7 +39,7 @@ class StackWalls:
     """
 
     plan: WallPlan = field(default_factory=WallPlan)
-    cap_ends: dict[tuple[int, int], dict[bool, FloatArray]] = field(default_factory=dict)
+    at_caps: Leaving[tuple[int, int]] = field(default_factory=Leaving)
     between: dict[tuple[int, int], Division] = field(default_factory=dict)
     sizes: dict[tuple[int, int], float] = field(default_factory=dict)
 
@@ -91,19 +88,16 @@ def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOpt
         A name that no face has, walls that contradict each other, or layers for which there is no height.
     """
     found = StackWalls()
-    for word, value in (options.wall_layers or {}).items():
-        asked = wall_layers(f"the wall layers of '{word}'", value)
-        own = replace(asked, first=asked.first / part.scale)
-        for f in cad.select_faces(part, word):
-            if f in sheets.caps:
-                _at_cap(stack, sheets, f, own, counts.size, found)
-                continue
-            edges = set(stack.solid.faces[f].edges)
-            below = [e for e, over in stack.arrangement.over.items() if edges & set(over)]
-            for e in below:
-                if found.plan.edges.setdefault(e, own) != own:
-                    label = stack.solid.faces[f].label()
-                    raise InputError(f"{label}: wall layers of '{word}' and of another name over or under it differ")
+    for word, own, (_, f) in walls_asked(part, part, options):
+        if f in sheets.caps:
+            _at_cap(stack, sheets, f, own, counts.size, found)
+            continue
+        edges = set(stack.solid.faces[f].edges)
+        below = [e for e, over in stack.arrangement.over.items() if edges & set(over)]
+        for e in below:
+            if found.plan.edges.setdefault(e, own) != own:
+                label = stack.solid.faces[f].label()
+                raise InputError(f"{label}: wall layers of '{word}' and of another name over or under it differ")
     if found.plan.edges:
         end_rows(stack.plan, found.plan, counts, options)
     return found
@@ -120,21 +114,15 @@ def _at_cap(  # noqa: PLR0917
         raise InputError(f"wall layers: {label} has no layers of its own beside it")
     pair = min(pairs, key=lambda pair: float(sheets.heights[pair[1]] - sheets.heights[pair[0]]))
     height = float(sheets.heights[pair[1]] - sheets.heights[pair[0]])
-    slant = max(abs(float(stack.solid.faces[face].normal @ stack.direction)), LEAST_SLANT)
-    distances = heights_of(own) / slant
-    if distances[-1] > MOST_OF_EDGE * height:
+    sine = abs(float(stack.solid.faces[face].normal @ stack.direction))
+    taken = float(found.at_caps.leave(pair, own, sine=sine, at_start=upward)[-1])
+    if taken > MOST_OF_EDGE * height:
         scale = stack.solid.units.scale
         raise InputError(
-            f"wall layers: {own.n} layers at {label} take {distances[-1] * scale:.3g} of the {height * scale:.3g} to "
+            f"wall layers: {own.n} layers at {label} take {taken * scale:.3g} of the {height * scale:.3g} to "
             "the next cap: ask for fewer or thinner ones"
         )
-    ends = found.cap_ends.setdefault(pair, {})
-    ends[upward] = distances
-    growth = max(own.growth, 1.05)
-    last = [float(np.diff(d, prepend=0.0)[-1]) for d in ends.values()]
-    left = height - sum(float(d[-1]) for d in ends.values())
-    if left <= 0.0:
+    if sum(float(d[-1]) for d in found.at_caps.ends[pair].values()) >= height:
         raise InputError(f"wall layers at {label} and at the cap across take more than there is between them")
-    n = sum(len(d) for d in ends.values()) + count_between(left, last, growth, size)
-    found.sizes[pair] = height / n
-    found.between[pair] = layered(ends, growth, length=height, label=f"the height at {label}")
+    found.sizes[pair] = height / found.at_caps.needed(pair, height, size)
+    found.between[pair] = found.at_caps.division(pair, height, f"the height at {label}")

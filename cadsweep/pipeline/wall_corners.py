@@ -24,9 +24,9 @@ from ..brep import Part
 from ..plan import Plan
 from ..surface import Division, column_length
 from ..sweep import Sweep
+from .leaving import joints
 from .local_sizes import GROWTH
 from .size_divisions import by_density, divided_by
-from .walls import joints
 
 _LONGEST = 2.4
 """Segment at a sharp corner over the face that its first cells share, along the wall."""

@@ -6,34 +6,22 @@ divided so that the rows end at their nodes. A wall that is a cap gets its layer
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
+from math import sin
 
-import numpy as np
-
-from .. import cad
 from ..arrays import FloatArray
-from ..asked import WallLayers, layer_heights, wall_layers
+from ..asked import WallLayers
 from ..brep import Part
 from ..errors import InputError
 from ..options import SweepOptions
-from ..surface import Division, Walls, turned_round
+from ..surface import Division, Walls
 from ..sweep import Intervals, Sweep
-
-STRAIGHT_ON = np.radians(135)
-"""Angle of a section from which on a wall goes on along its neighbour: its rows could not end there."""
-MOST_OF_EDGE = 0.8
-"""Part of an edge that rows which end at it may take."""
-LEAST_SLANT = 0.2
-"""Sine of the angle between an edge and the wall that it leaves below which its layers get no longer."""
-_MOST_GROWTH = 1e3
-"""Growth up to which one is looked for that fills a length."""
+from .leaving import MOST_OF_EDGE, STRAIGHT_ON, Leaving, heights_of, joints, leave_at, walls_asked
 
 
 @dataclass(kw_only=True, eq=False)
-class WallPlan:
-    """What wall layers ask of one sweep.
+class WallPlan(Leaving[int]):
+    """What wall layers ask of one sweep, and of the edges that leave its walls.
 
     Attributes
     ----------
@@ -41,30 +29,21 @@ class WallPlan:
         Edges of the source cap along which rows are laid, heights in working units.
     faces : set of int
         The walls along which they are.
-    ends : dict of int to dict of bool to (n,) float64
-        For an edge at whose start (True) or end rows end or layers begin, distances of their nodes.
     counts : dict of tuple of int to int
-        Segments that these edges need.
+        Segments that the edges need at which rows end or layers begin.
     cap_heights : dict of bool to (n,) float64
         Heights of the layers along the source (True) and the target, where these are walls.
-    notes : list of str
     """
 
     edges: dict[int, WallLayers] = field(default_factory=dict)
     faces: set[int] = field(default_factory=set)
-    ends: dict[int, dict[bool, FloatArray]] = field(default_factory=dict)
-    growths: dict[int, float] = field(default_factory=dict)
     counts: dict[tuple[int, ...], int] = field(default_factory=dict)
     cap_heights: dict[bool, FloatArray] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
     def divisions(self, sweep: Sweep) -> dict[int, Division]:
         """How the edges at which rows end divide themselves."""
-        found = {}
-        for e, ends in self.ends.items():
-            edge = sweep.solid.edges[e]
-            found[e] = layered(ends, self.growths[e], length=edge.length, label=edge.label())
-        return found
+        edges = sweep.solid.edges
+        return {e: self.division(e, edges[e].length, edges[e].label()) for e in self.ends}
 
     @property
     def walls(self) -> Walls:
@@ -81,16 +60,13 @@ def plan_walls(part: Part, sweep: Sweep, options: SweepOptions, counts: Interval
         A name that no face has, a face that is neither a side nor a cap, or walls that contradict each other.
     """
     plan = WallPlan()
-    for word, value in (options.wall_layers or {}).items():
-        asked = wall_layers(f"the wall layers of '{word}'", value)
-        own = replace(asked, first=asked.first / part.scale)
-        for f in cad.select_faces(part, word):
-            if options.fractions is not None and f in (*sweep.source, *sweep.target):
-                label = sweep.solid.faces[f].label()
-                raise InputError(
-                    f"wall layers of '{word}': {label} is a cap, and fractions place the layers along the sweep"
-                )
-            _take_face(sweep, plan, f, own, word)
+    for word, own, (_, f) in walls_asked(part, part, options):
+        if options.fractions is not None and f in (*sweep.source, *sweep.target):
+            label = sweep.solid.faces[f].label()
+            raise InputError(
+                f"wall layers of '{word}': {label} is a cap, and fractions place the layers along the sweep"
+            )
+        _take_face(sweep, plan, f, own, word)
     end_rows(sweep, plan, counts, options)
     return plan
 
@@ -149,37 +125,17 @@ def _layers_at_cap(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, *, 
     solid = sweep.solid
     loops = sweep.source_loops if at_source else sweep.target_loops
     at_cap = {v for loop in loops for e, _ in loop for v in (solid.edges[e].start, solid.edges[e].end)}
-    surface = solid.faces[face].surface
     plan.cap_heights[at_source] = heights_of(own)
     for e in sweep.rails:
         edge = solid.edges[e]
-        for at_start, vertex in ((True, edge.start), (False, edge.end)):
-            if vertex not in at_cap:
-                continue
-            normal = surface.normals(surface.project(solid.vertices[vertex][None]))[0]
-            slant = abs(float(edge.tangents[0 if at_start else 1] @ normal))
-            distances = heights_of(own) / max(slant, LEAST_SLANT)
-            if distances[-1] > MOST_OF_EDGE * edge.length:
-                taken, length = distances[-1] * solid.units.scale, edge.length * solid.units.scale
+        for at_start, sine in leave_at(solid, solid.faces[face], edge, at_cap):
+            taken = float(plan.leave(e, own, sine=sine, at_start=at_start)[-1])
+            if taken > MOST_OF_EDGE * edge.length:
+                scale = solid.units.scale
                 raise InputError(
-                    f"wall layers: {own.n} layers at {solid.faces[face].label()} take {taken:.3g} of {edge.label()}, "
-                    f"which is {length:.3g} long: ask for fewer or thinner ones"
+                    f"wall layers: {own.n} layers at {solid.faces[face].label()} take {taken * scale:.3g} of "
+                    f"{edge.label()}, which is {edge.length * scale:.3g} long: ask for fewer or thinner ones"
                 )
-            plan.ends.setdefault(e, {})[at_start] = distances
-            plan.growths[e] = max(own.growth, 1.05)
-
-
-def heights_of(own: WallLayers) -> FloatArray:
-    return layer_heights(np.array([own.first]), np.array([own.growth]), own.n, np.array([np.inf]))[0]
-
-
-def joints(sweep: Sweep) -> Iterator[tuple[int, tuple[int, bool], tuple[int, bool], float]]:
-    """Faces of the source, pairs of their directed edges that follow each other, and the face's angle between them."""
-    for f in sweep.source:
-        for loop in sweep.solid.faces[f].loops:
-            directed = loop.directed
-            for j, angle in enumerate(loop.angles):
-                yield f, directed[j - 1], directed[j], angle
 
 
 def _go_on(sweep: Sweep, plan: WallPlan) -> None:
@@ -218,27 +174,16 @@ def _end_rows(sweep: Sweep, plan: WallPlan) -> None:
         assert own is not None
         # The edge that is no wall ends at the joint where it is the first of the two.
         edge, at_start = (b, b_forward) if one is not None else (a, not a_forward)
-        plan.ends.setdefault(edge, {})[at_start] = heights_of(own) / max(float(np.sin(angle)), LEAST_SLANT)
-        plan.growths[edge] = max(own.growth, 1.05)
-    for e, ends in plan.ends.items():
-        if e in sweep.rails:
-            continue
-        whole = sweep.solid.edges[e]
-        taken = sum(float(d[-1]) for d in ends.values())
-        if taken > MOST_OF_EDGE * whole.length:
-            plan.ends[e] = {side: d * (MOST_OF_EDGE * whole.length / taken) for side, d in ends.items()}
-            plan.notes.append(f"wall layers are thinner at {whole.label()}, which is too short for them")
+        plan.leave(edge, own, sine=sin(angle), at_start=at_start)
+    for e in plan.ends:
+        if e not in sweep.rails:
+            plan.shorten(e, sweep.solid.edges[e])
 
 
 def _need_segments(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
     """Demand segments for the rows that end at an edge, and for what is left of it."""
-    needed: dict[int, int] = {}
-    for e, ends in plan.ends.items():
-        edge = sweep.solid.edges[e]
-        size = edge.length / max(1, int(counts.counts[e]))
-        left = edge.length - sum(float(d[-1]) for d in ends.values())
-        last = [float(np.diff(d, prepend=0.0)[-1]) for d in ends.values()]
-        needed[e] = sum(len(d) for d in ends.values()) + count_between(left, last, plan.growths[e], size)
+    edges = sweep.solid.edges
+    needed = {e: plan.needed(e, edges[e].length, edges[e].length / max(1, int(counts.counts[e]))) for e in plan.ends}
     for f in sweep.source:
         for loop in sweep.solid.faces[f].loops:
             if len(loop.edges) == 4:
@@ -254,49 +199,3 @@ def _need_segments(sweep: Sweep, plan: WallPlan, counts: Intervals, options: Swe
                 most = max(own, key=lambda e: needed[e])
                 plan.counts[most,] = needed[most]
     plan.counts |= {(e,): n for e, n in needed.items() if e not in rails}
-
-
-def count_between(length: float, last: list[float], growth: float, size: float) -> int:
-    """Segments that lead on from the last layers, growing up to the size."""
-    for n in range(1, 100_000):
-        if _grown(n, last, growth, size).sum() >= length:
-            return n
-    return 100_000
-
-
-def _grown(n: int, last: list[float], growth: float, most: float) -> FloatArray:
-    """Lengths of n segments that grow away from the layers at one end or at both, up to the greatest."""
-    steps = growth ** np.arange(1, n + 1, dtype=float)
-    rows = [last[0] * steps, *(own * steps[::-1] for own in last[1:])]
-    return np.minimum(np.min(rows, axis=0), max(most, min(last)))
-
-
-def layered(ends: Mapping[bool, FloatArray], growth: float, *, length: float, label: str) -> Division:
-    """The division of a line with nodes at given distances from its start (True) and its end."""
-    begin, end = (ends.get(side, np.empty(0)) / length for side in (True, False))
-    return partial(_layered, begin=begin, end=end, growth=growth, label=label)
-
-
-def _layered(n: int, *, begin: FloatArray, end: FloatArray, growth: float, label: str) -> FloatArray:
-    """Fractions (n + 1,) of an edge with nodes at given fractions from its ends, and growing segments between."""
-    n_left = n - len(begin) - len(end)
-    if n_left < 1:
-        raise InputError(
-            f"{label} gets {n} segments, and {n - n_left} wall layers end or begin there: ask for at least "
-            f"{n - n_left + 1}"
-        )
-    if not len(begin):
-        return turned_round(_layered(n, begin=end, end=begin, growth=growth, label=label))
-    left = 1.0 - begin[-1] - (end[-1] if len(end) else 0.0)
-    last = [float(np.diff(d, prepend=0.0)[-1]) for d in (begin, end) if len(d)]
-    weights = _grown(n_left, last, growth, np.inf)
-    enough = weights.sum() >= left
-    # The greatest segment where there are enough; else more growth than was asked for.
-    low, high = (0.0, 1.0) if enough else (growth, _MOST_GROWTH)
-    for _ in range(100):
-        middle = (low + high) / 2
-        made = np.minimum(weights, middle) if enough else _grown(n_left, last, middle, np.inf)
-        low, high = (middle, high) if made.sum() < left else (low, middle)
-    weights = np.minimum(weights, high) if enough else _grown(n_left, last, high, np.inf)
-    between = begin[-1] + left * np.cumsum(weights)[:-1] / weights.sum()
-    return np.concatenate([[0.0], begin, between, 1.0 - end[::-1], [1.0]])
