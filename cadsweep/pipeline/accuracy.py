@@ -1,8 +1,7 @@
-"""The boundary's mesh as near to the CAD model as is asked for: measured, and divided finer where it is too coarse.
+"""The boundary of one sweep as near to the CAD model as is asked for (:mod:`.nearer`).
 
-Without a tolerance and without a size the boundary may lose `MOST_LOST` of volume and area and be off by `MOST_OFF` of
-the part's size; with a size the user has the last word. Each round divides what sags: edges around the sweep and along
-it for the sides, and the inside of caps, by the square root of how much too far they are off.
+Each round divides what sags: edges around the sweep and along it for the sides, and the inside of caps, by the square
+root of how much too far they are off.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ import numpy as np
 from .. import estimate
 from ..blocks.reference import volume_doubt
 from ..brep import Part
-from ..errors import CoarseMeshError, SurfaceMeshError
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection.caps import PlacedCap, place_target
@@ -25,30 +23,22 @@ from .cap_sizes import least_of, sizes_along_rims, sizes_inside
 from .curvature import divide_by_curvature
 from .dividing import mesh_boundary
 from .hints import Hints, resolve_hints
+from .nearer import (
+    COARSE,
+    FINER,
+    MARGIN,
+    Limit,
+    TooManyError,
+    coarse,
+    come_nearer,
+    in_the_way,
+    is_loose,
+    limit_of,
+    missed_tolerance,
+)
 from .periodic_sides import cap_motion
 from .run import Run
 
-MOST_LOST = 0.005
-"""Part of volume and area that a mesh may lose or gain where nothing is asked for."""
-MOST_OFF = 1 / 200
-"""Distance from the CAD faces, in sizes of the part, where nothing is asked for."""
-MOST_HEXES = 200_000
-"""Hexahedra up to which a part is divided finer by itself."""
-COARSE = 0.05
-"""Part of volume or area beyond which a mesh is not the part."""
-LOST_SIZED = 0.04
-"""Part of volume and area that a mesh may lose or gain where a size is asked for: what is coarser is divided finer."""
-FINER = "divided finer than the size asked for, {size:g}, where the part would have lost its shape"
-"""The note on such a mesh."""
-MOST_ROUNDS = 8
-"""Rounds of refining: the sag falls with the square, so two would do but for counts that are whole numbers, and for
-meshers whose quads are not as small as they are asked for."""
-MARGIN = 1.1
-"""How much more than the sag asks for, since counts are whole numbers and the sag is not quite quadratic."""
-LEAST_GAIN = 0.95
-"""A round that leaves more than this part of the excess was in vain."""
-ROUNDS_IN_VAIN = 2
-"""Rounds in vain after which refining does not help; one may be so by a mesher's whim."""
 _SHARE = 0.1
 """A direction that sags less than this part of what is allowed stays as it is."""
 
@@ -86,50 +76,33 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
     """
     hints = resolve_hints(part, sweep, options)
     graded = frozenset(hints.divisions)
-    limit = _limit(part, sweep, options)
-    best = last = first = _make(part, sweep, options, run, hints, streamed=streamed)
-    in_vain = 0
-    stop = "finer segments and quads bring it no nearer"
-    for rounds in range(MOST_ROUNDS if limit is not None else 0):
-        assert limit is not None
-        if _shortfall(best.deviation, limit) <= 1.0:
-            break
-        wishes = _finer(
+    solid = sweep.solid
+    limit = limit_of(options, scale=part.scale, size=solid.size, doubt=volume_doubt(solid) / solid.volume)
+
+    def make(hints: Hints, most: int | None = limit.most) -> Boundary:
+        made = _make(part, sweep, options, run, hints, streamed=streamed, most=most)
+        off = made.deviation
+        return replace(made, shortfall=limit.shortfall(off.distance, off.volume, off.area))
+
+    def finer(made: Boundary, hints: Hints, rounds: int) -> Hints | None:
+        return _finer(
             sweep,
-            last,
+            made,
             hints,
-            limit.beyond(max(in_vain, rounds - 1)),
+            limit.beyond(rounds),
             fixed=() if _layers_follow(options) else sweep.rails,
             graded=graded,
             # The places of rows along walls, and of nodes that answer others, are settled elsewhere.
             curved=np.isfinite(limit.distance) and not (options.wall_layers or options.periodic),
         )
-        if wishes is None:
-            break
-        try:
-            made = _make(part, sweep, options, run, wishes, streamed=streamed, most=limit.most)
-        except _TooManyError:
-            stop = f"nearer would take more than {MOST_HEXES:,} hexahedra; say a tolerance or a size"
-            break
-        except SurfaceMeshError as error:
-            stop = f"finer quads could not be made: {error.message}"
-            break
-        gain = _shortfall(made.deviation, limit) / _shortfall(best.deviation, limit)
-        last, hints = made, wishes
-        best = made if gain < 1.0 else best
-        in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
-        if in_vain == ROUNDS_IN_VAIN:
-            break
-    if limit is None:
-        return best
-    if options.size is not None and options.tolerance is None:  # near enough, or refused
-        finer = [FINER.format(size=options.size)] if best is not first else []
-        return replace(best, notes=(*best.notes, *finer))
-    return replace(
-        best,
-        notes=(*best.notes, *_unmet(part, best.deviation, limit, options, stop)),
-        shortfall=_shortfall(best.deviation, limit),
-    )
+
+    first = make(hints, None)
+    if options.tolerance is None and options.size is not None:  # near enough, or refused
+        best = first if is_loose(options) else come_nearer(first, hints, make=make, finer=finer)[0]
+        said = [] if best is first else [FINER.format(size=options.size)]
+        return replace(best, notes=(*best.notes, *said), shortfall=0.0)
+    best, stop = come_nearer(first, hints, make=make, finer=finer)
+    return replace(best, notes=(*best.notes, *_unmet(part, best, options, stop)))
 
 
 def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 0.0) -> None:
@@ -151,11 +124,6 @@ def check_coarse(deviation: Deviation, options: SweepOptions, *, doubt: float = 
         raise coarse(f"its volume is {deviation.volume:+.1%} off the CAD's and its area {deviation.area:+.1%}")
 
 
-def is_loose(options: SweepOptions) -> bool:
-    """Whether a mesh may be another part's: the user allows it, or it is still to be curved or refined."""
-    return bool(options.allow_coarse or options.allow_inverted or options.order > 1 or options.refine)
-
-
 def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
     """Refuse a mesh of order 2 that is another part's.
 
@@ -175,52 +143,8 @@ def check_curved(volume: float, sweep: Sweep, options: SweepOptions) -> None:
         raise coarse(f"its volume is {off:+.1%} off the CAD's")
 
 
-def coarse(how: str) -> CoarseMeshError:
-    """The refusal of a mesh that is not the part; `how` says by how much."""
-    return CoarseMeshError(
-        f"the mesh is too coarse to be the part: {how}; take a smaller size or more layers, say a tolerance, or "
-        "allow it with allow_coarse=True (--allow-coarse)"
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Limit:
-    """What is asked of a boundary: distance, working units; part of volume and area; hexahedra."""
-
-    distance: float
-    lost: float
-    most: int | None
-
-    def beyond(self, rounds: int) -> _Limit:
-        """More than is asked for, after some rounds: a mesher answers in whole quads, here and there."""
-        share = MARGIN ** (-2 * rounds)
-        return replace(self, distance=share * self.distance, lost=share * self.lost)
-
-
-class _TooManyError(Exception):
-    """More hexahedra than a part is given by itself."""
-
-
 def _layers_follow(options: SweepOptions) -> bool:
     return options.layers is None and options.fractions is None
-
-
-def _shortfall(deviation: Deviation, limit: _Limit) -> float:
-    """How far a boundary is from what is asked for: above 1 it is too far off."""
-    return max(
-        deviation.distance / limit.distance, abs(deviation.volume) / limit.lost, abs(deviation.area) / limit.lost
-    )
-
-
-def _limit(part: Part, sweep: Sweep, options: SweepOptions) -> _Limit | None:
-    if options.tolerance is not None:
-        return _Limit(distance=options.tolerance / part.scale, lost=np.inf, most=None)
-    doubt = volume_doubt(sweep.solid) / sweep.solid.volume
-    if options.size is not None:  # an upper bound: the part keeps its shape, and no more is asked for
-        if is_loose(options):
-            return None
-        return _Limit(distance=np.inf, lost=max(LOST_SIZED, doubt), most=max(MOST_HEXES, estimate.MOST_HEXES))
-    return _Limit(distance=MOST_OFF * sweep.solid.size, lost=max(MOST_LOST, doubt), most=MOST_HEXES)
 
 
 def _make(
@@ -250,10 +174,10 @@ def _make(
 
 def _check_most(expected: estimate.Estimate, most: int | None) -> None:
     if most is not None and expected.n_hexes > most:
-        raise _TooManyError
+        raise TooManyError
 
 
-def _excess(deviation: Deviation, limit: _Limit) -> float:
+def _excess(deviation: Deviation, limit: Limit) -> float:
     """Factor by which all segments of curved faces should be shorter for the sake of volume and area."""
     lost = max(abs(deviation.volume), abs(deviation.area))
     return float(np.sqrt(MARGIN * lost / limit.lost)) if lost > limit.lost else 1.0
@@ -263,7 +187,7 @@ def _finer(
     sweep: Sweep,
     made: Boundary,
     hints: Hints,
-    limit: _Limit,
+    limit: Limit,
     *,
     fixed: Collection[int],
     graded: Collection[int],
@@ -300,7 +224,7 @@ def _finer(
     return replace(hints, sizes=sizes, inside=least_of(hints.inside, inside), divisions=divisions)
 
 
-def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: float) -> dict[int, float]:
+def _side_factors(sweep: Sweep, deviation: Deviation, limit: Limit, excess: float) -> dict[int, float]:
     """By how much segments of the edges around sides that sag should be shorter."""
     factors: dict[int, float] = {}
     for side in sweep.linking_sides:
@@ -329,35 +253,13 @@ def _side_factors(sweep: Sweep, deviation: Deviation, limit: _Limit, excess: flo
     return factors
 
 
-def _unmet(part: Part, deviation: Deviation, limit: _Limit, options: SweepOptions, stop: str) -> list[str]:
+def _unmet(part: Part, made: Boundary, options: SweepOptions, stop: str) -> list[str]:
     """Say so where the boundary stays farther off than is asked for; `stop` says why no finer one was made."""
-    if _shortfall(deviation, limit) <= 1.0:
+    if made.shortfall <= 1.0:
         return []
-    reached = deviation.distance * part.scale
+    reached = made.deviation.distance * part.scale
     if options.tolerance is not None:
         return [missed_tolerance(reached, options, stop)]
-    lost = max(abs(deviation.volume), abs(deviation.area))
+    lost = max(abs(made.deviation.volume), abs(made.deviation.area))
     off = f"volume and area are {lost:.2%} off the CAD's and a face by {reached:.3g}"
     return [f"{off}: {in_the_way(options) or stop}"]
-
-
-def missed_tolerance(reached: float, options: SweepOptions, stop: str) -> str:
-    """The note on a tolerance that is not kept, and what may have it kept; `stop` where nothing asked for is it."""
-    return (
-        f"the boundary is off its faces by {reached:.3g}, and {options.tolerance:g} was asked for: "
-        f"{in_the_way(options) or stop}"
-    )
-
-
-def in_the_way(options: SweepOptions) -> str:
-    """What the user has asked for that keeps segments and quads from being made finer; empty where there is none."""
-    words = {
-        "layers": options.layers or options.fractions,
-        "rail_layers": options.rail_layers,
-        "counts": options.counts,
-        "sizes": options.sizes,
-        "wall_layers": options.wall_layers,
-        "periodic": options.periodic,
-    }
-    asked = [word for word, value in words.items() if value]
-    return f"{', '.join(asked)} that were asked for, too, may stand in the way" if asked else ""

@@ -1,7 +1,7 @@
 """Several cells as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided finer,
 and caps inside.
 
-The limits are those of a single sweep (:mod:`.accuracy`): with a tolerance the distance from the CAD faces, without one
+The limits are those of a single sweep (:mod:`.nearer`): with a tolerance the distance from the CAD faces, without one
 and without a size what a solid may lose of its volume and area. Nodes lie on their faces, so a mesh is off where its
 quads sag: at the middles of their sides and their own.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
-from typing import TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,31 +22,28 @@ from ..blocks.joined import JoinedMesh, neighbours_of
 from ..blocks.naming import NamedFaces
 from ..blocks.reference import make_references
 from ..brep import Part, Surface
-from ..errors import SurfaceMeshError
 from ..intervals import Wishes
 from ..options import SweepOptions
 from ..plan import Plan
 from ..quality.deviation import volume_and_area
 from ..quality.rims import is_rim, off_edges
 from ..sweep import Intervals
-from .accuracy import (
-    COARSE,
-    FINER,
-    LEAST_GAIN,
-    LOST_SIZED,
-    MARGIN,
-    MOST_HEXES,
-    MOST_LOST,
-    MOST_OFF,
-    MOST_ROUNDS,
-    ROUNDS_IN_VAIN,
-    coarse,
-    is_loose,
-    missed_tolerance,
-)
 from .cap_sizes import InsideSizes, least_of
 from .cell_cap_sizes import caps_of, sizes_at_rims, sizes_in_caps
 from .cells import mesh_cells
+from .nearer import (
+    COARSE,
+    FINER,
+    LOST_SIZED,
+    MARGIN,
+    MOST_HEXES,
+    TooManyError,
+    coarse,
+    come_nearer,
+    is_loose,
+    limit_of,
+    missed_tolerance,
+)
 from .run import Run
 
 LEAST_MORE = 2
@@ -80,9 +77,26 @@ class Found:
     sags: dict[tuple[int, int], float]
 
     @property
+    def most_needed(self) -> float:
+        """How many times finer quads should be where they are farthest off."""
+        return max(self.needed.values())
+
+    @property
     def distance(self) -> float:
         """How far any face is off, working units."""
         return max(self.sags.values(), default=0.0)
+
+
+class Judged(NamedTuple, Generic[Made]):
+    """What was made, and how far it is off."""
+
+    made: Made
+    found: Found
+
+    @property
+    def shortfall(self) -> float:
+        """In limits."""
+        return self.found.shortfall
 
 
 def accurate_cells(  # noqa: PLR0917
@@ -103,8 +117,9 @@ def accurate_cells(  # noqa: PLR0917
 
     caps = caps_of(part, plan)
 
-    def finer(made: Meshed, found: Found, asked: Asks) -> Asks | None:
-        wishes, before = asked
+    def finer(last: Judged[Meshed], asked: Asks, _: int) -> Asks | None:
+        (made, found), (wishes, before) = last, asked
+        check_most(options, made[0].n_hexes * found.most_needed)
         inside = sizes_in_caps(part, plan, made[0], found.needed, found.sags, before)
         sizes = finer_sizes(part, made[1], _blamed(part, made[0], found, caps), wishes)
         if inside is not None:
@@ -116,18 +131,20 @@ def accurate_cells(  # noqa: PLR0917
             return None
         return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}), least_of(before, inside)
 
+    def judged(made: Meshed) -> Judged[Meshed]:
+        return Judged(made, measure(part, made[0], options))
+
     asked: Asks = (wishes, None)
-    (blocks, counts, said), found, notes = come_nearer(
+    best, notes = nearest(
         part,
-        first,
+        judged(first),
         asked,
         options,
-        make=lambda asked: mesh_cells(part, plan, options, run, asked[0], model, asked[1]),
-        measured=lambda made: measure(part, made[0], options),
+        make=lambda asked: judged(mesh_cells(part, plan, options, run, asked[0], model, asked[1])),
         finer=finer,
-        n_hexes=lambda made, factor: made[0].n_hexes * factor,
     )
-    return (blocks, counts, [*said, *notes]), found
+    blocks, counts, said = best.made
+    return (blocks, counts, [*said, *notes]), best.found
 
 
 def keeps_shape(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) -> bool:
@@ -137,65 +154,32 @@ def keeps_shape(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptio
     return is_loose(options) or all(max(map(abs, lost)) <= LOST_SIZED for lost in _lost(part, joined).values())
 
 
-def come_nearer(
+def nearest(
     part: Part,
-    first: Made,
-    wishes: Asked,
+    first: Judged[Made],
+    asked: Asked,
     options: SweepOptions,
     *,
-    make: Callable[[Asked], Made],
-    measured: Callable[[Made], Found],
-    finer: Callable[[Made, Found, Asked], Asked | None],
-    n_hexes: Callable[[Made, float], float],
-) -> tuple[Made, Found, list[str]]:
-    """Mesh anew with finer wishes until a mesh is near enough, or they bring it no nearer.
+    make: Callable[[Asked], Judged[Made]],
+    finer: Callable[[Judged[Made], Asked, int], Asked | None],
+) -> tuple[Judged[Made], list[str]]:
+    """As :func:`~.nearer.come_nearer`, with notes on a size that is not kept, and on a tolerance."""
+    best, stop = come_nearer(first, asked, make=make, finer=finer)
+    reached = best.found.distance * part.scale
+    if options.tolerance is not None:
+        return best, [missed_tolerance(reached, options, stop)] if reached > options.tolerance else []
+    return best, [] if best is first or options.size is None else [FINER.format(size=options.size)]
 
-    Gives the nearest, how far it is off, and notes.
 
-    Parameters
-    ----------
-    make, measured : callable
-    finer : callable
-        Wishes for finer quads where a mesh is too far off; None where nothing can be divided.
-    n_hexes : callable
-        Hexahedra to be expected when quads are so many times finer where they have to be.
+def check_most(options: SweepOptions, n_hexes: float) -> None:
+    """Refuse a finer mesh of more hexahedra than a part is given by itself.
+
+    Raises
+    ------
+    TooManyError
     """
-    best = last = first
-    found = present = measured(first)
-    notes: list[str] = []
-    in_vain = 0
-    for _ in range(MOST_ROUNDS):
-        if found.shortfall <= 1.0:
-            break
-        shorter = finer(last, present, wishes)
-        if shorter is None:
-            break
-        if options.tolerance is None and n_hexes(last, max(present.needed.values())) > MOST_HEXES:
-            break
-        wishes = shorter
-        try:
-            last = make(wishes)
-        except SurfaceMeshError as error:
-            notes.append(f"finer quads for a nearer boundary could not be made: {error.message}")
-            break
-        present = measured(last)
-        gain = present.shortfall / found.shortfall
-        if gain < 1.0:
-            best, found = last, present
-        in_vain = in_vain + 1 if gain > LEAST_GAIN else 0
-        if in_vain == ROUNDS_IN_VAIN:
-            break
-    if best is not first and options.tolerance is None and options.size is not None:
-        notes.append(FINER.format(size=options.size))
-    return best, found, [*notes, *_missed(part, found, options)]
-
-
-def _missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
-    """The note on a tolerance that is not kept."""
-    if options.tolerance is None or found.distance * part.scale <= options.tolerance:
-        return []
-    reached = found.distance * part.scale
-    return [missed_tolerance(reached, options, "finer segments and quads bring it no nearer")]
+    if options.tolerance is None and n_hexes > MOST_HEXES:
+        raise TooManyError
 
 
 def check_coarse_solids(part: Part, joined: JoinedMesh | CellBlocks, names: NamedFaces, options: SweepOptions) -> None:
@@ -254,15 +238,11 @@ def measure(part: Part, joined: JoinedMesh | CellBlocks, options: SweepOptions) 
     """How far a mesh is off what is asked for, and which faces are to blame."""
     off = _sags(part, joined)
     lost = _lost(part, joined) if options.tolerance is None else {}
-    sized = options.tolerance is None and options.size is not None
-    most_lost = LOST_SIZED if sized else MOST_LOST
     shortfall = 0.0
     needed: dict[tuple[int, int], float] = {}
     for (cell, face), sag in off.items():
-        limit = MOST_OFF * part.solids[cell].size if options.tolerance is None else options.tolerance / part.scale
-        limit = np.inf if sized else limit
-        whole = max((abs(part_lost) for part_lost in lost.get(part.owners[cell], ())), default=0.0) / most_lost
-        much = max(sag / limit, whole)
+        limit = limit_of(options, scale=part.scale, size=part.solids[cell].size)
+        much = limit.shortfall(sag, *lost.get(part.owners[cell], ()))
         shortfall = max(shortfall, much)
         if much > 1.0:
             needed[cell, face] = float(np.sqrt(MARGIN * much))

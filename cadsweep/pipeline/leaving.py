@@ -98,7 +98,7 @@ def walls_asked(part: Part, model: Part, options: SweepOptions) -> Iterator[tupl
 
 
 def leave_at(solid: Solid, face: Face, edge: Edge, at: Collection[int]) -> Iterator[tuple[bool, float]]:
-    """At which ends (True: the start) an edge leaves a wall at some of its vertices, and the sine of its angle there."""
+    """At which ends (True: the start) an edge leaves a wall at such vertices, and the sine of its angle there."""
     for at_start, vertex in ((True, edge.start), (False, edge.end)):
         if vertex in at:
             normal = face.surface.normals(face.surface.project(solid.vertices[vertex][None]))[0]

@@ -33,13 +33,13 @@ from ..quality import CadReference, QualityReport, check_mesh
 from ..quality.thickness import single_share
 from ..smoothing import Blocks, Slides
 from ..sweep import Intervals
-from .accuracy import COARSE, coarse
 from .candidates import SMOOTH_BELOW
 from .cells import expected_cells
 from .cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from .complexes import Complex
 from .crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
 from .making import raised
+from .nearer import COARSE, coarse
 from .origin import CellsOrigin, made_of
 from .pairs import with_pairs
 from .refusing import refusal

@@ -19,7 +19,7 @@ from ..mesh import QuadMesh
 from ..options import SweepOptions
 from ..stack import Stack
 from ..stack_mesh import Placed
-from .cells_accuracy import LEAST_MORE, SHARE, Found, come_nearer, edge_sag, keeps_shape, measure
+from .cells_accuracy import LEAST_MORE, SHARE, Found, Judged, check_most, edge_sag, keeps_shape, measure, nearest
 from .run import Run
 from .stack_hints import StackHints
 
@@ -53,11 +53,13 @@ def accurate_stack(  # noqa: PLR0917
     if keeps_shape(part, first.joined, options):
         return first, None
 
-    def measured(made: MadeStack) -> Found:
+    def judged(made: MadeStack) -> Judged[MadeStack]:
         with run.stage("quality"):
-            return measure(part, made.joined, options)
+            return Judged(made, measure(part, made.joined, options))
 
-    def finer(made: MadeStack, found: Found, hints: StackHints) -> StackHints | None:
+    def finer(last: Judged[MadeStack], hints: StackHints, _: int) -> StackHints | None:
+        made, found = last
+        check_most(options, made.joined.n_hexes * found.most_needed**2)
         sizes = _finer(part, stack, made, found, hints)
         known = {e: size for e, size in sizes.items() if e in hints.sizes}
         others = {e: size for e, size in sizes.items() if e not in hints.sizes}
@@ -65,17 +67,8 @@ def accurate_stack(  # noqa: PLR0917
             return None
         return replace(hints, sizes=hints.sizes | known, most_sizes=hints.most_sizes | others)
 
-    best, found, notes = come_nearer(
-        part,
-        first,
-        hints,
-        options,
-        make=make,
-        measured=measured,
-        finer=finer,
-        n_hexes=lambda made, factor: made.joined.n_hexes * factor**2,
-    )
-    return replace(best, notes=[*best.notes, *notes]), found
+    best, notes = nearest(part, judged(first), hints, options, make=lambda hints: judged(make(hints)), finer=finer)
+    return replace(best.made, notes=[*best.made.notes, *notes]), best.found
 
 
 def _finer(part: Part, stack: Stack, made: MadeStack, found: Found, hints: StackHints) -> dict[int, float]:
