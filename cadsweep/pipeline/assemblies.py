@@ -26,7 +26,7 @@ from .origin import AnyMesh
 from .remedies import MOST_HEXES
 from .run import Run, silent
 from .several import mesh_complex
-from .shared_hints import check_words, local_biases, local_hints, resolve_wishes
+from .shared_hints import check_words, meant_here, resolve_wishes
 from .subsets import separated, subset, touching_groups
 
 log = logging.getLogger(__name__)
@@ -230,7 +230,7 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     with run.stage("recognition"):
         found = plan_cells(part, run, decompose=options.decompose)
         wishes = resolve_wishes(found.part, options, found.model)
-    return mesh_complex(found, replace(options, biases=local_biases(part, options)), run, wishes)
+    return mesh_complex(found, replace(options, biases=meant_here(part, options).biases), run, wishes)
 
 
 def _by_solid(part: Part, mesh: AnyMesh) -> AnyMesh:
@@ -267,16 +267,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """One solid by itself, with what is asked of it."""
     name = part.models[0].name
-    hints = local_hints(part, options)
-    own = replace(
-        options,
-        sizes=hints.sizes or None,
-        counts=hints.counts or None,
-        biases=hints.biases or None,
-        interfaces="shared",
-        only=None,
-        skip=None,
-    )
+    own = replace(meant_here(part, options), interfaces="shared", only=None, skip=None)
     if options.sizes and name in options.sizes:
         own = replace(own, size=options.sizes[name])
     return mesh_one(part, own, run)

@@ -77,14 +77,6 @@ def _is_piece(division: Division) -> bool:
     return isinstance(division, ChainPiece) and len(division.chain.edges) > 1
 
 
-def names_edges(part: Part, word: Any) -> bool:
-    """Whether a word names edges of any cell."""
-    try:
-        return any(True for _ in everywhere(part, word, cad.select_edges, lambda solid, e: (e, e)))
-    except InputError:
-        return False
-
-
 def biases_of(solid: Solid, chains: Sequence[Chain]) -> list[Chain]:
     """Those of the chains that are on one solid, by the ids of its edges."""
     ids = {key: e for e, key in enumerate(solid.edge_keys.tolist())}

@@ -16,9 +16,10 @@ from ..errors import InputError
 from ..options import SweepOptions
 from ..surface import Division
 from ..sweep import Sweep
-from .biases import biases_of, divisions_of, resolve_biases, whole_edges
+from .biases import biases_of, divisions_of, resolve_biases
 from .local_sizes import GROWTH, size_field
 from .periodic_sides import SweepMatch, of_sweep, with_images
+from .shared_hints import check_words, demand, resolve_wishes
 from .size_divisions import divide_by_sizes, least_along
 
 _SAMPLES = 100
@@ -62,7 +63,15 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
     InputError
         Nothing has such a name, two wishes contradict each other, or layers are asked of an edge that is no rail.
     """
-    sizes = _sizes(part, options)
+    check_words(part, options)
+    wishes = resolve_wishes(part, options, part)
+    ids = {key: e for e, key in enumerate(sweep.solid.edge_keys.tolist())}
+    sizes = {ids[key]: size for key, size in wishes.edge_sizes.items()}
+    sizes = {e: size for size in wishes.cell_sizes.values() for e in ids.values()} | sizes
+    demands = {own.keys: own for own in wishes.demands}
+    for word, count in (options.rail_layers or {}).items():
+        for chain in _chains(part, sweep, word):
+            demand(part, demands, sweep.solid.edge_keys[list(chain)].tolist(), count, f"rail_layers of '{word}'")
     matches = of_sweep(part, sweep, options)
     named = frozenset(sizes)
     divisions = with_images(matches, _graded(part, sweep, options))
@@ -82,7 +91,7 @@ def resolve_hints(part: Part, sweep: Sweep, options: SweepOptions) -> Hints:
         sizes, divisions = grown_sizes | sizes, grown | divisions
     return Hints(
         sizes=sizes,
-        counts=_counts(part, sweep, options),
+        counts={tuple(sorted(ids[key] for key in own.keys)): own.count for own in demands.values()},
         wished=named,
         inside=None if field_ is None else least_along(sweep, field_),
         divisions=divisions,
@@ -116,16 +125,6 @@ def fitting_sweeps(part: Part, sweeps: list[Sweep], options: SweepOptions) -> li
     if not fitting:
         raise errors[0]
     return fitting
-
-
-def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
-    """Least size of the faces around each edge, unless the edge itself is named."""
-    found: dict[str, dict[int, float]] = {"face": {}, "edge": {}}
-    for word, size in (options.sizes or {}).items():
-        kind, edges = cad.select_edges_of(part, word)
-        for edge in edges:
-            found[kind][edge] = min(found[kind].get(edge, size), size)
-    return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
 
 
 def _grown_back(
@@ -163,26 +162,6 @@ def _graded(part: Part, sweep: Sweep, options: SweepOptions) -> dict[int, Divisi
             "cannot grade it besides"
         )
     return found
-
-
-def _counts(part: Part, sweep: Sweep, options: SweepOptions) -> dict[tuple[int, ...], int]:
-    wanted = [
-        (edges, count, f"counts of '{word}'")
-        for word, count in (options.counts or {}).items()
-        for edges in whole_edges(sweep.solid, cad.select_edges(part, word))
-    ]
-    wanted += [
-        (chain, count, f"rail_layers of '{word}'")
-        for word, count in (options.rail_layers or {}).items()
-        for chain in _chains(part, sweep, word)
-    ]
-    found: dict[tuple[int, ...], tuple[int, str]] = {}
-    for edges, count, word in wanted:
-        known, by = found.setdefault(tuple(sorted(edges)), (count, word))
-        if known != count:
-            labels = ", ".join(sweep.solid.edges[e].label() for e in edges)
-            raise InputError(f"{labels}: {by} asks for {known} segments, {word} for {count}")
-    return {edges: count for edges, (count, _) in found.items()}
 
 
 def _chains(part: Part, sweep: Sweep, word: str | int) -> list[tuple[int, ...]]:

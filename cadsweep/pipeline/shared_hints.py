@@ -1,9 +1,9 @@
-"""The user's words for sizes and counts in a part of several cells: of solids, faces and edges."""
+"""The user's words for sizes and counts, of solids, faces and edges, as keys: for sweeps, cells and columns alike."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from .. import cad
@@ -11,19 +11,24 @@ from ..brep import Part
 from ..errors import InputError, did_you_mean
 from ..intervals import KeyDemand, Wishes
 from ..options import SweepOptions
-from .biases import names_edges
 from .edge_pieces import pieces_along
 from .named_faces import faces_called
 from .subsets import subset
 
+Select = Callable[[Part, str], tuple[str, tuple[int, ...]]]
+"""What a word names in a part of one solid (``"face"`` or ``"edge"``), and the edges there."""
 
-@dataclass(frozen=True, kw_only=True)
-class LocalHints:
-    """The words of `sizes`, `counts` and `biases` that mean something in one solid, or in several that touch."""
 
-    sizes: dict[str, float]
-    counts: dict[str, int]
-    biases: dict[str, Any]
+def _graded(part: Part, word: str) -> tuple[str, tuple[int, ...]]:
+    return "edge", cad.select_edges(part, word)
+
+
+def _counted(part: Part, word: str) -> tuple[str, tuple[int, ...]]:
+    """Counts are of edges; a word that names none means those of its faces."""
+    try:
+        return _graded(part, word)
+    except InputError:
+        return cad.select_edges_of(part, word)
 
 
 def check_words(part: Part, options: SweepOptions) -> None:
@@ -35,35 +40,34 @@ def check_words(part: Part, options: SweepOptions) -> None:
         Names the word, and what the solids are called.
     """
     solids = {model.name for model in part.models}
-    for option, words in (("sizes", options.sizes), ("counts", options.counts)):
+    asked = (("sizes", options.sizes, cad.select_edges_of), ("counts", options.counts, _counted))
+    for option, words, select in (*asked, ("biases", options.biases, _graded)):
         for word in words or {}:
-            if option == "sizes" and word in solids:
+            if (option == "sizes" and word in solids) or any(_edges(part, word, select)):
                 continue
-            if not any(True for _ in _edges(part, word)):
-                raise InputError(
-                    f"{option}: no face or edge of any solid is called '{word}'"
-                    f"{did_you_mean(word, solids)}; the solids are " + ", ".join(sorted(solids)[:12])
-                )
-    for word in options.biases or {}:
-        if not names_edges(part, word):
+            if len(part.solids) == 1:
+                select(part, word)  # says what there is
+            what = "edge" if option == "biases" else "face or edge"
             raise InputError(
-                f"biases: no edge of any solid is called '{word}'; the solids are {', '.join(sorted(solids)[:12])}"
+                f"{option}: no {what} of any solid is called '{word}'{did_you_mean(word, solids)}; the solids are "
+                + ", ".join(sorted(solids)[:12])
             )
 
 
-def local_hints(part: Part, options: SweepOptions) -> LocalHints:
-    """Of what is asked for, that which is about the faces and edges of this one solid."""
+def meant_here(part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with those words alone that are about faces and edges of these solids."""
     names = {model.name for model in part.models}
-    return LocalHints(
-        sizes={w: s for w, s in (options.sizes or {}).items() if w not in names and any(True for _ in _edges(part, w))},
-        counts={w: n for w, n in (options.counts or {}).items() if any(True for _ in _edges(part, w))},
-        biases=local_biases(part, options),
+
+    def kept(words: Mapping[str, Any] | None, select: Select) -> dict[str, Any] | None:
+        return {w: value for w, value in (words or {}).items() if any(_edges(part, w, select))} or None
+
+    sizes = {w: size for w, size in (options.sizes or {}).items() if w not in names}
+    return replace(
+        options,
+        sizes=kept(sizes, cad.select_edges_of),
+        counts=kept(options.counts, _counted),
+        biases=kept(options.biases, _graded),
     )
-
-
-def local_biases(part: Part, options: SweepOptions) -> dict[str, Any]:
-    """The gradings that are about edges of these solids."""
-    return {word: bias for word, bias in (options.biases or {}).items() if names_edges(part, word)}
 
 
 def resolve_wishes(part: Part, options: SweepOptions, model: Part) -> Wishes:
@@ -82,45 +86,60 @@ def resolve_wishes(part: Part, options: SweepOptions, model: Part) -> Wishes:
             found[kind][key] = min(found[kind].get(key, size), size)
         for key in _across(part, model, word):
             found["face"][key] = min(found["face"].get(key, size), size)
-    demands = []
+    demands: dict[tuple[int, ...], KeyDemand] = {}
     for word, count in (options.counts or {}).items():
         pieces: dict[str, set[int]] = {}
-        for _, key, whole in _pieces(part, model, word):
+        for _, key, whole in _pieces(part, model, word, _counted):
             # The pieces of one edge of the input get the count together: it is the edge that the user knows.
             pieces.setdefault(whole, set()).add(key)
-        demands += [
-            KeyDemand(keys=tuple(sorted(keys)), count=count, label=f"{count} on '{word}'") for keys in pieces.values()
-        ]
+        for keys in pieces.values():
+            demand(part, demands, keys, count, f"counts of '{word}'")
     return Wishes(
         size=None if options.size is None else options.size / part.scale,
         layers=options.layers,
         cell_sizes={cell: by_owner[o] for cell, o in enumerate(part.owners) if o in by_owner},
         edge_sizes={key: size / part.scale for key, size in (found["face"] | found["edge"]).items()},
-        demands=demands,
+        demands=tuple(demands.values()),
     )
+
+
+def demand(part: Part, demands: dict[tuple[int, ...], KeyDemand], keys: Collection[int], count: int, word: str) -> None:
+    """Demand a count of edges together, by key, beside what is demanded already.
+
+    Raises
+    ------
+    InputError
+        Another one is demanded of the same edges.
+    """
+    own = tuple(sorted(keys))
+    known = demands.setdefault(own, KeyDemand(keys=own, count=count, label=word))
+    if known.count != count:
+        edges = [e.label() for s in part.solids for e in s.edges if int(s.edge_keys[e.id]) in own]
+        labels = ", ".join(dict.fromkeys(edges))
+        raise InputError(f"{labels}: {known.label} asks for {known.count} segments, {word} for {count}")
 
 
 def _across(part: Part, model: Part, word: str) -> Iterator[int]:
     """Keys of the edges along which cuts divide the faces that a word names: they are as fine as the face."""
-    if part is not model and any(kind == "face" for kind, _, _ in _edges(model, word)):
+    if part is not model and any(kind == "face" for kind, _, _ in _edges(model, word, cad.select_edges_of)):
         for cell, face in faces_called(part, model, word, outer=False):
             solid = part.solids[cell]
             yield from (int(solid.edge_keys[e]) for e in solid.faces[face].edges)
 
 
-def _pieces(part: Part, model: Part, word: str) -> Iterator[tuple[str, int, str]]:
+def _pieces(part: Part, model: Part, word: str, select: Select = cad.select_edges_of) -> Iterator[tuple[str, int, str]]:
     """What the word names, the keys of the edges of the cells there, and the edge of the input that each is of."""
-    for kind, cell, edge in _edges(model, word):
+    for kind, cell, edge in _edges(model, word, select):
         own = model.solids[cell].edges[edge]
         for key, _, _ in pieces_along(part, model, cell, edge):
             yield kind, key, own.key or f"solid {cell} edge {edge}"
 
 
-def _edges(part: Part, word: str) -> Iterator[tuple[str, int, int]]:
-    """What the word names (``"face"`` or ``"edge"``), the cell, and the edge, wherever it names something."""
+def _edges(part: Part, word: str, select: Select) -> Iterator[tuple[str, int, int]]:
+    """What the word names, the cell, and the edge, wherever it names something."""
     for cell in range(len(part.solids)):
         try:
-            kind, edges = cad.select_edges_of(subset(part, [cell]), word)
+            kind, edges = select(subset(part, [cell]), word)
         except InputError:
             continue  # the word is about other solids; `check_words` refuses those that are about none
         yield from ((kind, cell, edge) for edge in edges)

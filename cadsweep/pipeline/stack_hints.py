@@ -11,11 +11,13 @@ from .. import cad
 from ..arrays import FloatArray
 from ..brep import Part
 from ..errors import InputError
+from ..intervals import KeyDemand
 from ..options import SweepOptions
 from ..stack import Levels, Stack
 from ..stacks import Sheets
 from ..surface import Chain, Division, turned
 from .biases import biases_of, divisions_of, resolve_biases, whole_edges
+from .shared_hints import check_words, demand, resolve_wishes
 
 _SAMPLES = 1000
 """Places along an edge among which the ends of its pieces on the plane are found."""
@@ -71,17 +73,26 @@ def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: Sweep
         for edge in over:
             pieces.setdefault(edge, []).append(own)
     found = StackHints()
-    for edge, size in _sizes(part, options).items():
-        for own in pieces.get(edge, ()):
+    check_words(part, options)
+    wishes = resolve_wishes(part, options, part)
+    ids = {key: e for e, key in enumerate(stack.solid.edge_keys.tolist())}
+    for key, size in wishes.edge_sizes.items():
+        for own in pieces.get(ids[key], ()):
             found.sizes[own] = min(found.sizes.get(own, size), size)
-        pair = _between(stack, sheets, edge)
+        pair = _between(stack, sheets, ids[key])
         if pair is not None:
             found.layer_sizes[pair] = min(found.layer_sizes.get(pair, size), size)
-    known: dict[tuple[int, ...], tuple[int, str]] = {}
-    for option, words in (("counts", options.counts), ("rail_layers", options.rail_layers)):
-        for word, count in (words or {}).items():
-            for edges in whole_edges(part.solids[0], cad.select_edges(part, word)):
-                _demand(stack, sheets, pieces, edges, count, f"{option} of '{word}'", known, found, option)
+    demands = {own.keys: own for own in wishes.demands}
+    rails: set[tuple[int, ...]] = set()
+    for word, count in (options.rail_layers or {}).items():
+        for edges in whole_edges(part.solids[0], cad.select_edges(part, word)):
+            keys = tuple(sorted(stack.solid.edge_keys[list(edges)].tolist()))
+            demand(part, demands, keys, count, f"rail_layers of '{word}'")
+            rails.add(keys)
+    known: dict[tuple[int, ...], KeyDemand] = {}
+    for one in demands.values():
+        edges = tuple(ids[key] for key in one.keys)
+        _demand(stack, sheets, pieces, edges, one, known, found, is_rail=one.keys in rails)
     on_plane = []
     for chain in biases_of(stack.solid, resolve_biases(part, options)):
         edge = chain.edges[0][0]
@@ -142,27 +153,26 @@ def _demand(  # noqa: PLR0917
     sheets: Sheets,
     pieces: dict[int, list[int]],
     edges: tuple[int, ...],
-    count: int,
-    word: str,
-    known: dict[tuple[int, ...], tuple[int, str]],
+    one: KeyDemand,
+    known: dict[tuple[int, ...], KeyDemand],
     found: StackHints,
-    option: str,
+    *,
+    is_rail: bool,
 ) -> None:
     label = ", ".join(stack.solid.edges[e].label() for e in edges)
     pair = _between(stack, sheets, edges[0])
     on_plane = tuple(sorted({own for edge in edges for own in pieces.get(edge, ())}))
     if pair is not None and len(edges) > 1:
-        raise InputError(f"{label}: {word} asks for layers of an edge in pieces; ask for those of one of them")
-    if pair is None and (option == "rail_layers" or not on_plane):
-        raise InputError(f"{label}: {word} asks for layers, and the edge does not run along the stack's direction")
-    key = pair or on_plane
-    other, by = known.setdefault(key, (count, word))
-    if other != count:
-        raise InputError(f"{label}: {by} asks for {other} segments, {word} for {count}")
+        raise InputError(f"{label}: {one.label} asks for layers of an edge in pieces; ask for those of one of them")
+    if pair is None and (is_rail or not on_plane):
+        raise InputError(f"{label}: {one.label} asks for layers, and the edge does not run along the stack's direction")
+    other = known.setdefault(pair or on_plane, one)
+    if other.count != one.count:
+        raise InputError(f"{label}: {other.label} asks for {other.count} segments, {one.label} for {one.count}")
     if pair is not None:
-        found.layers[pair] = count
+        found.layers[pair] = one.count
     else:
-        found.counts[on_plane] = count
+        found.counts[on_plane] = one.count
 
 
 def _between(stack: Stack, sheets: Sheets, edge: int) -> tuple[int, int] | None:
@@ -181,16 +191,6 @@ def _sheets_at(stack: Stack, sheets: Sheets, vertex: int) -> Iterator[int]:
             yield from (sheets.caps[f] for f in edge.faces if f in sheets.caps)
             if edge.id in sheets.stations:
                 yield sheets.stations[edge.id]
-
-
-def _sizes(part: Part, options: SweepOptions) -> dict[int, float]:
-    """Least size of the faces around each edge, unless the edge itself is named."""
-    found: dict[str, dict[int, float]] = {"face": {}, "edge": {}}
-    for word, size in (options.sizes or {}).items():
-        kind, edges = cad.select_edges_of(part, word)
-        for edge in edges:
-            found[kind][edge] = min(found[kind].get(edge, size), size)
-    return {edge: size / part.scale for edge, size in (found["face"] | found["edge"]).items()}
 
 
 def weigh_layers(sheets: Sheets, hints: StackHints, size: float) -> None:
