@@ -7,10 +7,10 @@ mesh does well is taken, and of several that do worse the best.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,10 +39,8 @@ MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
 MOST_HEXES = 300_000
 """Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
-MOST_BOXED = 10
-"""Parts that are looked at where planes alone do not part a block: boxes around its features, and a few cuts more."""
-MOST_POINTED = 60
-"""Planar complexes that are looked at where a star parts the solid: it has no inner corner, and needs few planes."""
+FAIR_CELLS = 0.6
+"""Worst scaled Jacobian of cells from which on no other search is made: right angles and thirds of them have 0.7."""
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _ONE_SWEEP = (
@@ -71,7 +69,10 @@ def may_be_better(part: Part, options: SweepOptions) -> bool:
     return min(edge.dihedral for edge in part.solids[0].edges) > GOOD_ENOUGH
 
 
-def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Callable[[Solid], list[Fill]]:
+Recognise = Callable[[Solid], list[Fill]]
+
+
+def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Recognise:
     """Recognition for a search: where the part has a sweep, that is the poor one which it is to do better than."""
     whole = (1.0 - _WHOLE) * only_solid(part).volume
 
@@ -81,73 +82,60 @@ def _recognise_pieces(part: Part, refused: CadSweepError | None) -> Callable[[So
     return recognise if refused is not None else recognise_piece
 
 
-def mesh_decomposed(
-    part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, *, share: float = 1.0
-) -> AnyMesh:
-    """Cut a solid into cells and mesh them, with a share of the budget of a search.
+class _Searched(NamedTuple):
+    """A search: what it finds, whether it was ended before its budget was used up, and what it says where it fails."""
 
-    Raises
-    ------
-    NotSweepableError
-        No cuts were found; names the cell and the edges in the way.
-    SurfaceMeshError, ProjectionError, InvertedHexError
-        Cells were found, and none of their meshes is valid.
-    """
-    solid = only_solid(part)
-    options = for_all_solids(part, options)
-    own = _recognise_pieces(part, refused)
-    refused = refused or NotSweepableError("its sweep makes poor hexahedra")
-    if not may_decompose(part, options):
-        raise refused
-    is_convex = max(edge.dihedral for edge in solid.edges) < np.pi
-    most_states = MOST_POINTED if is_convex and cad.from_inside(solid) else round(share * MOST_STATES)
+    solutions: Iterator[Complex]
+    ended_early: Callable[[], bool]
+    refusal: Callable[[NotSweepableError], NotSweepableError]
+
+
+def _by_surfaces(part: Part, recognise_piece: Recognise, run: Run, share: float) -> _Searched:
+    """Cuts by surfaces of any kind, made by OpenCASCADE."""
+    with run.stage("decomposition"):
+        search = CellSearch(
+            cad.divide_corners(part) or part,
+            replace(cutting_tools(run), recognise=recognise_piece),
+            most_parts=round(share * MOST_PARTS),
+            most_openings=round(share * MOST_OPENINGS),
+        )
+    return _Searched(
+        (as_complex(found, part) for found in search.solutions()),
+        lambda: search.ended_early,
+        lambda refused: decomposition.explain_cells(search, refused),
+    )
+
+
+def _by_planes(part: Part, recognise_piece: Recognise, run: Run, share: float) -> _Searched:
+    """Cuts of a solid of plane faces by planes, on polygons: ten times as many are looked at in the same time."""
     search = decomposition.Search(
-        model=solid,
-        recognise=own,
+        model=only_solid(part),
+        recognise=recognise_piece,
         make_plan=make_plan,
-        most_states=most_states,
+        most_states=round(share * MOST_STATES),
         is_late=run.is_late,
         on_progress=lambda n: run.on_progress(say_open(n), None),
     )
-    best, failure = _best_of((_planned(part, search, state) for state in search.solutions()), options, run)
-    if best is not None:
-        return _ended_early(best, run) if search.ended_early else best
-    if not search.ended_early:
-        boxed = _boxed(part, options, run)
-        if boxed is not None:
-            return boxed
-    if failure is not None or not isinstance(refused, NotSweepableError):
-        raise failure or refused
-    raise decomposition.explain(search, refused)
+    return _Searched(
+        (_planned(part, search, state) for state in search.solutions()),
+        lambda: search.ended_early,
+        lambda refused: decomposition.explain(search, refused),
+    )
 
 
-def _boxed(part: Part, options: SweepOptions, run: Run) -> AnyMesh | None:
-    """A planar part meshed with what planes alone do not make; None where not."""
-    with run.stage("decomposition"):
-        search = _boxed_search(part, run)
-    if search is None:
-        return None
-    best, _ = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
-    return best
+SURFACES, PLANES = "search: surfaces", "search: planes"
+SEARCHES = {SURFACES: _by_surfaces, PLANES: _by_planes}
+"""The searches for cuts, in the order in which they are tried; planes part solids of plane faces alone."""
 
 
-def _boxed_search(part: Part, run: Run) -> CellSearch | None:
-    """A search that begins with boxes around a planar part's features, or a star; None where it has neither."""
-    boxes = [cutter for cutter in cad.find_cutters(part, 0) if cutter.kind in {"boxes", "star"}]
-    if not boxes:
-        return None
-
-    def find_cutters(now: Part, cell: int, faces: Sequence[int]) -> Iterable[cad.Cutter]:
-        return boxes if now is part else cad.find_cutters(now, cell, faces)
-
-    tools = replace(cutting_tools(run), find_cutters=find_cutters)
-    return CellSearch(part, tools, most_parts=MOST_BOXED)
+def _searches(part: Part) -> list[str]:
+    return [row for row in SEARCHES if rows.is_on(row) and (row != PLANES or is_planar(part))]
 
 
-def mesh_cut(
+def mesh_decomposed(
     part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, *, share: float = 1.0
 ) -> AnyMesh:
-    """Cut a solid of any faces into cells, by OpenCASCADE, and mesh them, with a share of the budget of a search.
+    """Cut a solid into cells, with a share of the budget of a search, and mesh them: what does well first, or the best.
 
     Raises
     ------
@@ -157,23 +145,28 @@ def mesh_cut(
         Cells were found, and none of their meshes is valid.
     """
     options = for_all_solids(part, options)
-    tools = replace(cutting_tools(run), recognise=_recognise_pieces(part, refused))
+    recognise_piece = _recognise_pieces(part, refused)
     refused = refused or NotSweepableError("its sweep makes poor hexahedra")
-    if not may_decompose(part, options):
+    if not may_decompose(part, options) or not _searches(part):
         raise refused
-    with run.stage("decomposition"):
-        search = CellSearch(
-            cad.divide_corners(part) or part,
-            tools,
-            most_parts=round(share * MOST_PARTS),
-            most_openings=round(share * MOST_OPENINGS),
-        )
-    best, failure = _best_of((as_complex(found, part) for found in search.solutions()), options, run)
+    best: AnyMesh | None = None
+    failure: CadSweepError | None = None
+    shares: set[str] = set()
+    for row in _searches(part):
+        if best is not None and (_worst(best) >= FAIR_CELLS or run.is_over()):
+            break
+        searched = SEARCHES[row](part, recognise_piece, run, share)
+        with rows.share() as own:
+            mesh, error = _best_of(searched.solutions, options, run)
+        failure = failure or error
+        if mesh is not None and (best is None or _worst(mesh) > _worst(best)):
+            best, shares = _ended_early(mesh, run) if searched.ended_early() else mesh, {*own, row}
     if best is not None:
-        return _ended_early(best, run) if search.ended_early else best
+        rows.took(shares)
+        return best
     if failure is not None or not isinstance(refused, NotSweepableError):
         raise failure or refused
-    raise decomposition.explain_cells(search, refused)
+    raise searched.refusal(refused)
 
 
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
@@ -328,15 +321,12 @@ def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] |
                 pass
             except CadError as error:
                 part = replace(part, notes=(*part.notes, error.message))
-            if is_planar(part):
-                try:
-                    return _planar_cells(part, refused)
-                except NotSweepableError:
-                    search = _boxed_search(part, run)
-                    found = None if search is None else next(search.solutions(), None)
-                    if found is None:
-                        raise
-                    return as_complex(found, part).part
+            try:
+                return plan_cells(part, run).part
+            except NotSweepableError:
+                if not is_planar(part):
+                    raise
+                return _planar_cells(part, refused)
     return plan_cells(part, run).part
 
 

@@ -6,8 +6,7 @@ way             where it applies                        what it makes
 one sweep       one solid                               the best of its sweeps, factored
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
 design          one solid with blends                   that of the solid without them, laid on its faces
-decomposition   one planar solid, no stack either       cells of cuts on one skeleton
-cut             one solid of any faces                  the same, cut by OpenCASCADE
+cells           one solid that none of these fits well  cells of cuts on one skeleton
 fitted grid     one solid that all others refuse        a grid, its skin laid on the faces
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
@@ -314,10 +313,10 @@ def _may_be_better(part: Part, options: SweepOptions) -> bool:
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
-    """By cells of cuts; the search for planes looks at ten times as many as the one for surfaces of any kind does."""
-    from .decomposing import is_planar, mesh_cut, mesh_decomposed
+    """By cells of cuts."""
+    from .decomposing import mesh_decomposed
 
-    return _said((mesh_decomposed if is_planar(part) else mesh_cut)(part, options, run, refused, share=share), CELLS)
+    return _said(mesh_decomposed(part, options, run, refused, share=share), CELLS)
 
 
 def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> AnyMesh | None:

@@ -13,6 +13,7 @@ from ..errors import InputError, did_you_mean
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
+from .decomposing import SEARCHES
 from .routes import FITTED, WAYS
 
 
@@ -29,6 +30,7 @@ def all_rows() -> tuple[str, ...]:
         *WAYS,
         FITTED,
         *(attempt.row for attempt in ATTEMPTS),
+        *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),
         *(filling.row for filling in FILLINGS),
         *(f"mend: {name}" for steps in STEPS.values() for name, _ in steps),
