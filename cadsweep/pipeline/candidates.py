@@ -39,6 +39,9 @@ POINTED = 0.01
 SMOOTH_BELOW = 0.3
 """Worst scaled Jacobian below which smoothing is tried."""
 
+SECOND_LOOK = 0.25
+"""Share of the budget of a search for cells that might be better than what is there: they are mostly found at once."""
+
 COARSE = 0.01
 """Part of the volume that a mesh may lose or gain without a note."""
 

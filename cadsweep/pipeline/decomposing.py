@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -22,7 +23,7 @@ from ..errors import CadError, CadSweepError, InputError, NotSweepableError
 from ..options import SweepOptions
 from ..plan import Fill, Plan, make_plan
 from .attempts import open_and_find
-from .candidates import GOOD_ENOUGH, SMOOTH_BELOW
+from .candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW
 from .cells import expected_cells
 from .column_cells import columns_of
 from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
@@ -124,7 +125,7 @@ def _by_planes(part: Part, recognise_piece: Recognise, run: Run, share: float) -
 
 
 SURFACES, PLANES = "search: surfaces", "search: planes"
-SEARCHES = {SURFACES: _by_surfaces, PLANES: _by_planes}
+SEARCHES = {PLANES: _by_planes, SURFACES: _by_surfaces}
 """The searches for cuts, in the order in which they are tried; planes part solids of plane faces alone."""
 
 
@@ -155,7 +156,7 @@ def mesh_decomposed(
     for row in _searches(part):
         if best is not None and (_worst(best) >= FAIR_CELLS or run.is_over()):
             break
-        searched = SEARCHES[row](part, recognise_piece, run, share)
+        searched = SEARCHES[row](part, recognise_piece, run, share if best is None else SECOND_LOOK * share)
         with rows.share() as own:
             mesh, error = _best_of(searched.solutions, options, run)
         failure = failure or error
@@ -321,12 +322,9 @@ def decompose(source: Any, *, cuts: Sequence[Any] = (), params: dict[str, Any] |
                 pass
             except CadError as error:
                 part = replace(part, notes=(*part.notes, error.message))
-            try:
-                return plan_cells(part, run).part
-            except NotSweepableError:
-                if not is_planar(part):
-                    raise
-                return _planar_cells(part, refused)
+            if is_planar(part):
+                with suppress(NotSweepableError):
+                    return _planar_cells(part, refused)
     return plan_cells(part, run).part
 
 

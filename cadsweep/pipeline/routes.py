@@ -41,7 +41,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
+from .candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
@@ -64,8 +64,6 @@ them have it: outlines seen along one direction may cross sharply, and the flank
 gets quads as long as the boss is high, however well they are smoothed."""
 FAIR_STACK = 0.5
 """The same where something round lies across them."""
-SECOND_LOOK = 0.25
-"""Share of the budget of a search for cells that might be better than columns."""
 _MOST_CARRIED = 300_000
 """Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
 DESIGN_LOOK = 0.5
