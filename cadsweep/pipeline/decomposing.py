@@ -42,6 +42,8 @@ MOST_HEXES = 300_000
 """Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
 FAIR_CELLS = 0.6
 """Worst scaled Jacobian of cells from which on no other search is made: right angles and thirds of them have 0.7."""
+MOST_MORE = 2.0
+"""Hexahedra of cells of another search over those that there are, beyond which better ones are too dear."""
 _WHOLE = 1e-9
 """Share of a part's volume by which the part itself, read again, may differ."""
 _ONE_SWEEP = (
@@ -157,8 +159,12 @@ def mesh_decomposed(
         if best is not None and (_worst(best) >= FAIR_CELLS or run.is_over()):
             break
         searched = SEARCHES[row](part, recognise_piece, run, share if best is None else SECOND_LOOK * share)
+        solutions = searched.solutions
+        if best is not None:  # what is much better is found first, and not by many more hexahedra
+            most = MOST_MORE * best.n_hexes
+            solutions = (one for one in islice(solutions, 1) if _expected(one, options) <= most)
         with rows.share() as own:
-            mesh, error = _best_of(searched.solutions, options, run)
+            mesh, error = _best_of(solutions, options, run, slides=best is None)
         failure = failure or error
         if mesh is not None and (best is None or _worst(mesh) > _worst(best)):
             best, shares = _ended_early(mesh, run) if searched.ended_early() else mesh, {*own, row}
@@ -170,17 +176,23 @@ def mesh_decomposed(
     raise searched.refusal(refused)
 
 
+def _expected(found: Complex, options: SweepOptions) -> int:
+    """Hexahedra to be expected of cells."""
+    return expected_cells(found.part, found.plan, resolve_wishes(found.part, options, found.model)).n_hexes
+
+
 def _planned(part: Part, search: decomposition.Search, state: decomposition.State) -> Complex:
     assert isinstance(state.plan, Plan)
     return Complex(part=cells_of(part, search, state), plan=state.plan, model=part)
 
 
 def _best_of(
-    solutions: Iterator[Complex], options: SweepOptions, run: Run
+    solutions: Iterator[Complex], options: SweepOptions, run: Run, *, slides: bool = True
 ) -> tuple[AnyMesh | None, CadSweepError | None]:
     """The first mesh that does well, or the best of a few, and why the first that was given up was.
 
-    Once chosen, what is poor has its nodes moved on the model's faces; where none is valid, the first is tried so.
+    Once chosen, what is poor has its nodes moved on the model's faces if `slides`; where none is valid, the first is
+    tried so.
     """
     best: AnyMesh | None = None
     chosen: Complex | None = None
@@ -215,7 +227,7 @@ def _best_of(
             best, chosen, shares = mesh, found, own
         if _worst(best) >= GOOD_ENOUGH:
             break
-    poor = options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
+    poor = slides and options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
     if chosen is not None and poor and not run.is_over():
         try:
             with rows.share() as own:
