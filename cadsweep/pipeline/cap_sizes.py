@@ -71,14 +71,19 @@ def sizes_inside(
 
 def sizes_of_quads(
     middles: FloatArray, lengths: FloatArray, factor: FloatArray, before: InsideSizes | None
-) -> InsideSizes:
-    """Wanted lengths at points of caps whose quads, at their middles (m, 3), are to be so many times (m,) shorter."""
+) -> InsideSizes | None:
+    """Wanted lengths at points of caps whose quads, at their middles (m, 3), are to be so many times (m,) shorter.
+
+    None where no quad is to be much shorter: what is off is the rim.
+    """
     reach = lengths
     if before is not None:
         # No mesher follows a wish for one spot that is many times shorter than its quads are.
         shorter = np.clip(before(middles), lengths / _MOST_FINER, lengths)
         lengths = np.where(factor > 1.0, shorter, lengths)
     steep = factor > _NEARLY
+    if not steep.any():
+        return None
     middles, wanted, reach = middles[steep], (lengths / factor)[steep], reach[steep]
     tree = scipy.spatial.cKDTree(middles)
 

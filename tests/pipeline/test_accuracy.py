@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.pipeline.cap_sizes import sizes_of_quads
 
 cq = pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")
@@ -218,3 +219,11 @@ def test_a_size_is_an_upper_bound_and_a_round_part_keeps_its_shape(kind, size):
     assert report.volume == pytest.approx(mesh.info["cad_volume"], rel=0.05)
     finer = [note for note in mesh.info["notes"] if "divided finer than the size asked for" in note]
     assert finer or kind == "columns"  # the flat plate is most of it
+
+
+def test_a_cap_that_is_off_at_its_rim_alone_wants_no_finer_quads_inside():
+    middles = np.arange(12.0).reshape(4, 3)
+    assert sizes_of_quads(middles, np.ones(4), np.full(4, 0.5), None) is None
+    finer = sizes_of_quads(middles, np.ones(4), np.full(4, 2.0), None)
+    assert finer is not None
+    assert finer(middles) == pytest.approx(np.full(4, 0.5))
