@@ -19,7 +19,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepGProp import BRepGProp
@@ -33,8 +32,8 @@ from ...errors import CadError
 from ..geometry.face_surface import FaceSurface
 from ..geometry.surfaces import Cone, Plane, Revolved, Torus
 from ..names.naming import inner_point
-from ..shapes import FACE, SolidShape, explore, subshapes
-from .opening import open_solid
+from ..shapes import FACE, SolidShape, explore
+from .opening import cross_section, open_solid
 
 _ANGLE = 1e-9
 """Cosines and sines that differ from 1 or 0 by this much count as parallel or square."""
@@ -136,8 +135,7 @@ def _section(solid: Solid, holder: SolidShape, origin: FloatArray, direction: Fl
     reach = 4.0 * solid.size + float(np.linalg.norm(origin - solid.vertices.mean(axis=0)))
     plane = gp_Pln(gp_Ax3(gp_Pnt(*origin), gp_Dir(*np.cross(direction, x)), gp_Dir(*x)))
     half_plane = BRepBuilderAPI_MakeFace(plane, 0.0, reach, -reach, reach).Face()
-    common = BRepAlgoAPI_Common(holder.shape, half_plane)
-    sections = subshapes(common.Shape(), FACE) if common.IsDone() else []
+    sections = cross_section(holder.shape, half_plane)
     if len(sections) != 1:
         return None
     properties = GProp_GProps()
