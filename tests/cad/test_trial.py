@@ -10,9 +10,11 @@ import cadquery as cq
 import pytest
 
 import cadsweep as cs
-from cadsweep.cad import noting, trial
+import cadsweep.trial as trials
+from cadsweep.cad import trial
 from cadsweep.cad.edit import cutting
 from cadsweep.cad.trial import attempted, survives
+from cadsweep.trial import noting
 
 CAD = Path(trial.__file__).parent
 
@@ -36,6 +38,16 @@ def test_what_does_not_end_is_given_up_in_time():
         assert not survives(lambda: time.sleep(60), "a step", seconds=0.2)
     assert time.monotonic() - start < 20
     assert "took more than 0.2 s" in notes[0]
+
+
+def test_steps_of_a_kind_are_waited_for_as_long_as_one_in_a_run(monkeypatch):
+    monkeypatch.setattr(trials, "SECONDS", 0.2)
+    with noting() as notes:
+        assert [survives(lambda: time.sleep(60), "a step", seconds=0.1) for _ in range(2)] == [False, False]
+        assert not survives(lambda: None, "a step")
+        assert survives(lambda: None, "another")
+    assert len(notes) == 1
+    assert survives(lambda: None, "a step")
 
 
 def test_what_a_step_changes_stays_in_the_copy():
