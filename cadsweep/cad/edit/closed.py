@@ -33,7 +33,7 @@ from OCP.TopoDS import TopoDS_Vertex
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...arrays import FloatArray
-from ...brep import Part, Solid
+from ...brep import Part, Solid, volume_doubt
 from ...errors import CadError
 from ..shapes import FACE, SOLID, VERTEX, SolidShape, compound, explore, listed, subshapes, typed
 from ..trial import attempted
@@ -141,7 +141,7 @@ def _cut(part: Part, solid: Solid, holder: SolidShape, first: _Section, second: 
     opened = open_solid(
         solid, [*one, *_moved_apart(other, cap)], cap_faces, lambda _, j: None if j is None else origins[j]
     )
-    if abs(opened.volume - solid.volume) > 1e-6 * solid.volume:
+    if abs(opened.volume - solid.volume) > 1e-6 * solid.volume + volume_doubt(solid):
         return None
     note = "the closed ring is cut open; its source and target are one and the same place"
     return replace(part, solids=(opened,), notes=(*part.notes, note))
