@@ -11,8 +11,11 @@ from collections.abc import Callable
 from typing import Any
 
 import cadquery as cq
-from OCP.BRep import BRep_Builder
-from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepLib import BRepLib
+from OCP.Geom import Geom_TrimmedCurve
+from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeFix import ShapeFix_ShapeTolerance
 from OCP.TopAbs import TopAbs_ShapeEnum
@@ -65,7 +68,46 @@ def elbow(dice: random.Random) -> cq.Workplane:
     return ring.revolve(dice.uniform(60, 200), (-15, 0, 0), (-15, 1, 0))
 
 
-PLAIN = (plate, bracket, shaft, block, flange, elbow)
+def cam(dice: random.Random) -> cq.Workplane:
+    """A plate with one closed spline for its wall, and a bore."""
+    r, k, n = dice.uniform(1, 4), dice.choice([2, 3, 5]), 16
+    turns = [2 * math.pi * j / n for j in range(n)]
+    outline = [((15 + r * math.cos(k * t)) * math.cos(t), (15 + r * math.cos(k * t)) * math.sin(t)) for t in turns]
+    wall = cq.Workplane().spline(outline, periodic=True).close().extrude(dice.uniform(3, 12))
+    return wall.faces(">Z").workplane(origin=(0, 0, 0)).circle(dice.uniform(2, 6)).cutThruAll()
+
+
+def ring(dice: random.Random) -> cq.Workplane:
+    """A torus between two planes: all its faces are closed, some both ways."""
+    return cq.Workplane(obj=cq.Solid.makeTorus(20, 6)).intersect(cq.Workplane().box(80, 80, dice.uniform(4, 11)))
+
+
+def egg(dice: random.Random) -> cq.Workplane:
+    """A body of revolution without an edge, its poles on the axis."""
+    half = cq.Workplane("XZ").moveTo(0, -8)
+    half = half.spline([(6, -3), (7, 3), (0, dice.uniform(9, 13))], includeCurrent=True, tangents=[(1, 0), (-1, 0)])
+    return half.close().revolve(360, (0, 0, 0), (0, 1, 0))
+
+
+def eccentric(dice: random.Random) -> cq.Workplane:
+    """A disc with a boss that touches its rim from inside."""
+    r = dice.uniform(3, 7)
+    return cq.Workplane().circle(10).extrude(5).union(cq.Workplane(origin=(10 - r, 0, 5)).circle(r).extrude(6))
+
+
+def tee(dice: random.Random) -> cq.Workplane:
+    """A shaft with a branch as thick as itself, or nearly, at or beside its seam."""
+    branch = cq.Workplane("XZ").center(0, 20).circle(dice.choice([4, 6, 8, 7.99])).extrude(20)
+    return cq.Workplane().circle(8).extrude(40).union(branch.rotate((0, 0, 0), (0, 0, 1), dice.choice([0, 90, 180])))
+
+
+def cone(dice: random.Random) -> cq.Workplane:
+    """A cone to its apex, bored across."""
+    body = cq.Workplane(obj=cq.Solid.makeCone(12, dice.choice([0, 4, 8]), 20))
+    return body.cut(cq.Workplane("XZ").center(0, 6).circle(dice.uniform(1, 3)).extrude(40, both=True))
+
+
+PLAIN = (plate, bracket, shaft, block, flange, elbow, cam, ring, egg, eccentric, tee, cone)
 
 
 def as_it_is(shape: Any, dice: random.Random) -> Any:
@@ -85,6 +127,25 @@ def loose(shape: Any, dice: random.Random) -> Any:
         fix.SetTolerance(sub.wrapped, 10 ** dice.uniform(-7, -3), TopAbs_ShapeEnum.TopAbs_EDGE)
     for sub in cq.Shape.cast(shape).Vertices():
         fix.SetTolerance(sub.wrapped, 10 ** dice.uniform(-3, -2.5), TopAbs_ShapeEnum.TopAbs_VERTEX)
+    return shape
+
+
+def off_faces(shape: Any, dice: random.Random) -> Any:
+    """Curves of edges that lie off the faces, by up to 0.005, which their tolerances say."""
+    shape, builder, by = BRepBuilderAPI_Copy(shape).Shape(), BRep_Builder(), 10 ** dice.uniform(-5, -2.3)
+    for edge in cq.Shape.cast(shape).Edges():
+        curve = None if BRep_Tool.Degenerated_s(edge.wrapped) else BRep_Tool.Curve_s(edge.wrapped, 0.0, 1.0)
+        if curve is None or dice.random() < 0.5:
+            continue
+        spline = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(curve, *edge._bounds()))
+        spline.IncreaseDegree(max(3, spline.Degree()))
+        way = gp_Vec(*(dice.uniform(-1, 1) for _ in range(3))).Normalized().Multiplied(by)
+        for k in range(2, spline.NbPoles()):
+            spline.SetPole(k, spline.Pole(k).Translated(way))
+        builder.UpdateEdge(edge.wrapped, spline, TopLoc_Location(), 2 * by)
+        builder.Range(edge.wrapped, spline.FirstParameter(), spline.LastParameter(), True)
+        builder.SameParameter(edge.wrapped, False)
+    BRepLib.SameParameter_s(shape, 1e-7, True)
     return shape
 
 
@@ -167,6 +228,7 @@ ODD = {
     "divided": divided,
     "tiny faces": tiny_faces,
     "engraved": engraved,
+    "off its faces": off_faces,
 }
 
 

@@ -38,6 +38,7 @@ FOUNDATION = {
     "collector",
     "compiled",
     "threads",
+    "trial",
     "progress",
     "verbs",
     "_version",

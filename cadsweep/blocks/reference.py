@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 
 from ..arrays import FloatArray
-from ..brep import Curve, Face, Part, Solid
+from ..brep import Curve, Face, Part, Solid, volume_doubt
 from ..quality import CadReference
 from ..sweep import Sweep
 from .naming import NamedFaces, Piece, Place, name_sweep
@@ -200,20 +200,6 @@ class _Reference:
         keys = self.part.solids[self.cells[0]].edge_keys.tolist()
         found = {keys[t]: keys[e] for t, e in self.ring.items()}
         return found | {e: t for t, e in found.items()}
-
-
-def volume_doubt(solid: Solid) -> float:
-    """How uncertain the volume is, working units: nothing says what lies in the gaps between the faces.
-
-    A face that is off by a gap at all of its border changes the volume by the gap times its area. Where only short
-    edges are off, it is the area of the open strips times half of the solid's size at most.
-    """
-    gaps = [edge.gap for edge in solid.edges]
-    found = 0.0
-    for face in solid.faces:
-        strips = sum(gaps[e] * solid.edges[e].length for e in face.edges)
-        found += min(max((gaps[e] for e in face.edges), default=0.0) * face.area, strips * solid.size / 2)
-    return found
 
 
 def area_doubt(solid: Solid, face: Face) -> float:

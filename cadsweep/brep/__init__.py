@@ -14,7 +14,7 @@ Not handled here: geometry that is not a solid, and non-manifold solids; ``cad``
 from .entities import RIGHT_TURN, Edge, Face, FormerFace, Loop, quarter_turns
 from .geometry import Curve, Surface, Units
 from .part import Cut, ModelSolid, Part
-from .solid import Solid
+from .solid import Solid, volume_doubt
 
 __all__ = [
     "RIGHT_TURN",
@@ -30,4 +30,5 @@ __all__ = [
     "Surface",
     "Units",
     "quarter_turns",
+    "volume_doubt",
 ]

@@ -82,3 +82,17 @@ class Solid:
             f"Solid {self.name or ''}".rstrip()
             + f": {len(self.faces)} faces, {len(self.edges)} edges, {len(self.vertices)} vertices{known}"
         )
+
+
+def volume_doubt(solid: Solid) -> float:
+    """How uncertain the volume is, working units: nothing says what lies in the gaps between the faces.
+
+    A face that is off by a gap at all of its border changes the volume by the gap times its area. Where only short
+    edges are off, it is the area of the open strips times half of the solid's size at most.
+    """
+    gaps = [edge.gap for edge in solid.edges]
+    found = 0.0
+    for face in solid.faces:
+        strips = sum(gaps[e] * solid.edges[e].length for e in face.edges)
+        found += min(max((gaps[e] for e in face.edges), default=0.0) * face.area, strips * solid.size / 2)
+    return found

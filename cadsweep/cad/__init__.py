@@ -12,7 +12,6 @@ from .edit.notes import ANNULI_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces, select_faces_of_all, select_vertices
-from .trial import noting
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -52,7 +51,6 @@ __all__ = [
     "load",
     "merge_faces",
     "name_of_cut",
-    "noting",
     "part_apart",
     "rearrange",
     "select_edges",

@@ -16,6 +16,8 @@ from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp
+from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
+from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp, TopExp_Explorer
@@ -41,6 +43,10 @@ _CASTS = {
     EDGE: TopoDS.Edge_s,
     VERTEX: TopoDS.Vertex_s,
 }
+
+
+_PLAIN = (GeomAbs_SurfaceType.GeomAbs_Plane, GeomAbs_SurfaceType.GeomAbs_Cylinder)
+_PLAIN_CURVES = (GeomAbs_CurveType.GeomAbs_Line, GeomAbs_CurveType.GeomAbs_Circle)
 
 
 def typed(shape: Any, kind: Any) -> Any:
@@ -96,6 +102,13 @@ def children(shape: Any) -> Iterator[Any]:
     while iterator.More():
         yield iterator.Value()
         iterator.Next()
+
+
+def is_plain(shape: Any) -> bool:
+    """Whether all faces of a shape are on planes and cylinders; of edges alone, whether they are lines and circles."""
+    if shape.ShapeType() == EDGE:
+        return BRepAdaptor_Curve(shape).GetType() in _PLAIN_CURVES
+    return all(GeomAdaptor_Surface(BRep_Tool.Surface_s(face)).GetType() in _PLAIN for face in explore(shape, FACE))
 
 
 def listed(shapes: Any) -> list[Any]:

@@ -17,6 +17,6 @@ module     what it does
 
 from .planar import is_planar
 from .search import Search, State
-from .words import explain, explain_cells, outline_of, say
+from .words import explain, explain_cells, outline_of, say, why_left
 
-__all__ = ["Search", "State", "explain", "explain_cells", "is_planar", "outline_of", "say"]
+__all__ = ["Search", "State", "explain", "explain_cells", "is_planar", "outline_of", "say", "why_left"]

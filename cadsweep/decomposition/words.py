@@ -87,8 +87,7 @@ class _Left:
     def place(self) -> str:
         """The cell that has no sweep, or the faces on which cells do not agree."""
         if self.blocked:
-            cell = self.cells[self.blocked[0]]
-            return f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces"
+            return _called(self.cells[self.blocked[0]])
         faces = dict.fromkeys(self.cells[cell].faces[face].label() for cell, face in self.conflict)
         return " and ".join(list(faces)[:2]) or "every face between the cells"
 
@@ -99,16 +98,12 @@ class _Left:
         lines = [f"{self.n_tried} sets of cuts were tried, the best leave {len(self.cells)} cells{made}"]
         if not self.blocked:
             lines.append(f"all cells can be filled, but not so that their meshes meet on {self.place()}")
-        for number in self.blocked:
-            cell = self.cells[number]
-            where = f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces"
-            lines.append(f"{where} has no sweep{_in_the_way(cell)}")
-        return lines
+        return [*lines, *(why_left(self.cells[number]) for number in self.blocked)]
 
     def outline(self) -> tuple[FloatArray, ...]:
-        """The edges of the first cell without sweep, or of the faces on which cells do not agree; model units."""
+        """The edges of all cells without sweep, or of the faces on which cells do not agree; model units."""
         if self.blocked:
-            edges = list(self.cells[self.blocked[0]].edges)
+            edges = [edge for number in self.blocked for edge in self.cells[number].edges]
         else:
             edges = [self.cells[c].edges[e] for c, f in self.conflict for e in self.cells[c].faces[f].edges]
         return outline_of(edges)
@@ -120,6 +115,15 @@ def outline_of(edges: Sequence[Edge]) -> tuple[FloatArray, ...]:
     return tuple(e.units.to_model(e.curve.evaluate(at[::32] if e.kind == "line" else at)) for e in edges)
 
 
+def why_left(cell: Solid) -> str:
+    """Which cell has no sweep, and the edges in the way."""
+    return f"{_called(cell)} has no sweep{_in_the_way(cell)}"
+
+
+def _called(cell: Solid) -> str:
+    return f"a cell at ({cell.units.place(cell.vertices.mean(axis=0))}) of {len(cell.faces)} faces"
+
+
 def _in_the_way(cell: Solid) -> str:
     edges: list[Edge] = sorted((e for e in cell.edges if e.dihedral > pi + FLAT), key=lambda e: -e.length)
     if not edges:
@@ -128,4 +132,4 @@ def _in_the_way(cell: Solid) -> str:
     return f": in the way are {len(edges)} re-entrant edges, at ({places})"
 
 
-__all__ = ["explain", "explain_cells", "outline_of", "say"]
+__all__ = ["explain", "explain_cells", "outline_of", "say", "why_left"]

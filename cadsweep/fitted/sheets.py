@@ -95,7 +95,8 @@ def _shares_hexes(mesh: Fitted) -> bool:
 def _bent(mesh: Fitted) -> set[int]:
     """Faces of which some quad has two sides in turn on the border, and no vertex between them."""
     n = len(mesh.points)
-    steps = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in mesh.chains.values()])
+    none = np.empty((0, 2), dtype=np.int64)  # a body without a sharp edge
+    steps = np.concatenate([none, *(np.stack([chain[:-1], chain[1:]], axis=1) for chain in mesh.chains.values())])
     border = keys_of(np.concatenate([steps, steps[:, ::-1]]), n)
     on = np.isin(keys_of(sides_around(mesh.quads), n), border).reshape(-1, 4)
     inner = ~np.isin(mesh.quads, [int(chain[j]) for chain in mesh.chains.values() for j in (0, -1)])

@@ -195,10 +195,16 @@ def _refused(
             refusal = NotSweepableError(
                 f"'{name}'{beside}, cannot be swept{tried}" if others else f"'{name}' cannot be swept{tried}",
                 where=reason.where,
-                reasons=[f"{name}: {reason.what}", *(f"{name} touches {other}" for other in others), *cuts, *reasons],
+                reasons=[
+                    f"{name}: {reason.what}",
+                    *(f"{name} touches {other}" for other in others),
+                    *(f"{part.models[part.owners[j]].name}: {decomposition.why_left(part.solids[j])}" for j in stuck),
+                    *cuts,
+                    *reasons,
+                ],
                 faces=[f for f in known if f >= 0],
             )
-            refusal.left = decomposition.outline_of(part.solids[cell].edges)
+            refusal.left = decomposition.outline_of([edge for j in stuck for edge in part.solids[j].edges])
             break
     if refusal is None:
         at = error.faces if error is not None else found.conflict if found else ()

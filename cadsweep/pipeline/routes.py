@@ -40,6 +40,7 @@ from ..errors import (
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
+from ..trial import noting
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
 from .local_sizes import with_largest_size
@@ -108,7 +109,7 @@ def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
 
 def mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part by the first way that applies, in memory or in blocks; its notes say what OpenCASCADE failed in."""
-    with cad.noting() as given_up, rows.without(options.without), rows.share() as shares:
+    with noting() as given_up, rows.without(options.without), rows.share() as shares:
         mesh = _mesh_part(source, options, run)
     return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], *given_up], "rows": tuple(sorted(shares))})
 

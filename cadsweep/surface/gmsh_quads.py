@@ -16,11 +16,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..errors import SurfaceMeshError
 from ..gmsh_session import gmsh_session
 from ..polygons import signed_area
+from ..trial import survives
 from .background import Background, typical_length
 from .crossings import loops_cross
 from .mend import mend_flat_corners
@@ -85,6 +87,8 @@ _MANY_LOOPS = 20
 """Loops from which on they are one curve: 256 holes take two thirds of the time, and the quads are the same."""
 _HUGE = 5000
 """Boundary nodes from which on Blossom takes minutes: 22 s and more than 90 for 12,540, where subdividing takes 5."""
+_RUNS_OUT = np.cos(np.radians(2.0))
+"""Cosine of the angle between two segments from which on gmsh may end its process: seen at 0.2 degrees."""
 _FAIR_WHERE_HUGE = 0.2
 """Worst corner sine of subdivided triangles that is not worth Blossom's minutes to better."""
 
@@ -97,9 +101,7 @@ def settings_for(loops: Sequence[FloatArray]) -> tuple[Setting, ...]:
     """
     n_odd = 0
     for loop in loops:
-        after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
-        cosine = (after * before).sum(axis=1) / (np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1))
-        n_odd += int((cosine[1::2] > np.cos(np.radians(150))).sum())
+        n_odd += int((corner_cosines(loop)[1::2] > np.cos(np.radians(150))).sum())
     fine = min(len(loop) for loop in loops) >= _SMALL_LOOP and n_odd <= _MANY_ODD_CORNERS
     n_nodes = sum(len(loop) for loop in loops)
     if n_nodes > _LARGE:
@@ -173,10 +175,33 @@ def mesh_polygon(
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
         if background is not None:
             _set_background(gmsh, background, origin, scale)
-        gmsh.model.mesh.generate(2)
+        _generate(gmsh, loops)
         inner, quads = _read_quads(gmsh, surface, len(boundary))
     quads = np.concatenate([order, len(order) + np.arange(len(inner))])[quads]
     return mend_flat_corners(own, inner * scale + origin, quads, opposite)
+
+
+def _generate(gmsh: Any, loops: Sequence[FloatArray]) -> None:
+    """Let gmsh mesh the polygon of its model.
+
+    Raises
+    ------
+    SurfaceMeshError
+        It does not come to its end between loops that run together.
+    """
+    sharp = np.concatenate([corner_cosines(loop) for loop in loops]).max() > _RUNS_OUT
+    if sharp and not survives(lambda: gmsh.model.mesh.generate(2), "making quads", library="gmsh"):
+        raise SurfaceMeshError("gmsh fails where the cap runs out to nothing between two edges")
+    gmsh.model.mesh.generate(2)
+
+
+def corner_cosines(loop: FloatArray) -> FloatArray:
+    """Cosines (m,) of the angles at the nodes of a loop (m, 2), on either side."""
+    after, before = np.roll(loop, -1, axis=0) - loop, np.roll(loop, 1, axis=0) - loop
+    cosines: FloatArray = (after * before).sum(axis=1) / (
+        np.linalg.norm(after, axis=1) * np.linalg.norm(before, axis=1)
+    )
+    return cosines
 
 
 def parted(loops: Sequence[FloatArray]) -> tuple[list[FloatArray], IntArray]:
@@ -206,7 +231,9 @@ def parted(loops: Sequence[FloatArray]) -> tuple[list[FloatArray], IntArray]:
         ahead, back = places[after[visits]] - places[visits], places[before[visits]] - places[visits]
         # The inside lies between where a way goes on and, counter-clockwise from there, where it came from.
         turn = np.arctan2(back[:, 1], back[:, 0])[:, None] - np.arctan2(ahead[:, 1], ahead[:, 0])
-        following[visits] = after[visits[np.argmin(turn % (2.0 * np.pi), axis=1)]]
+        # The least of all together: where loops touch along a tangent, the nearest one by one would be twice the same.
+        rows, columns = scipy.optimize.linear_sum_assignment(turn % (2.0 * np.pi))
+        following[visits[rows]] = after[visits[columns]]
     found: list[IntArray] = []
     left = set(range(len(places)))
     while left:
@@ -251,7 +278,7 @@ def triangulate(loops: Sequence[FloatArray], background: Background) -> tuple[Fl
     with gmsh_session("cap", options) as gmsh:
         surface = _add_polygon(gmsh, [(loop - origin) / scale + _tie_breaker(len(loop)) for loop in loops])
         _set_background(gmsh, background, origin, scale)
-        gmsh.model.mesh.generate(2)
+        _generate(gmsh, loops)
         points, inner, cells = _read_cells(gmsh, surface, len(boundary))
     triangles = _counter_clockwise(points, cells[_TRIANGLE])
     return inner * scale + origin, np.ascontiguousarray(triangles)

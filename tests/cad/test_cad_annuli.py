@@ -30,6 +30,12 @@ def test_nothing_to_divide_is_none():
     )
 
 
+def test_loops_that_touch_leave_nothing_to_divide():
+    """A boss that touches the rim of a disc from inside: the face around it runs out to nothing there."""
+    disc = cq.Workplane().circle(10).extrude(5)
+    assert divide_annuli(load(disc.union(cq.Workplane(origin=(5, 0, 5)).circle(5).extrude(6)))) is None
+
+
 def test_a_tube_is_swept_across_its_wall_where_the_user_says_so():
     along = cs.find_sweeps(TUBE)[0]
     assert {along.solid.faces[f].kind for f in along.source} == {"plane"}

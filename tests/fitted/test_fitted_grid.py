@@ -10,6 +10,7 @@ import cadsweep as cs
 from cadsweep.cells import HEX_FACES
 from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold
+from cadsweep.fitted.sheets import Fitted, lay_sheets
 from cadsweep.pipeline import routes
 
 from . import castings
@@ -174,3 +175,12 @@ def test_cells_that_touch_along_an_edge_or_at_a_corner_alone_are_joined():
     kept[3, 3, 2] = kept[3, 4, 2] = True  # along an edge
     kept[2, 3, 1] = True
     assert _bad_corner(_manifold(kept)) is None
+
+
+def test_a_body_without_an_edge_gets_a_sheet():
+    """One hexahedron whose six quads are one face, as of an egg: with a sheet each has a hexahedron of its own."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
+    egg = Fitted(
+        points=corners, hexes=np.arange(8)[None], quads=HEX_FACES, labels=np.zeros(6, dtype=np.int64), chains={}
+    )
+    assert len(lay_sheets(None, {}, (), egg, 1.0).hexes) == 1 + 6

@@ -179,6 +179,20 @@ def test_what_cannot_be_swept_is_named_with_what_it_touches():
         cs.sweep_mesh(assembly(base=block(2, 2, 2), ball=ball), decompose=False)
 
 
+def test_a_refusal_says_of_each_cell_in_the_way_why_and_outlines_them_all():
+    """Two half balls on a plate: neither sweeps, and both are drawn."""
+    half = cq.Workplane().sphere(1).cut(cq.Workplane().box(4, 4, 2).translate((0, 0, -1)))
+    balls = {f"ball_{x}": half.translate((x, 2, 2)) for x in (2, 6)}
+    with pytest.raises(NotSweepableError) as refused:
+        cs.sweep_mesh(assembly(base=block(8, 4, 2), **balls), decompose=False, interfaces="shared")
+    error = refused.value
+    told = [reason for reason in error.reasons if "has no sweep" in reason]
+    assert [reason.split(":")[0] for reason in told] == ["ball_2", "ball_6"]
+    drawn = np.concatenate(error.left)
+    assert drawn[:, 0].min() < 3
+    assert drawn[:, 0].max() > 5
+
+
 def test_separate_solids_share_no_node_and_name_their_contacts_in_pairs():
     mesh = cs.sweep_mesh(two_plates(), size=1.0, interfaces="separate")
     nodes = [np.unique(mesh.hexes[ids]) for ids in mesh.parts.values()]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.blocks.reference import make_reference, volume_doubt
+from cadsweep.blocks.reference import make_reference
+from cadsweep.brep import volume_doubt
+from cadsweep.cad import cut_ring
 from cadsweep.pipeline.attempts import open_and_find
 from cadsweep.quality import check_mesh
 
@@ -82,6 +84,22 @@ def test_a_tight_model_is_allowed_nothing_more():
     assert check_mesh(mesh, cad=reference).valid
     off = replace(reference, volume=reference.volume * (1 + 1e-5))
     assert "the volume is" in " ".join(check_mesh(mesh, cad=off).problems)
+
+
+def test_a_ring_with_gaps_is_cut_open():
+    """A torus between two planes, one of which is off its edges: the section knows nothing of the gap."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
+
+    ring = cq.Workplane(obj=cq.Solid.makeTorus(20, 6)).intersect(cq.Workplane().box(80, 80, 8)).val()
+    sewing = BRepBuilderAPI_Sewing(2e-2)
+    for face in ring.Faces():
+        sewing.Add(face.moved(cq.Location(cq.Vector(0, 0, 5e-3 * (face.Center().z > 3)))).wrapped)
+    sewing.Perform()
+    solid = cs.load(cq.Shape.cast(BRepBuilderAPI_MakeSolid(cq.Shape.cast(sewing.SewedShape()).wrapped).Solid()))
+    opened = cut_ring(solid)
+    change = abs(opened.solids[0].volume / solid.solids[0].volume - 1)
+    assert change > 1e-6
+    assert change < volume_doubt(solid.solids[0]) / solid.solids[0].volume
 
 
 def test_a_gap_is_measured_where_it_is():

@@ -8,6 +8,7 @@ import pytest
 from cadsweep.errors import SurfaceMeshError
 from cadsweep.surface import mesh_surfaces, quads
 from cadsweep.surface.filling import best_quads
+from cadsweep.surface.gmsh_quads import parted
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
@@ -287,3 +288,15 @@ def test_short_segments_in_one_place_do_not_make_finer_settings_fill_the_whole_p
         _, quads = module.mesh_polygon(loops, setting)
         _, usual = module.mesh_polygon(loops, replace(setting, size_factor=1.0))
         assert len(quads) < 2 * len(usual) / setting.size_factor**2
+
+
+@pytest.mark.parametrize("n", [12, 24, 40])
+def test_a_hole_that_touches_the_outline_along_a_tangent_is_gone_through_once(n):
+    """Where chords of the hole lie inside of the disc's, they are one way around; else they cross, which is refused."""
+    angles, own = (2 * np.pi * np.arange(k) / k for k in (24, n))
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    hole = np.array([0.5, 0]) + 0.5 * np.stack([np.cos(own), -np.sin(own)], axis=1)
+    hole[0] = circle[0]  # the place where they touch, to the last bit
+    loops, order = parted([circle, hole])
+    assert sorted(order.tolist()) == list(range(24 + n))
+    assert n > 24 or len(loops) == 1

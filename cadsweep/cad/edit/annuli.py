@@ -61,11 +61,12 @@ def _dividing_lines(solid: Solid, face: Face) -> list[Any]:
     outer, hole = (
         np.array([solid.vertices[solid.first_vertex(directed)] for directed in loop.directed]) for loop in face.loops
     )
-    nearest = np.argmin(np.linalg.norm(hole[:, None] - outer, axis=2), axis=1)
+    across = np.linalg.norm(hole[:, None] - outer, axis=2)
+    nearest = np.argmin(across, axis=1)
     apart = np.linalg.norm(hole[:, None] - hole, axis=2) * (nearest[:, None] != nearest)
     j, k = np.unravel_index(int(np.argmax(apart)), apart.shape)
-    if not apart[j, k] > 0.0:
-        return []
+    if not apart[j, k] > 0.0 or not across.min() > 0.0:
+        return []  # loops that touch leave no way around between them
     ends = [(hole[i], outer[nearest[i]]) for i in (j, k)]
     return [BRepBuilderAPI_MakeEdge(gp_Pnt(*a), gp_Pnt(*b)).Edge() for a, b in ends]
 

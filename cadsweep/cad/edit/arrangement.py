@@ -37,6 +37,7 @@ from ...stack import Arrangement
 from ..geometry.curves import EdgeCurve
 from ..geometry.plane_curves import PlaneCurves
 from ..shapes import EDGE, SolidShape, index_map, listed, typed
+from ..trial import attempted
 from .lines_apart import Corners, lines_apart
 from .plane_cells import Line, cells_between
 from .plane_loops import plane_frame
@@ -170,8 +171,8 @@ def _fused(projected: Sequence[Line], fuzzy: float) -> list[list[Line]]:
         builder.AddArgument(line.shape)
     builder.SetNonDestructive(True)
     builder.SetFuzzyValue(fuzzy)
-    builder.Perform()
-    if builder.HasErrors():
+    shapes = [line.shape for line in projected]
+    if not attempted(builder.Perform, "dividing outlines by each other", on=shapes) or builder.HasErrors():
         raise CadError("OpenCASCADE could not divide the outlines of the caps by each other")
     pieces: list[list[Line]] = []
     number = index_map(builder.Shape(), EDGE)

@@ -36,6 +36,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, shapes_of, subshapes
+from ..trial import attempted
 from .axial import EVERY
 from .box_layout import Block, Floor, Levels, Site, apart, carried, read_block, with_walls
 from .central import Cutter
@@ -151,8 +152,8 @@ def _without(whole: Any, holes: Sequence[Any]) -> list[Any]:
     cut = BRepAlgoAPI_Cut()
     cut.SetArguments(arguments)
     cut.SetTools(tools)
-    cut.Build()
-    return subshapes(cut.Shape(), FACE)
+    done = attempted(cut.Build, "dividing a plane around features", on=holes)
+    return subshapes(cut.Shape(), FACE) if done else []
 
 
 def _rectangle(block: Block, axis: int, level: float, first: Sequence[float], second: Sequence[float]) -> Any:

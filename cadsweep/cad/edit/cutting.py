@@ -39,6 +39,7 @@ from ..shapes import (
     subshapes,
     volume_and_center,
 )
+from ..trial import attempted
 from .grafting import graft
 from .seams import without_seams
 
@@ -54,6 +55,8 @@ THINNEST = 1e-6
 """Volume of a piece, as a share of the cell's, below which it is a sliver."""
 ON_CUT = -1
 """Number of a face that is on a cut."""
+_SECONDS = 5.0
+"""How long OpenCASCADE may take for one cut of the many that are looked at; most take 0.02 s."""
 SHORTEST = 1e-3
 """Length of a new edge, as a share of the part's size, below which a cut is refused."""
 
@@ -238,8 +241,8 @@ class _Splitters:
             splitter.AddTool(tool)
         splitter.SetNonDestructive(True)
         splitter.SetRunParallel(False)
-        splitter.Perform()
-        if splitter.HasErrors():
+        what = "parting a cell"
+        if not attempted(splitter.Perform, what, on=[*shapes, *tools], seconds=_SECONDS) or splitter.HasErrors():
             return None
         self.own.append(splitter)
         return subshapes(splitter.Shape(), SOLID)

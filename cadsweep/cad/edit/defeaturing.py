@@ -47,7 +47,7 @@ from ..shapes import (
     typed,
     volume_and_center,
 )
-from ..trial import SECONDS, survives
+from ..trial import SECONDS, attempted
 from .features import Feature, find_features, find_fillets, find_holes
 
 logger = logging.getLogger(__name__)
@@ -218,9 +218,8 @@ def remove(traced: Traced, feature: Feature, *, seconds: float = SECONDS) -> str
         tool.AddFaceToRemove(face)
     tool.SetRunParallel(False)
     tool.SetToFillHistory(True)
-    if not survives(tool.Build, "leaving a feature out", seconds=seconds):
+    if not attempted(tool.Build, "leaving a feature out", seconds=seconds):
         return "OpenCASCADE fails on the faces around it"
-    tool.Build()
     if not tool.IsDone():
         return "the faces around it do not close over it"
     solids = subshapes(tool.Shape(), SOLID)

@@ -25,7 +25,7 @@ from ..geometry.same_surface import dividing_edges
 from ..heal.tracing import Traced, present
 from ..heal.validate import faults
 from ..shapes import FACE, SOLID, compound, index_map, listed, shapes_of, subshapes
-from ..trial import survives
+from ..trial import attempted
 from .defeaturing import read_without, remove
 from .features import Feature, hanging_together
 
@@ -110,9 +110,8 @@ def _close(solid: Solid, traced: Traced) -> None:
         if edge.id not in seams:
             for shape in shapes:
                 tool.KeepShape(copy.ModifiedShape(shape))
-    if not survives(tool.Build, "putting closed faces together", seconds=_ONE):
+    if not attempted(tool.Build, "putting closed faces together", seconds=_ONE):
         return
-    tool.Build()
     solids = subshapes(tool.Shape(), SOLID)
     if len(solids) != 1 or faults(solids[0]):
         return

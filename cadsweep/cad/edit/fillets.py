@@ -33,6 +33,7 @@ from ...arrays import FloatArray
 from ...brep import Face, Part, Solid
 from ..geometry.composite import join_faces
 from ..shapes import EDGE, SolidShape, subshapes
+from ..trial import attempted
 from .axial import direction_of, find_clusters, main_normals
 from .splitting import divided_part
 from .turned import TANGENT, TurnedBody
@@ -215,8 +216,8 @@ def _dividing_edges(solid: Solid, holder: SolidShape, face: Face, direction: Flo
         section = BRepAlgoAPI_Section(holder.faces[face.id], _plane(direction, float(levels.mean())), False)
         section.Approximation(True)
         section.ComputePCurveOn1(True)
-        section.Build()
-        return subshapes(section.Shape(), EDGE) if section.IsDone() else []
+        done = attempted(section.Build, "finding where a rounding is half way", on=[holder.faces[face.id]])
+        return subshapes(section.Shape(), EDGE) if done and section.IsDone() else []
     surface = BRep_Tool.Surface_s(holder.faces[face.id])
     first, last = (gp_Pnt2d(*map(float, uv)) for uv in places)
     edge = BRepBuilderAPI_MakeEdge(GCE2d_MakeSegment(first, last).Value(), surface).Edge()

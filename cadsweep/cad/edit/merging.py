@@ -41,7 +41,7 @@ from ..heal.validate import check_closed
 from ..names.naming import inner_point
 from ..read.colors import common_color
 from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, listed, subshapes, typed
-from ..trial import survives
+from ..trial import attempted
 
 Item = TypeVar("Item", Face, Edge)
 
@@ -106,10 +106,9 @@ def _unified(part: Part, given_up: set[int]) -> Part | None:
     for edge in solid.edges:
         if edge.id not in given_up:
             tool.KeepShape(copy.ModifiedShape(holder.edges[edge.id]))
-    if not survives(tool.Build, "merging faces of one surface"):
+    if not attempted(tool.Build, "merging faces of one surface"):
         return None
     try:
-        tool.Build()
         (shape,) = subshapes(tool.Shape(), SOLID)
         check_closed(shape)
         history = tool.History()

@@ -9,7 +9,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
+from OCP.TopTools import TopTools_ListOfShape
 
 from ...brep import Solid
 from ..extract.labels import Labels, label_of
@@ -17,8 +19,20 @@ from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
-from ..shapes import EDGE, FACE, index_map, mapped
+from ..shapes import EDGE, FACE, index_map, mapped, subshapes
+from ..trial import attempted
 from .edge_labels import find_edge_labels
+
+
+def cross_section(shape: Any, face: Any) -> list[Any]:
+    """The pieces of a face that lie in a solid; none where OpenCASCADE fails at it."""
+    common, arguments, tools = BRepAlgoAPI_Common(), TopTools_ListOfShape(), TopTools_ListOfShape()
+    arguments.Append(shape)
+    tools.Append(face)
+    common.SetArguments(arguments)
+    common.SetTools(tools)
+    done = attempted(common.Build, "finding a cross-section", on=[shape])
+    return subshapes(common.Shape(), FACE) if done and common.IsDone() else []
 
 
 def open_solid(

@@ -29,6 +29,7 @@ from ..extract.solids import read_wires
 from ..geometry.curves import EdgeCurve
 from ..geometry.plane_curves import PlaneCurves, near_pairs
 from ..shapes import EDGE, FACE, VERTEX, compound, index_map, listed, typed
+from ..trial import attempted
 from .lines_apart import components
 
 Wire: TypeAlias = "list[tuple[int, bool]]"
@@ -170,8 +171,8 @@ def _faces(edges: Sequence[Any], plane: Any, first: str) -> list[Any]:
         shapes.Append(edge.Oriented(_FORWARD))
         shapes.Append(edge.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
     builder.SetShapes(shapes)
-    builder.Perform()
-    if builder.HasErrors() or not builder.Areas().Size():
+    done = attempted(builder.Perform, "making cells of outlines", on=edges)
+    if not done or builder.HasErrors() or not builder.Areas().Size():
         raise CadError(f"OpenCASCADE could not make cells of the outlines of the caps, {first} among them")
     # What lies outside of all outlines comes as a face of negative area.
     return [typed(face, FACE) for face in listed(builder.Areas()) if _area(face) > 0.0]

@@ -21,6 +21,7 @@ from ...errors import CadError
 from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..heal.validate import check_closed, faults
 from ..shapes import EDGE, FACE, SOLID, Mass, explore, index_map, listed, mapped, subshapes, volume_and_center
+from ..trial import attempted
 
 MOST_TURN = 1.1 * pi
 """Radians around its axis up to which a joined face goes: beyond that it would have to be divided again."""
@@ -52,7 +53,8 @@ def without_seams(piece: Any, labels: Labels, mass: Mass) -> tuple[Any, Labels, 
     for e, edge in enumerate(mapped(edges, EDGE)):
         if e not in seams:
             tool.KeepShape(edge)
-    tool.Build()
+    if not attempted(tool.Build, "taking seams out of a piece", on=[piece]):
+        return piece, labels, mass
     (found,) = subshapes(tool.Shape(), SOLID)
     try:
         check_closed(found)

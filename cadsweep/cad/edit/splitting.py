@@ -25,6 +25,7 @@ from ..heal.tracing import Traced
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
 from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed
+from ..trial import attempted
 
 SAME_VOLUME = 1e-6
 """Share of the volume that may change: OpenCASCADE integrates no better."""
@@ -86,7 +87,8 @@ def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray
     splitter.SetArguments(arguments)
     splitter.SetTools(tools)
     splitter.SetNonDestructive(True)
-    splitter.Build()
+    if not attempted(splitter.Build, "dividing faces", on=[holder.shape]):
+        raise CadError("OpenCASCADE fails at dividing its faces")
     (split,) = subshapes(splitter.Shape(), SOLID)
 
     def image(sub: Any) -> Any:

@@ -19,6 +19,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from ...arrays import FloatArray
 from ...brep import Solid
 from ..shapes import FACE, SolidShape, bounds, near_boxes
+from ..trial import attempted
 
 TOUCHES = 1e-6
 """Distance of two faces, as a share of the solid's size, up to which they touch."""
@@ -46,7 +47,8 @@ def find_crossing(solid: Solid, *, coincident: Collection[int] = ()) -> tuple[in
     checker = BOPAlgo_CheckerSI()
     checker.SetArguments(shapes)
     checker.SetNonDestructive(True)
-    checker.Perform()
+    if not attempted(checker.Perform, "looking for faces that cross"):
+        return None
     found = checker.DS()
     pairs = []
     for pair in found.Interferences():

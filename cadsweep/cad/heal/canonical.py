@@ -46,6 +46,7 @@ from OCP.TopLoc import TopLoc_Location
 from ...arrays import BoolArray, FloatArray
 from ..geometry.elementary_fit import Elementary, fit_elementary, fit_sphere, regular
 from ..shapes import EDGE, FACE, SOLID, bounds, explore, index_map, mapped, space_range, subshapes, typed
+from ..trial import attempted
 from .tracing import Traced
 from .validate import faults
 
@@ -99,7 +100,8 @@ def make_canonical(traced: Traced) -> list[str]:
     for face, _ in found:
         _add_parameter_curves(face, explore(face, EDGE))
     repair = ShapeFix_Shape(shape)
-    repair.Perform()
+    if not attempted(repair.Perform, "reading splines as what they are"):
+        return []
     solids = subshapes(repair.Shape(), SOLID)
     if len(solids) != 1 or len(subshapes(solids[0], FACE)) != len(subshapes(shape, FACE)) or faults(solids[0]):
         return []

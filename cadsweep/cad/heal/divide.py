@@ -53,6 +53,7 @@ from ..shapes import (
     subshapes,
     typed,
 )
+from ..trial import attempted
 from .crowded import is_valid_apart
 from .touched_seams import turn_split_rims
 from .tracing import Traced
@@ -101,7 +102,7 @@ def _halve(traced: Traced) -> None:
     for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
         tool = tool_class(traced.shape)
         tool.SetNbSplitPoints(1)
-        if tool.Perform():
+        if attempted(tool.Perform, "dividing closed faces", on=[traced.shape]):
             context = tool.GetContext()
             traced.replace(context.Apply(traced.shape), context.Apply)
 

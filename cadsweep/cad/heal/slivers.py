@@ -31,6 +31,7 @@ from OCP.ShapeFix import ShapeFix_FixSmallFace, ShapeFix_Wireframe
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SOLID, VERTEX, index_map, subshapes
+from ..trial import survives
 from .tracing import Traced
 from .validate import check_closed, faults
 
@@ -56,10 +57,11 @@ def merge_slivers(traced: Traced, size: float) -> list[str]:
     short, narrow = _slivers(traced.shape, tolerance)
     if not narrow and (not short or _is_upright(traced.shape)):
         return []
+    # What fails has changed tolerances in place by then: it is tried on a copy.
+    copy = BRepBuilderAPI_Copy(traced.shape).Shape()
     try:
-        # What fails has changed tolerances in place by then: it is tried on a copy.
-        trial, _ = _merged(BRepBuilderAPI_Copy(traced.shape).Shape(), tolerance)
-        if not _is_as_good(trial, volume, tolerance):
+        done = survives(lambda: _merged(copy, tolerance), "merging slivers")
+        if not done or not _is_as_good(_merged(copy, tolerance)[0], volume, tolerance):
             logger.info("slivers below %.3g could not be merged and stay", tolerance)
             return []
         shape, context = _merged(traced.shape, tolerance)

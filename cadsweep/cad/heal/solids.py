@@ -19,6 +19,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Shell
 
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
+from ..trial import attempted
 from .canonical import make_canonical
 from .elementary import make_elementary
 from .touched_seams import turn_touched_seams
@@ -120,8 +121,8 @@ def mend(traced: Traced) -> list[str]:
 def _repair(traced: Traced, found: Sequence[str]) -> None:
     """Let OpenCASCADE repair the solid, unless it has to make other faces for that."""
     repair = ShapeFix_Shape(traced.shape)
-    repair.Perform()
-    solids = subshapes(repair.Shape(), SOLID)
+    done = attempted(repair.Perform, "repairing the solid")
+    solids = subshapes(repair.Shape(), SOLID) if done else []
     # A face whose boundary crosses itself comes back as several, which close no volume any more.
     kept = len(solids) == 1 and len(subshapes(solids[0], FACE)) == len(subshapes(traced.shape, FACE))
     if kept:

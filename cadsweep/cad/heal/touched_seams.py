@@ -44,6 +44,7 @@ from ..shapes import (
     surface_range,
     volume_and_center,
 )
+from ..trial import attempted
 from .tracing import Traced
 from .validate import faults
 
@@ -87,9 +88,9 @@ def _turn(traced: Traced, turns: dict[int, float]) -> bool:
     maker.SetIntersect(True)
     maker.SetNonDestructive(True)
     maker.SetRunParallel(False)
-    maker.Perform()
+    done = attempted(maker.Perform, "dividing round faces beside their seams")
     volume = volume_and_center(traced.shape)[0]
-    solids = [] if maker.HasErrors() else subshapes(maker.Shape(), SOLID)
+    solids = [] if not done or maker.HasErrors() else subshapes(maker.Shape(), SOLID)
     found = [one for one in solids if abs(volume_and_center(one)[0] - volume) < _SAME_VOLUME * volume]
     if len(found) != 1 or faults(found[0]):
         return False

@@ -19,7 +19,7 @@ from OCP.BOPAlgo import BOPAlgo_Builder
 from ...arrays import FloatArray, IntArray
 from ...errors import CadError
 from ..shapes import EDGE, FACE, SOLID, bounds, compound, index_map, listed, near_boxes, subshapes, typed
-from ..trial import survives
+from ..trial import attempted
 from .whole_faces import WholeFaces, share_whole_faces
 
 _SECONDS = 60.0
@@ -63,9 +63,8 @@ class Fused:
         builder.SetRunParallel(False)
         builder.SetUseOBB(True)
         builder.SetFuzzyValue(fuzzy)
-        if not survives(builder.Perform, "finding what solids touch in", seconds=_SECONDS):
+        if not attempted(builder.Perform, "finding what solids touch in", seconds=_SECONDS):
             raise CadError(f"OpenCASCADE fails where {len(shapes)} solids touch: mesh them with interfaces='separate'")
-        builder.Perform()
         if builder.HasErrors():
             raise CadError(f"OpenCASCADE cannot find what {len(shapes)} solids touch in")
         for i, shape in zip(numbers, shapes, strict=True):
