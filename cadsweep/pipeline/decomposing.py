@@ -40,8 +40,6 @@ MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
 MOST_HEXES = 300_000
 """Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
-FAIR_CELLS = 0.6
-"""Worst scaled Jacobian of cells from which on no other search is made: right angles and thirds of them have 0.7."""
 MOST_MORE = 2.0
 """Hexahedra of cells of another search over those that there are, beyond which better ones are too dear."""
 _WHOLE = 1e-9
@@ -156,7 +154,7 @@ def mesh_decomposed(
     failure: CadSweepError | None = None
     shares: set[str] = set()
     for row in _searches(part):
-        if best is not None and (_worst(best) >= FAIR_CELLS or run.is_over()):
+        if best is not None and (_worst(best) >= SMOOTH_BELOW or run.is_over()):
             break
         searched = SEARCHES[row](part, recognise_piece, run, share if best is None else SECOND_LOOK * share)
         solutions = searched.solutions
