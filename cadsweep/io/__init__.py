@@ -51,6 +51,7 @@ FORMATS: dict[str, str] = {
     ".e": "Exodus II: ParaView, Cubit, MOOSE",
     ".exo": "Exodus II",
     ".mesh": "MFEM mesh 1.3",
+    ".re2": "Nek5000 and NekRS",
     ".su2": "SU2",
     ".polymesh": "OpenFOAM: a folder named polyMesh (case/constant/polyMesh)",
 }
@@ -75,6 +76,7 @@ _MODULES = {
     ".e": "exodus",
     ".exo": "exodus",
     ".mesh": "mfem_mesh",
+    ".re2": "nek",
     ".su2": "su2",
     ".polymesh": "foam",
 }
@@ -117,7 +119,8 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
     options
         ``.msh``: ``version="4.1" | "2.2" | "fluent"``, ``binary``. ``.inp``: ``element="C3D8I"`` or another
         type of as many nodes, ``first_node``, ``first_element``, ``prefix``: several files go into one deck.
-        ``polyMesh``: ``patch_types={"name": "wall"}``. Other formats have none.
+        ``polyMesh``: ``patch_types={"name": "wall"}``. ``.re2``: ``letters={"name": "v"}``. Other formats have none,
+        or those that ``docs/formats.md`` names.
 
     Raises
     ------

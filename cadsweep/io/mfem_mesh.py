@@ -28,7 +28,7 @@ from ..errors import InputError
 from ..lattice import MOST, lexicographic, number_lattice, order_of
 from ..mesh import HexMesh
 from .labels import Blocks, LabelledMesh, check_nodes
-from .sides import SIDES, corner_keys
+from .sides import unnamed_sides
 from .text import write_rows
 
 MOST_ORDER = MOST
@@ -73,11 +73,7 @@ def _corner_numbers(hexes: IntArray, quads: IntArray, n: int) -> tuple[IntArray,
 
 def _whole_boundary(mesh: LabelledMesh) -> tuple[IntArray, Blocks]:
     """Named quads, then the quads of the boundary without a name."""
-    outer = mesh.hexes[:, SIDES[:, :4]].reshape(-1, 4)
-    first, codes = corner_keys(np.concatenate([outer, mesh.quads[:, :4]]))
-    counts = np.bincount(codes[: len(outer)], minlength=len(first))
-    counts[codes[len(outer) :]] = 0
-    unnamed = outer[np.sort(first[counts == 1])]
+    unnamed = unnamed_sides(mesh.hexes, mesh.quads, len(mesh.points))
     if len(unnamed) == 0:
         return mesh.quads[:, :4], mesh.faces
     members = (*mesh.faces.members, ())

@@ -81,6 +81,7 @@ def parsed(command):
             "prefix",
             "ties",
             "patch_types",
+            "letters",
             "scale",
             "units",
         }
