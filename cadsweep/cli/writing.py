@@ -50,6 +50,14 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Type of an OpenFOAM patch; 'wall' and '..._wall' are walls by name; may be repeated.",
         ),
         click.option(
+            "--structured", is_flag=True, default=None, help="Structured zones in a .cgns file, a mapped block each."
+        ),
+        click.option(
+            "--max-blocks",
+            type=click.IntRange(1),
+            help="Structured blocks of a part at the most, in .xyz and .cgns files.",
+        ),
+        click.option(
             "--letter",
             "letters",
             type=Assignment(),
@@ -65,7 +73,7 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def take_writing_options(output: str, given: dict[str, Any]) -> dict[str, Any]:
     """Options of ``HexMesh.write`` from those of the command; one that the format lacks is wrong usage."""
-    names = ("version", "element", "first_node", "first_element", "prefix", "ties")
+    names = ("version", "element", "first_node", "first_element", "prefix", "ties", "structured", "max_blocks")
     chosen = {name: value for name in names if (value := given.pop(name)) is not None}
     for name in ("patch_types", "letters"):
         if assigned := dict(given.pop(name)):

@@ -38,6 +38,7 @@ from ..mesh import HexMesh
 from .compare import ExpectedBytes
 from .labels import Blocks, LabelledMesh
 from .periodic_faces import answering_quads
+from .places import same_places
 from .sides import count_users, find_sides, quads_of_sides, unnamed_sides
 from .vtk_cells import write_bytes
 
@@ -192,7 +193,9 @@ def read(stream: BinaryIO) -> HexMesh:
     if version not in {"#v002", "#v003", "#v004"} or len(content) < 84:
         raise InputError("it does not begin with #v002, #v003 or #v004")
     m, dimension = (int(head[5:14]), int(head[14:17])) if version != "#v004" else (int(words[0]), int(words[1]))
-    marks: list[Literal["<", ">"]] = [order for order in ("<", ">") if abs(np.frombuffer(content, f"{order}f4", 1, 80)[0] - _TAG) < 1e-5]
+    marks: list[Literal["<", ">"]] = [
+        order for order in ("<", ">") if abs(np.frombuffer(content, f"{order}f4", 1, 80)[0] - _TAG) < 1e-5
+    ]
     if not marks or dimension != 3 or m < 1:
         raise InputError("it has no elements in three dimensions, or no mark of the order of its bytes")
     real = f"{marks[0]}f8"
@@ -258,20 +261,6 @@ def _of_order_2(points: FloatArray, hexes: IntArray, curved: np.ndarray) -> tupl
     every = np.concatenate([points, _middles(ends[:, 0], ends[:, 1])])
     every[hexes[of, 8 + edge]] = curved["values"][:, :3]
     return every, hexes
-
-
-def same_places(places: FloatArray) -> tuple[FloatArray, IntArray]:
-    """The different points of some (n, 3), in the order in which they come first, and which of them each is."""
-    bits = np.ascontiguousarray(places + 0.0).view(np.uint64)  # minus zero is zero
-    key = (bits[:, 0] * np.uint64(3) + bits[:, 1]) * np.uint64(0x9E3779B97F4A7C15) + bits[:, 2]
-    key = (key ^ (key >> np.uint64(29))) * np.uint64(0xBF58476D1CE4E5B9)
-    _, first, number = np.unique(key, return_index=True, return_inverse=True)
-    if (places[first][number] != places).any():  # two places with one key
-        _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return places[first[order]], rank[number.reshape(-1)]
 
 
 def _joined(places: FloatArray) -> tuple[FloatArray, IntArray]:

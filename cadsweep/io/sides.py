@@ -165,9 +165,9 @@ def unnamed_sides(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
     """
     outer = quads[count_users(hexes, quads, n_points) == 1] if len(quads) else quads
     mixed = _mixed(np.arange(n_points, dtype=np.uint64))
-    folded = _fold(mixed, outer[:, :4])
+    folded = np.bitwise_xor.reduce(_keys(mixed, outer), initial=np.uint64(0))
     for face in HEX_FACES:
-        folded ^= _fold(mixed, hexes[:, face])
+        folded ^= np.bitwise_xor.reduce(_keys(mixed, hexes[:, face]))
     if folded == 0:
         return np.empty((0, 4), dtype=np.int64)
     sides = hexes[:, HEX_FACES].reshape(-1, 4)
@@ -177,12 +177,18 @@ def unnamed_sides(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
     return sides[np.sort(first[counts == 1])]
 
 
-def _fold(mixed: np.ndarray, corners: IntArray) -> int:
-    """One number of quads (q, 4), in whatever order they and their corners come; what comes twice leaves no trace."""
+def side_keys(hexes: IntArray, n_points: int) -> np.ndarray:
+    """A number (6 m,) uint64 of every side ``6 h + row of HEX_FACES``: one of two sides with the same corners."""
+    mixed = _mixed(np.arange(n_points, dtype=np.uint64))
+    return np.stack([_keys(mixed, hexes[:, face]) for face in HEX_FACES], axis=1).reshape(-1)
+
+
+def _keys(mixed: np.ndarray, corners: IntArray) -> np.ndarray:
+    """A number of every quad (q, 4 or more), in whatever order its corners come; two have one by chance of 2**-64."""
     sums = mixed[corners[:, 0]]
     for k in (1, 2, 3):
         sums += mixed[corners[:, k]]
-    return int(np.bitwise_xor.reduce(_mixed(sums), initial=np.uint64(0)))
+    return _mixed(sums)
 
 
 def _mixed(values: np.ndarray) -> np.ndarray:

@@ -82,6 +82,8 @@ def parsed(command):
             "ties",
             "patch_types",
             "letters",
+            "structured",
+            "max_blocks",
             "scale",
             "units",
         }
