@@ -134,7 +134,10 @@ def kept_groups(mesh: LabelledMesh, *, prefix: str = "", surfaces: bool = True, 
 def read(stream: BinaryIO) -> HexMesh:
     """Read solids, and components of elements: of solids a part, of surface elements a boundary."""
     content = decks.deck_content(stream, "!")
-    kinds = {int(number): int(kind) for number, kind in re.findall(rb"^ET *, *(\d+) *, *(\d+)", content, re.M | re.I)}
+    # Types stand before the elements that have them.
+    head = re.compile(rb"\nEBLOCK", re.I).search(content)
+    types = content[: head.start() if head else len(content)]
+    kinds = {int(number): int(kind) for number, kind in re.findall(rb"\nET *, *(\d+) *, *(\d+)", types, re.I)}
     found = decks.DeckParts.empty()
     components: dict[str, IntArray] = {}
     faces: list[tuple[IntArray, IntArray]] = []
@@ -206,10 +209,10 @@ def _read_elements(
 
 def _end_of_block(content: decks.mmap.mmap, start: int) -> int:
     """Where the line begins that ends a block: one of -1, or the next command."""
-    match = re.compile(rb"^( *-1|[A-Za-z!/])", re.M).search(content, start)
+    match = re.compile(rb"\n(?: *-1|[A-Za-z!/])").search(content, start - 1)
     if match is None:
         raise InputError("a block has no end: it is cut short")
-    return match.start()
+    return match.start() + 1
 
 
 def _numbers(content: decks.mmap.mmap, start: int, layout: str, count: int) -> IntArray:

@@ -98,7 +98,7 @@ def test_mapdl_archive_reads_solids_components_and_surface_elements(tmp_path, no
 
 
 def test_mapdl_archive_finds_both_sides_of_a_contact_by_name(tmp_path):
-    """Two boxes, one on the other, that share no nodes: components of nodes, and of surface elements, of either side."""
+    """Two boxes that share no nodes, one on the other: components of nodes and of surface elements of either side."""
     low, high = box(), box(nx=5, ny=3)
     n, m = low.n_nodes, low.n_hexes
     boundaries = {f"low_{name}": quads for name, quads in low.boundaries.items() if name != "target"}
