@@ -141,7 +141,9 @@ def read(stream: BinaryIO) -> HexMesh:
     found = decks.DeckParts.empty()
     components: dict[str, IntArray] = {}
     faces: list[tuple[IntArray, IntArray]] = []
-    for match in re.finditer(rb"^(NBLOCK|EBLOCK|CMBLOCK)([^\n]*)\n\(([^\n]*)\)[^\n]*\n", content, re.M | re.I):
+    place = 0
+    while (match := _BLOCK.search(content, place)) is not None:
+        place = match.end()
         words = [word.strip() for word in match[2].decode("ascii", "replace").split(",")[1:]]
         layout = match[3].decode("ascii", "replace").lower()
         keyword, start = match[1].upper(), match.end()
@@ -150,7 +152,7 @@ def read(stream: BinaryIO) -> HexMesh:
                 components[words[0].strip()] = _numbers(content, start, layout, int(words[2].split("!")[0]))
             continue
         whole = int(re.findall(r"i(\d+)", layout)[0])
-        end = _end_of_block(content, start)
+        end = place = _end_of_block(content, start)
         if keyword == b"NBLOCK":
             real = int(re.findall(r"e(\d+)", layout)[0])
             first = whole * int(layout.partition("i")[0] or 1)
@@ -205,6 +207,9 @@ def _read_elements(
         else:
             raise InputError(f"it has solids of {size} nodes; 8 and 20 are read")
     return faces
+
+
+_BLOCK = re.compile(rb"^(NBLOCK|EBLOCK|CMBLOCK)([^\n]*)\n\(([^\n]*)\)[^\n]*\n", re.M | re.I)
 
 
 def _end_of_block(content: decks.mmap.mmap, start: int) -> int:

@@ -83,11 +83,12 @@ def read(stream: BinaryIO) -> HexMesh:
     """Read bricks, shells, and permanent groups."""
     text = stream.read().replace(b"\r\n", b"\n")
     sections: dict[int, list[bytes]] = {}
-    marks = list(re.finditer(rb"^[ \t]*-1[ \t]*$", text, re.MULTILINE))
+    ends = re.finditer(rb"-1[ \t]*(?:\n|\Z)", text)
+    marks = [match for match in ends if not text[text.rfind(b"\n", 0, match.start()) + 1 : match.start()].strip()]
     if len(marks) < 2 or len(marks) % 2:
         raise InputError("it has no datasets between lines of -1, or is cut short")
     for begin, end in zip(marks[::2], marks[1::2], strict=True):
-        number, _, body = text[begin.end() + 1 : end.start()].partition(b"\n")
+        number, _, body = text[begin.end() : text.rfind(b"\n", 0, end.start()) + 1].partition(b"\n")
         if number.strip().isdigit():
             sections.setdefault(int(number), []).append(body)
     if 2411 not in sections or 2412 not in sections:
