@@ -21,6 +21,7 @@ Brueckler, Gupta, Mandad, Campen, "The 3D motorcycle complex for structured volu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -94,6 +95,10 @@ class Grids:
 _IJK = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
 
 
+_found: WeakKeyDictionary[LabelledMesh, Grids] = WeakKeyDictionary()
+"""Blocks of meshes that are being written: a file is compared with what it should be by making that again."""
+
+
 def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
     """The structured blocks of a mesh.
 
@@ -102,6 +107,8 @@ def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
     InputError
         A solid has more blocks than `most`, or one closes on itself with a twist.
     """
+    if mesh in _found:
+        return _found[mesh]
     hexes = mesh.hexes
     across = neighbours(hexes, len(mesh.points))
     solid = mesh.volumes.of_cell
@@ -120,7 +127,10 @@ def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
     counts = np.bincount(solid[order[first[:-1]]], minlength=len(mesh.volumes.members))
     if counts.max() > most:
         raise InputError(_not_mapped(mesh, int(counts.argmax()), int(counts.max()), most, singular))
-    return Grids(shapes=shapes, first=first, order=order, hexes=framed, across=neighbours(framed, len(mesh.points)))
+    _found[mesh] = Grids(
+        shapes=shapes, first=first, order=order, hexes=framed, across=neighbours(framed, len(mesh.points))
+    )
+    return _found[mesh]
 
 
 def _not_mapped(mesh: LabelledMesh, solid: int, count: int, most: int, singular: np.ndarray) -> str:
