@@ -14,6 +14,7 @@ CGNS SIDS, "Zone_t", "1-to-1 interface connectivity structure".
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import h5py
@@ -89,9 +90,18 @@ def _condition(zone: h5py.Group, name: str, ends: tuple[tuple[int, ...], tuple[i
 
 
 def _seen_from_there(patch: Patch) -> Patch:
-    """The same rectangle from the other side."""
+    """The same rectangle from the other side, ascending there."""
     assert patch.there is not None
-    return Patch(here=patch.there, label=patch.there_label, there=patch.here, swapped=patch.swapped)
+    here, there = ([list(part.begin), list(part.end)] for part in (patch.there, patch.here))
+    for k in range(2):
+        if here[0][k] > here[1][k]:
+            for ends, j in ((here, k), (there, 1 - k if patch.swapped else k)):
+                ends[0][j], ends[1][j] = ends[1][j], ends[0][j]
+    parts = [
+        replace(part, begin=(ends[0][0], ends[0][1]), end=(ends[1][0], ends[1][1]))
+        for part, ends in ((patch.there, here), (patch.here, there))
+    ]
+    return Patch(here=parts[0], label=patch.there_label, there=parts[1], swapped=patch.swapped)
 
 
 def _match(
