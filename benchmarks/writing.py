@@ -27,7 +27,7 @@ from cadsweep import io
 from cadsweep.cells import side_quads, sweep_hexes
 from cadsweep.mesh import HexMesh
 
-BINARY = {".vtu", ".vtkhdf", ".msh", ".cgns", ".med", ".e", ".exo"}
+BINARY = {".vtu", ".vtkhdf", ".msh", ".cgns", ".med", ".e", ".exo", ".re2", ".xyz"}
 
 
 def make_box(n_hexes: int) -> HexMesh:

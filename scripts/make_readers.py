@@ -12,7 +12,7 @@ import sys
 import venv
 from pathlib import Path
 
-PACKAGES = ("pyNastran", "mapdl-archive", "lsdyna-mesh-reader", "meshio")
+PACKAGES = ("pyNastran", "mapdl-archive", "lsdyna-mesh-reader", "meshio", "pymech")
 FOLDER = Path(__file__).parents[1] / ".venv-readers"
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ _SPECIAL = {
     "fitted=True": "--fitted",
     "isolated=True, ": "",
     "same_mesh=True": "same_mesh = true",
+    "structured=True": "--structured",
 }
 _RENAMED = {
     "sizes": "face-size",
@@ -45,11 +46,12 @@ _RENAMED = {
     "params": "param",
     "cuts": "cut",
     "patch_types": "patch-type",
+    "letters": "letter",
 }
 _NAMES = (
     "size|layers|bias|fractions|functional|strategy|source|target|part|order|nodes|refine|touch|tolerance|max_hexes"
     "|max_memory|timeout|screenshot|clip|crinkle|explode|limits|sizes|counts|rail_layers|biases|wall_layers|periodic"
-    "|local_sizes|params|cuts|suppress|only|skip|interfaces|decompose_time|like|scale|units|patch_types"
+    "|local_sizes|params|cuts|suppress|only|skip|interfaces|decompose_time|like|scale|units|patch_types|letters|max_blocks"
 )
 _VALUE = r"\[[^\]]*\]|'[^']*'|\"[^\"]*\"|\.\.\.|[^\s,;:()]*[^\s,;:().]"
 _BOTH = re.compile(rf"\b[a-z_]+\s?=\s?(?:{_VALUE}|True)?(?: \((--[^()]*)\)|, or (--[a-z-]+))")

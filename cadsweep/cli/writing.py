@@ -49,6 +49,22 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="NAME=TYPE",
             help="Type of an OpenFOAM patch; 'wall' and '..._wall' are walls by name; may be repeated.",
         ),
+        click.option(
+            "--structured", is_flag=True, default=None, help="Structured zones in a .cgns file, a mapped block each."
+        ),
+        click.option(
+            "--max-blocks",
+            type=click.IntRange(1),
+            help="Structured blocks of a part at the most, in .xyz and .cgns files.",
+        ),
+        click.option(
+            "--letter",
+            "letters",
+            type=Assignment(),
+            multiple=True,
+            metavar="NAME=LETTER",
+            help="Nek's letter of a boundary in a .re2 file: W, v, O, SYM, ...; MSH unless said; may be repeated.",
+        ),
     ]
     for option in reversed(options):
         command = option(command)
@@ -57,11 +73,11 @@ def writing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def take_writing_options(output: str, given: dict[str, Any]) -> dict[str, Any]:
     """Options of ``HexMesh.write`` from those of the command; one that the format lacks is wrong usage."""
-    names = ("version", "element", "first_node", "first_element", "prefix", "ties")
+    names = ("version", "element", "first_node", "first_element", "prefix", "ties", "structured", "max_blocks")
     chosen = {name: value for name in names if (value := given.pop(name)) is not None}
-    types = dict(given.pop("patch_types"))
-    if types:
-        chosen["patch_types"] = types
+    for name in ("patch_types", "letters"):
+        if assigned := dict(given.pop(name)):
+            chosen[name] = assigned
     scale, units = given.pop("scale"), given.pop("units")
     if scale is not None and units is not None:
         raise click.UsageError("--scale and --units say the same; give one of them")

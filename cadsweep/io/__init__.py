@@ -13,6 +13,7 @@ import logging
 import os
 from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from importlib import import_module
 from os import PathLike
@@ -51,7 +52,9 @@ FORMATS: dict[str, str] = {
     ".e": "Exodus II: ParaView, Cubit, MOOSE",
     ".exo": "Exodus II",
     ".mesh": "MFEM mesh 1.3",
+    ".re2": "Nek5000 and NekRS",
     ".su2": "SU2",
+    ".xyz": "PLOT3D grid of structured blocks, with a neutral map (.nmf) beside it",
     ".polymesh": "OpenFOAM: a folder named polyMesh (case/constant/polyMesh)",
 }
 """Suffix to what it is. A path whose last name is ``polyMesh`` needs no suffix."""
@@ -75,7 +78,9 @@ _MODULES = {
     ".e": "exodus",
     ".exo": "exodus",
     ".mesh": "mfem_mesh",
+    ".re2": "nek",
     ".su2": "su2",
+    ".xyz": "plot3d",
     ".polymesh": "foam",
 }
 
@@ -117,7 +122,8 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
     options
         ``.msh``: ``version="4.1" | "2.2" | "fluent"``, ``binary``. ``.inp``: ``element="C3D8I"`` or another
         type of as many nodes, ``first_node``, ``first_element``, ``prefix``: several files go into one deck.
-        ``polyMesh``: ``patch_types={"name": "wall"}``. Other formats have none.
+        ``polyMesh``: ``patch_types={"name": "wall"}``. ``.re2``: ``letters={"name": "v"}``. Other formats have none,
+        or those that ``docs/formats.md`` names.
 
     Raises
     ------
@@ -165,7 +171,10 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
                 if verify:
                     _check(module, labelled, module.read_folder(folder), options)
         else:
-            with replaced_file(path) as stream:
+            with ExitStack() as stack:
+                if hasattr(module, "BESIDE"):  # a second file of the same name, put in place with the first
+                    options["beside"] = stack.enter_context(replaced_file(path.with_suffix(module.BESIDE)))
+                stream = stack.enter_context(replaced_file(path))
                 module.write(stream, labelled, **options)
                 stream.flush()
                 # The disk takes the bytes while they are compared.
@@ -229,8 +238,13 @@ def read(path: str | PathLike[str]) -> HexMesh:
         if _suffix(path) == _FOLDER:
             mesh: HexMesh = module.read_folder(path)
         else:
-            with open(path, "rb") as stream:
-                mesh = module.read(stream)
+            with ExitStack() as stack:
+                stream = stack.enter_context(open(path, "rb"))
+                second = path.with_suffix(getattr(module, "BESIDE", path.suffix))
+                if second != path and second.exists():
+                    mesh = module.read(stream, beside=stack.enter_context(open(second, "rb")))
+                else:
+                    mesh = module.read(stream)
         _check_groups(mesh)
         return _with_interfaces(mesh)
     except InputError as error:

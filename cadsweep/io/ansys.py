@@ -134,11 +134,16 @@ def kept_groups(mesh: LabelledMesh, *, prefix: str = "", surfaces: bool = True, 
 def read(stream: BinaryIO) -> HexMesh:
     """Read solids, and components of elements: of solids a part, of surface elements a boundary."""
     content = decks.deck_content(stream, "!")
-    kinds = {int(number): int(kind) for number, kind in re.findall(rb"^ET *, *(\d+) *, *(\d+)", content, re.M | re.I)}
+    # Types stand before the elements that have them.
+    head = re.compile(rb"\nEBLOCK", re.I).search(content)
+    types = content[: head.start() if head else len(content)]
+    kinds = {int(number): int(kind) for number, kind in re.findall(rb"\nET *, *(\d+) *, *(\d+)", types, re.I)}
     found = decks.DeckParts.empty()
     components: dict[str, IntArray] = {}
     faces: list[tuple[IntArray, IntArray]] = []
-    for match in re.finditer(rb"^(NBLOCK|EBLOCK|CMBLOCK)([^\n]*)\n\(([^\n]*)\)[^\n]*\n", content, re.M | re.I):
+    place = 0
+    while (match := _BLOCK.search(content, place)) is not None:
+        place = match.end()
         words = [word.strip() for word in match[2].decode("ascii", "replace").split(",")[1:]]
         layout = match[3].decode("ascii", "replace").lower()
         keyword, start = match[1].upper(), match.end()
@@ -147,7 +152,7 @@ def read(stream: BinaryIO) -> HexMesh:
                 components[words[0].strip()] = _numbers(content, start, layout, int(words[2].split("!")[0]))
             continue
         whole = int(re.findall(r"i(\d+)", layout)[0])
-        end = _end_of_block(content, start)
+        end = place = _end_of_block(content, start)
         if keyword == b"NBLOCK":
             real = int(re.findall(r"e(\d+)", layout)[0])
             first = whole * int(layout.partition("i")[0] or 1)
@@ -204,12 +209,15 @@ def _read_elements(
     return faces
 
 
+_BLOCK = re.compile(rb"^(NBLOCK|EBLOCK|CMBLOCK)([^\n]*)\n\(([^\n]*)\)[^\n]*\n", re.M | re.I)
+
+
 def _end_of_block(content: decks.mmap.mmap, start: int) -> int:
     """Where the line begins that ends a block: one of -1, or the next command."""
-    match = re.compile(rb"^( *-1|[A-Za-z!/])", re.M).search(content, start)
+    match = re.compile(rb"\n(?: *-1|[A-Za-z!/])").search(content, start - 1)
     if match is None:
         raise InputError("a block has no end: it is cut short")
-    return match.start()
+    return match.start() + 1
 
 
 def _numbers(content: decks.mmap.mmap, start: int, layout: str, count: int) -> IntArray:

@@ -132,8 +132,15 @@ def read(stream: BinaryIO) -> HexMesh:
     return found.mesh(quads=quads)
 
 
+_PLAIN = bytes.maketrans(b'">', b"  ")
+
+
 def _rows(content: decks.mmap.mmap, start: int, end: int, width: int, dtype: type) -> decks.Iterator[np.ndarray]:
     """Numbers (n, width) of lines such as ``<node id="1">0,0,0</node>``."""
     for text in decks.cut_at_lines(content, start, end):
-        plain = re.sub(rb"</?[a-z]+\d?(?: id=)?|[\">]", b" ", text)
-        yield decks.parse_numbers(plain, dtype).reshape(-1, width)
+        # All lines of a block have the same marks, of which the first line has every kind.
+        marks = dict.fromkeys(re.findall(rb"</?[a-z]+\d?(?: id=)?", text[: text.find(b"\n", 1) + 1 or None]))
+        plain = text
+        for mark in sorted(marks, key=len, reverse=True):
+            plain = plain.replace(mark, b" ")
+        yield decks.parse_numbers(plain.translate(_PLAIN), dtype).reshape(-1, width)

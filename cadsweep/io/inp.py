@@ -145,21 +145,24 @@ def _write_list(stream: BinaryIO, head: str, ids: IntArray) -> None:
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read nodes, hexes, sets and surfaces of a deck."""
+    stream.seek(0)
     content = stream.read()
     if content.startswith(_HEAD) and _END not in content[-100:]:
         raise InputError("it is cut short: the end of the mesh is missing")
-    text = content.decode("utf-8", "replace")
     deck = _Deck()
-    for keyword, options, body in _blocks(text):
+    for keyword, options, body in _blocks(content):
         deck.take(keyword, options, body)
     return deck.mesh()
 
 
-def _blocks(text: str) -> Iterator[tuple[str, dict[str, str], str]]:
-    text = re.sub(r"^\*\*.*$", "", text.replace("\r\n", "\n"), flags=re.MULTILINE)
-    for block in re.split(r"^\*(?=[A-Za-z])", text, flags=re.MULTILINE)[1:]:
-        head, _, body = block.partition("\n")
-        words = [word.strip() for word in head.split(",")]
+def _blocks(content: bytes) -> Iterator[tuple[str, dict[str, str], bytes]]:
+    """Keywords with their options, and the lines that follow each, without comments."""
+    starts = [match.start() for match in re.finditer(rb"^\*(?=[A-Za-z])", content, re.MULTILINE)]
+    for start, end in zip(starts, [*starts[1:], len(content)], strict=True):
+        head, _, body = content[start + 1 : end].partition(b"\n")
+        if b"**" in body:
+            body = re.sub(rb"^\*\*.*$", b"", body, flags=re.MULTILINE)
+        words = [word.strip() for word in head.decode("utf-8", "replace").split(",")]
         options = {}
         for word in words[1:]:
             key, _, value = word.partition("=")
@@ -176,11 +179,12 @@ class _Deck:
         self.elements: list[tuple[str, IntArray]] = []
         self.elsets: dict[str, list[IntArray]] = {}
         self.nsets: dict[str, IntArray] = {}
-        self.surfaces: dict[str, list[tuple[str, int]]] = {}
+        self.surfaces: dict[str, list[tuple[IntArray | str, IntArray]]] = {}
+        """By name: numbers of elements or the name of a set of them, and their sides."""
 
-    def take(self, keyword: str, options: dict[str, str], body: str) -> None:
+    def take(self, keyword: str, options: dict[str, str], body: bytes) -> None:
         if keyword == "NODE":
-            rows = _numbers(body)
+            rows = parse_numbers(body)
             if rows.size % 4:
                 raise InputError("a node has not three coordinates, or the file is cut short")
             rows = rows.reshape(-1, 4)
@@ -191,7 +195,7 @@ class _Deck:
             size = _size_of(kind)
             if size == 0:
                 return
-            rows = _numbers(body).astype(np.int64)
+            rows = parse_numbers(body, np.int64)
             if rows.size % (size + 1):
                 raise InputError(f"an element of type {kind} has not {size} nodes, or the file is cut short")
             rows = rows.reshape(-1, size + 1)
@@ -201,15 +205,16 @@ class _Deck:
         elif keyword == "ELSET" and options.get("ELSET"):
             self.elsets.setdefault(options["ELSET"], []).append(self._list(body, options, self.elsets))
         elif keyword == "SURFACE" and options.get("NAME") and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
-            pairs = [line.split(",") for line in body.splitlines() if line.strip()]
-            self.surfaces[options["NAME"]] = [(p[0].strip(), int(p[1].strip().upper().lstrip("S"))) for p in pairs]
+            self.surfaces[options["NAME"]] = list(_sides(body))
 
-    def _list(self, body: str, options: dict[str, str], known: dict[str, list[IntArray]]) -> IntArray:
+    def _list(self, body: bytes, options: dict[str, str], known: dict[str, list[IntArray]]) -> IntArray:
         if "GENERATE" in options:
-            rows = _numbers(body).astype(np.int64).reshape(-1, 3)
+            rows = parse_numbers(body, np.int64).reshape(-1, 3)
             return np.concatenate([np.arange(a, b + 1, c) for a, b, c in rows.tolist()])
+        if re.fullmatch(rb"[\d,\s]+", body):
+            return parse_numbers(body, np.int64)
         found = []
-        for word in re.split(r"[,\s]+", body.strip(", \n\t")):
+        for word in re.split(r"[,\s]+", body.decode("utf-8", "replace").strip(", \n\t\r")):
             found.append(np.concatenate(known[word]) if word in known else np.array([int(word)]))
         return np.concatenate(found)
 
@@ -228,9 +233,9 @@ class _Deck:
         parts = {n: np.sort(rows_of(elements[:, 0], np.concatenate(ids))) for n, ids in self.elsets.items()}
         boundaries = {}
         for name, pairs in self.surfaces.items():
-            of = [parts[word] if word in parts else rows_of(elements[:, 0], np.array([int(word)])) for word, _ in pairs]
-            sides = np.repeat([side - 1 for _, side in pairs], [len(ids) for ids in of])
-            boundaries[name] = quads_of_sides(hexes, np.concatenate(of), sides)
+            of = [parts[own] if isinstance(own, str) else rows_of(elements[:, 0], own) for own, _ in pairs]
+            sides = [np.broadcast_to(own, len(ids)) for (_, own), ids in zip(pairs, of, strict=True)]
+            boundaries[name] = quads_of_sides(hexes, np.concatenate(of), np.concatenate(sides) - 1)
         return HexMesh(points=points, hexes=hexes, boundaries=boundaries, parts=parts)
 
 
@@ -245,5 +250,15 @@ def _size_of(kind: str) -> int:
     return 0
 
 
-def _numbers(body: str) -> np.ndarray:
-    return parse_numbers(body.upper().replace("D", "E").encode("ascii", "replace"))
+def _sides(lines: bytes) -> Iterator[tuple[IntArray | str, IntArray]]:
+    """Elements and sides of a surface: of lines ``12, S3`` all at once, of names of sets one by one."""
+    body = lines.upper()
+    if re.fullmatch(rb"[\d,S\s]*", body) and body.count(b"S") == body.count(b","):  # none is a set named S1
+        rows = parse_numbers(body.replace(b"S", b" "), np.int64).reshape(-1, 2)
+        yield rows[:, 0], rows[:, 1]
+        return
+    for line in lines.decode("utf-8", "replace").splitlines():
+        if line.strip():
+            words = [word.strip() for word in line.split(",")]
+            side = np.array([int(words[1].upper().lstrip("S"))])
+            yield (np.array([int(words[0])]) if words[0].isdigit() else words[0]), side

@@ -28,8 +28,8 @@ from ..errors import InputError
 from ..lattice import MOST, lexicographic, number_lattice, order_of
 from ..mesh import HexMesh
 from .labels import Blocks, LabelledMesh, check_nodes
-from .sides import SIDES, corner_keys
-from .text import write_rows
+from .sides import unnamed_sides
+from .text import parse_numbers, write_rows
 
 MOST_ORDER = MOST
 
@@ -73,11 +73,7 @@ def _corner_numbers(hexes: IntArray, quads: IntArray, n: int) -> tuple[IntArray,
 
 def _whole_boundary(mesh: LabelledMesh) -> tuple[IntArray, Blocks]:
     """Named quads, then the quads of the boundary without a name."""
-    outer = mesh.hexes[:, SIDES[:, :4]].reshape(-1, 4)
-    first, codes = corner_keys(np.concatenate([outer, mesh.quads[:, :4]]))
-    counts = np.bincount(codes[: len(outer)], minlength=len(first))
-    counts[codes[len(outer) :]] = 0
-    unnamed = outer[np.sort(first[counts == 1])]
+    unnamed = unnamed_sides(mesh.hexes, mesh.quads, len(mesh.points))
     if len(unnamed) == 0:
         return mesh.quads[:, :4], mesh.faces
     members = (*mesh.faces.members, ())
@@ -100,18 +96,20 @@ def read(stream: BinaryIO) -> HexMesh:
     text = stream.read().decode("utf-8", "replace")
     if not re.match(r"MFEM mesh v1\.[0-9]", text):
         raise InputError("it does not begin with 'MFEM mesh v1.'")
-    text = re.sub(r"^\s*#.*$", "", text, flags=re.MULTILINE)
+    if "#" in text:
+        text = re.sub(r"^\s*#.*$", "", text, flags=re.MULTILINE)
     elements = _cells(text, "elements", geometry=5, width=8)
     boundary = _cells(text, "boundary", geometry=3, width=4)
     hexes, quads = elements[:, 2:], boundary[:, 2:]
-    head = re.search(r"^vertices\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    head = _head(text, "vertices")
     if head is None:
         raise InputError("it has no vertices, or is cut short")
-    nodes = re.search(
-        r"^nodes\s+FiniteElementSpace\s+FiniteElementCollection: (\S+)\s+VDim: 3\s+Ordering: 1\s+", text, re.M
-    )
+    place = max(text.find("\nnodes"), 0)
+    nodes = re.compile(
+        r"\nnodes\s+FiniteElementSpace\s+FiniteElementCollection: (\S+)\s+VDim: 3\s+Ordering: 1\s+"
+    ).match(text, place)
     if nodes is None:
-        if re.search(r"^nodes\b", text, re.MULTILINE):
+        if place:
             raise InputError("it has curved elements in a space that is not read (L2_T1_3D_P2 is)")
         values = _floats(text, head.end())
         n = int(head[1])
@@ -148,26 +146,39 @@ def aligned(mesh: LabelledMesh, back: HexMesh) -> HexMesh:
 
 
 def _cells(text: str, keyword: str, *, geometry: int, width: int) -> IntArray:
-    head = re.search(rf"^{keyword}\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    head = _head(text, keyword)
     if head is None:
         raise InputError(f"it has no section {keyword!r}, or is cut short")
     n = int(head[1])
     end = text.find("\n\n", head.end())
-    body = text[head.end() : end if end >= 0 else len(text)].split("\n")[:n]
-    rows = [line.split() for line in body]
-    if len(rows) != n or any(len(row) < 2 for row in rows):
-        raise InputError(f"its section {keyword!r} is cut short")
-    kinds = {row[1] for row in rows}
-    if kinds - {str(geometry)} or (keyword == "elements" and not rows):
+    lines = text[head.end() : end if end >= 0 else len(text)].rstrip()
+    if n == 0 and keyword != "elements":
+        return np.empty((0, 2 + width), dtype=np.int64)
+    kinds = set(re.findall(r"^\s*\d+\s+(\d+)", lines, re.MULTILINE))
+    if kinds != {str(geometry)}:
         raise InputError(
             f"its {keyword} are of the geometries {sorted(kinds)}; only hexahedra (5) and quads (3) are read"
         )
-    return np.array(rows, dtype=np.int64).reshape(n, 2 + width)
+    rows = parse_numbers(lines.encode(), np.int64)
+    if len(rows) != n * (2 + width) or lines.count("\n") != n - 1:
+        raise InputError(f"its section {keyword!r} is cut short")
+    return rows.reshape(n, 2 + width)
+
+
+def _head(text: str, keyword: str) -> re.Match[str] | None:
+    """The line of a keyword, and the count after it; looked for by its letters, which is faster than by a pattern."""
+    place = text.find(f"\n{keyword}")
+    while place >= 0:
+        found = re.compile(rf"{keyword}\s+(\d+)[ \t]*\n").match(text, place + 1)
+        if found is not None:
+            return found
+        place = text.find(f"\n{keyword}", place + 1)
+    return None
 
 
 def _floats(text: str, start: int) -> np.ndarray:
     body = text[start:].partition("mfem_mesh_end")[0]
-    return np.array(body.split(), dtype=np.float64)
+    return parse_numbers(body.encode())
 
 
 def _space(order: int) -> str:
@@ -187,7 +198,7 @@ def _curved(space: str, values: np.ndarray, hexes: IntArray, quads: IntArray) ->
 
 
 def _sets(text: str, keyword: str, tags: IntArray, stem: str) -> dict[str, list[int]]:
-    head = re.search(rf"^{keyword}\s+(\d+)[ \t]*\n", text, re.MULTILINE)
+    head = _head(text, keyword)
     if head is None:
         return {f"{stem}_{tag}": [tag] for tag in np.unique(tags).tolist()}
     rows = re.compile(r'\s*"([^"]*)"\s+(\d+)')

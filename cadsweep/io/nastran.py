@@ -115,6 +115,10 @@ def kept_groups(mesh: LabelledMesh, *, prefix: str = "", **_options: object) -> 
     return decks.deck_kept(mesh, prefix)
 
 
+_GOES_ON = np.isin(np.arange(256), np.frombuffer(b" +*,", dtype=np.uint8))
+"""Whether a line that begins with a character goes on with the card before it."""
+
+
 def read(stream: BinaryIO) -> HexMesh:
     """Read GRID, CHEXA, PLOAD4 and SET1 cards, and the names that stand in comments."""
     content = decks.deck_content(stream, "$")
@@ -125,7 +129,7 @@ def read(stream: BinaryIO) -> HexMesh:
     sets: dict[int, list[IntArray]] = {}
     rows: dict[str, list[np.ndarray]] = {"CHEXA": [], "PLOAD4": []}
     for table in _whole_cards(content):
-        starts = np.flatnonzero(~np.isin(table[:, 0], np.frombuffer(b" +*,", dtype=np.uint8)))
+        starts = np.flatnonzero(~_GOES_ON[table[:, 0]])
         counts = np.diff([*starts.tolist(), len(table)])
         names = np.ascontiguousarray(table[starts, :8]).view("S8").ravel()
         for name in np.unique(names).tolist():

@@ -155,3 +155,45 @@ def _sorted_columns(corners: IntArray) -> list[IntArray]:
     a, b, c, d = np.minimum(a, b), np.maximum(a, b), np.minimum(c, d), np.maximum(c, d)
     least, b, c, greatest = np.minimum(a, c), np.minimum(b, d), np.maximum(a, c), np.maximum(b, d)
     return [least, np.minimum(b, c), np.maximum(b, c), greatest]
+
+
+def unnamed_sides(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
+    """Sides (s, 4) that one hex has, and none of the quads (q, 4 or more) is.
+
+    Whether there are any is seen first without sorting: of all sides, and of the quads with one hex, numbers are made
+    of their corners and folded by exclusive or, in which what two hexes share vanishes.
+    """
+    outer = quads[count_users(hexes, quads, n_points) == 1] if len(quads) else quads
+    mixed = _mixed(np.arange(n_points, dtype=np.uint64))
+    folded = np.bitwise_xor.reduce(_keys(mixed, outer), initial=np.uint64(0))
+    for face in HEX_FACES:
+        folded ^= np.bitwise_xor.reduce(_keys(mixed, hexes[:, face]))
+    if folded == 0:
+        return np.empty((0, 4), dtype=np.int64)
+    sides = hexes[:, HEX_FACES].reshape(-1, 4)
+    first, codes = corner_keys(np.concatenate([sides, quads[:, :4]]))
+    counts = np.bincount(codes[: len(sides)], minlength=len(first))
+    counts[codes[len(sides) :]] = 0
+    return sides[np.sort(first[counts == 1])]
+
+
+def side_keys(hexes: IntArray, n_points: int) -> np.ndarray:
+    """A number (6 m,) uint64 of every side ``6 h + row of HEX_FACES``: one of two sides with the same corners."""
+    mixed = _mixed(np.arange(n_points, dtype=np.uint64))
+    return np.stack([_keys(mixed, hexes[:, face]) for face in HEX_FACES], axis=1).reshape(-1)
+
+
+def _keys(mixed: np.ndarray, corners: IntArray) -> np.ndarray:
+    """A number of every quad (q, 4 or more), in whatever order its corners come; two have one by chance of 2**-64."""
+    sums = mixed[corners[:, 0]]
+    for k in (1, 2, 3):
+        sums += mixed[corners[:, k]]
+    return _mixed(sums)
+
+
+def _mixed(values: np.ndarray) -> np.ndarray:
+    """Numbers (n,) uint64 whose every bit hangs on every bit of the value (Steele, Lea, Flood, SplitMix64, 2014)."""
+    values = values + np.uint64(0x9E3779B97F4A7C15)
+    values = (values ^ (values >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    values = (values ^ (values >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return values ^ (values >> np.uint64(31))

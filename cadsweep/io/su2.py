@@ -16,7 +16,7 @@ SU2 documentation, "Mesh file"; element types are those of VTK: 12 a hexahedron,
 from __future__ import annotations
 
 import re
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from ..mesh import HexMesh
 from .compare import Groups, disjoint_boundaries
 from .labels import DEFAULT_PART, LabelledMesh, check_nodes
 from .sides import count_users
-from .text import write_rows
+from .text import parse_numbers, write_rows
 
 MOST_ORDER = 1
 
@@ -60,11 +60,12 @@ def kept_groups(mesh: LabelledMesh) -> Groups:
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read hexahedra and markers."""
-    text = re.sub(r"%.*", "", stream.read().decode("ascii", "replace"))
+    text = stream.read().decode("ascii", "replace")
+    text = re.sub(r"%.*", "", text) if "%" in text else text
     if _number(text, "NDIME") != 3:
         raise InputError("it is not of three dimensions")
     hexes = _rows(text, "NELEM", _number(text, "NELEM"), _HEX, 8)
-    points = _table(text, "NPOIN", _number(text, "NPOIN"))
+    points = _table(text, "NPOIN", _number(text, "NPOIN"), 3)
     boundaries = {}
     for match in re.finditer(r"MARKER_TAG\s*=\s*(\S+)\s*MARKER_ELEMS\s*=\s*(\d+)", text):
         boundaries[match[1]] = _rows(text[match.start() :], "MARKER_ELEMS", int(match[2]), _QUAD, 4)
@@ -82,21 +83,28 @@ def _number(text: str, keyword: str) -> int:
     return int(match[1])
 
 
-def _lines(text: str, keyword: str, n: int) -> list[list[str]]:
+def _lines(text: str, keyword: str, n: int) -> bytes:
+    """The n lines after a keyword."""
     match = re.search(rf"{keyword}\s*=[^\n]*\n", text)
     assert match is not None
-    lines = [line.split() for line in text[match.end() :].split("\n", n)[:n]]
-    if len(lines) < n or any("=" in "".join(line) for line in lines[-1:]):
+    end = text.find("=", match.end())
+    lines = text[match.end() : end if end >= 0 else len(text)].split("\n", n)
+    if len(lines) < n or (len(lines) == n and end >= 0):
         raise InputError(f"it has fewer lines after {keyword} than it says: it is cut short")
-    return lines
+    return "\n".join(lines[:n]).encode()
+
+
+def _table(text: str, keyword: str, n: int, width: int, dtype: Any = np.float64) -> np.ndarray:
+    """Numbers (n, width) of lines, of which each may end with one more."""
+    lines = _lines(text, keyword, n)
+    values = parse_numbers(lines, dtype)
+    if n == 0 or len(values) % n or len(values) // n - width not in {0, 1}:
+        raise InputError(f"lines after {keyword} have not as many numbers as they should: it is cut short")
+    return values.reshape(n, -1)[:, :width]
 
 
 def _rows(text: str, keyword: str, n: int, kind: int, size: int) -> IntArray:
-    lines = _lines(text, keyword, n)
-    if any(line[:1] != [str(kind)] for line in lines):
+    first = {line.split(None, 1)[0] for line in _lines(text, keyword, n).split(b"\n") if line.strip()}
+    if first != {b"%d" % kind}:
         raise InputError(f"it has elements after {keyword} that are not of type {kind}; meshes of hexahedra are read")
-    return np.array([line[1 : size + 1] for line in lines], dtype=np.int64).reshape(-1, size)
-
-
-def _table(text: str, keyword: str, n: int) -> np.ndarray:
-    return np.array([line[:3] for line in _lines(text, keyword, n)], dtype=np.float64).reshape(-1, 3)
+    return _table(text, keyword, n, 1 + size, np.int64)[:, 1:]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator
 from typing import Any, BinaryIO
 
@@ -12,10 +11,10 @@ import numpy as np
 from ..errors import InputError
 from ..threads import map_chunks
 from . import decimals
+from .parsing import floats, whole_numbers
 
 _CHUNK = 1 << 14
 _FIELD = re.compile(r"%(?:(?P<exact>\d*)(?P<kind>[dxr])|\.(?P<most>\d+)r|(?P<long>\d+)\.16E)")
-_SPACES = bytes.maketrans(b",\n\r\t", b"    ")
 
 
 def write_rows(stream: BinaryIO, row: str, *columns: np.ndarray) -> None:
@@ -115,12 +114,7 @@ def parse_numbers(text: bytes, dtype: Any = np.float64) -> np.ndarray:
     InputError
         Something is no number.
     """
-    plain = text.translate(_SPACES).strip()
-    if not plain:
-        return np.empty(0, dtype=dtype)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            return np.fromstring(plain, dtype=dtype, sep=" ")
-        except DeprecationWarning:
-            raise InputError("a number is no number, or the file is cut short") from None
+    try:
+        return whole_numbers(text) if np.dtype(dtype).kind == "i" else floats(text)
+    except ValueError:
+        raise InputError("a number is no number, or the file is cut short") from None

@@ -14,6 +14,7 @@ element lists corners and middles in turn, ring by ring.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import BinaryIO
 
@@ -23,7 +24,7 @@ from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
 from .labels import LabelledMesh
-from .text import write_rows
+from .text import parse_numbers, write_rows
 
 MAX_NAME = 40
 HEX_TYPES = {8: 115, 20: 116}
@@ -80,59 +81,70 @@ def _write_group(stream: BinaryIO, number: int, name: str, members: list[tuple[i
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read bricks, shells, and permanent groups."""
-    text = stream.read().decode("ascii", "replace").replace("\r\n", "\n")
-    sections: dict[int, list[list[str]]] = {}
-    lines = text.split("\n")
-    marks = [j for j, line in enumerate(lines) if line.strip() == "-1"]
+    text = stream.read().replace(b"\r\n", b"\n")
+    sections: dict[int, list[bytes]] = {}
+    ends = re.finditer(rb"-1[ \t]*(?:\n|\Z)", text)
+    marks = [match for match in ends if not text[text.rfind(b"\n", 0, match.start()) + 1 : match.start()].strip()]
     if len(marks) < 2 or len(marks) % 2:
         raise InputError("it has no datasets between lines of -1, or is cut short")
     for begin, end in zip(marks[::2], marks[1::2], strict=True):
-        number = lines[begin + 1].strip()
-        if number.isdigit():
-            sections.setdefault(int(number), []).append(lines[begin + 2 : end])
+        number, _, body = text[begin.end() : text.rfind(b"\n", 0, end.start()) + 1].partition(b"\n")
+        if number.strip().isdigit():
+            sections.setdefault(int(number), []).append(body)
     if 2411 not in sections or 2412 not in sections:
         raise InputError("it has no nodes (dataset 2411) or no elements (2412)")
-    body = [line for section in sections[2411] for line in section]
-    node_tags = np.array([line.split()[0] for line in body[::2]], dtype=np.int64)
-    points = np.array(" ".join(body[1::2]).replace("D", "E").split(), dtype=np.float64).reshape(-1, 3)
-    found: dict[int, list[list[int]]] = {}
+    nodes = parse_numbers(b"\n".join(sections[2411]))
+    if len(nodes) % 7:
+        raise InputError("a node has not three coordinates: it is cut short")
+    nodes = nodes.reshape(-1, 7)
+    found: dict[int, list[IntArray]] = {}
     for section in sections[2412]:
-        for kind, row in _elements(section):
-            found.setdefault(kind, []).append(row)
+        for kind, rows in _elements(parse_numbers(section, np.int64)):
+            found.setdefault(kind, []).append(rows)
     return _mesh(
-        node_tags,
-        points,
+        nodes[:, 0].astype(np.int64),
+        nodes[:, 4:],
         found,
         [group for s in (*sections.get(2467, []), *sections.get(2477, [])) for group in _groups(s)],
     )
 
 
-def _elements(lines: list[str]) -> Iterator[tuple[int, list[int]]]:
+def _elements(numbers: IntArray) -> Iterator[tuple[int, IntArray]]:
+    """Kinds, and runs (r, 1 + size) of elements of each: number and nodes."""
     place = 0
-    while place < len(lines):
-        head = [int(word) for word in lines[place].split()]
-        tag, kind, size = head[0], head[1], head[5]
-        place += 1 + (kind in _BEAMS)
-        n_lines = -(-size // 8)
-        row = [int(word) for line in lines[place : place + n_lines] for word in line.split()]
-        if len(row) != size or (kind in _SIZES and size != _SIZES[kind]):
-            raise InputError(f"element {tag} is cut short")
-        yield kind, [tag, *row]
-        place += n_lines
+    while place < len(numbers):
+        head = numbers[place : place + 6].tolist()
+        if len(head) < 6 or head[5] < 1 or (head[1] in _SIZES and head[5] != _SIZES[head[1]]):
+            raise InputError(f"element {head[0]} is cut short")
+        kind, size = head[1], head[5]
+        first = 6 + 3 * (kind in _BEAMS)
+        n = (len(numbers) - place) // (first + size)
+        rows = numbers[place : place + n * (first + size)].reshape(n, first + size)
+        same = (rows[:, 1] == kind) & (rows[:, 5] == size)
+        count = n if same.all() else int(np.argmin(same))
+        if count == 0:
+            raise InputError(f"element {head[0]} is cut short")
+        yield kind, np.delete(rows[:count], np.s_[1:first], axis=1)
+        place += count * (first + size)
 
 
-def _groups(lines: list[str]) -> Iterator[tuple[str, IntArray]]:
+def _groups(section: bytes) -> Iterator[tuple[str, IntArray]]:
+    lines = section.split(b"\n")
+    lines = lines[:-1] if lines and not lines[-1].strip() else lines
     place = 0
     while place < len(lines):
         n = int(lines[place].split()[7])
-        name = lines[place + 1].strip()
+        name = lines[place + 1].decode("ascii", "replace").strip()
         n_lines = -(-n // 2)
-        numbers = [int(word) for line in lines[place + 2 : place + 2 + n_lines] for word in line.split()]
-        yield name, np.array([t for k, t in zip(numbers[::4], numbers[1::4], strict=True) if k == 8], dtype=np.int64)
+        members = parse_numbers(b"\n".join(lines[place + 2 : place + 2 + n_lines]), np.int64)
+        if len(members) != 4 * n:
+            raise InputError(f"group {name!r} is cut short")
+        members = members.reshape(n, 4)
+        yield name, members[members[:, 0] == 8, 1]
         place += 2 + n_lines
 
 
-def _mesh(node_tags: IntArray, points: np.ndarray, found: dict[int, list[list[int]]], groups: list) -> HexMesh:
+def _mesh(node_tags: IntArray, points: np.ndarray, found: dict[int, list[IntArray]], groups: list) -> HexMesh:
     solids = sorted(set(found) & {111, 112, 113, 115, 116, 118})
     if not solids:
         raise InputError("it has no hexahedra")
@@ -140,10 +152,10 @@ def _mesh(node_tags: IntArray, points: np.ndarray, found: dict[int, list[list[in
         raise InputError(f"it has elements of the kinds {solids}; one of 115 and 116 is read")
     size = _SIZES[solids[0]]
     width = {8: 4, 20: 8}[size]
-    rows = np.array(found[solids[0]], dtype=np.int64)
+    rows = np.concatenate(found[solids[0]])
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    shells = [row for kind in (94, 95, 44, 45) for row in found.get(kind, []) if len(row) == width + 1]
-    quads = np.array(shells, dtype=np.int64).reshape(-1, width + 1)
+    shells = [own for kind in (94, 95, 44, 45) for own in found.get(kind, []) if own.shape[1] == width + 1]
+    quads = np.concatenate([np.empty((0, width + 1), dtype=np.int64), *shells])
     order = np.argsort(node_tags, kind="stable")
     hexes = order[_place(node_tags[order], rows[:, 1:])][:, np.argsort(HEX_ORDER[size])]
     sides = order[_place(node_tags[order], quads[:, 1:])][:, np.argsort(QUAD_ORDER[width])]

@@ -81,6 +81,9 @@ def parsed(command):
             "prefix",
             "ties",
             "patch_types",
+            "letters",
+            "structured",
+            "max_blocks",
             "scale",
             "units",
         }

@@ -11,6 +11,7 @@ import pytest
 
 from cadsweep import io
 from cadsweep.io.nastran import HEX_ORDER
+from cadsweep.mesh import HexMesh
 
 from .io_meshes import bent_box, box
 
@@ -94,6 +95,30 @@ def test_mapdl_archive_reads_solids_components_and_surface_elements(tmp_path, no
     for name, quads in mesh.boundaries.items():
         assert sorted((np.array(found["quads"][name]) - 1).tolist()) == sorted(quads.tolist())
         np.testing.assert_array_equal(np.array(found["nodes"][name]) - 1, np.unique(quads))
+
+
+def test_mapdl_archive_finds_both_sides_of_a_contact_by_name(tmp_path):
+    """Two boxes that share no nodes, one on the other: components of nodes and of surface elements of either side."""
+    low, high = box(), box(nx=5, ny=3)
+    n, m = low.n_nodes, low.n_hexes
+    boundaries = {f"low_{name}": quads for name, quads in low.boundaries.items() if name != "target"}
+    boundaries |= {f"high_{name}": quads + n for name, quads in high.boundaries.items() if name != "source"}
+    boundaries |= {"low__high_1": low.boundaries["target"], "low__high_2": high.boundaries["source"] + n}
+    mesh = HexMesh(
+        points=np.concatenate([low.points, high.points + [0, 0, 1]]),
+        hexes=np.concatenate([low.hexes, high.hexes + n]),
+        boundaries=boundaries,
+        parts={"low": np.arange(m), "high": np.arange(m, m + high.n_hexes)},
+    )
+    io.write(mesh, tmp_path / "part.cdb")
+    found = seen(ANSYS.replace('parts["box"]', 'parts["low"] + parts["high"]'), tmp_path / "part.cdb")
+    np.testing.assert_array_equal(np.array(found["hexes"]) - 1, mesh.hexes)
+    for side in ("low__high_1", "low__high_2"):
+        np.testing.assert_array_equal(np.array(found["nodes"][side]) - 1, np.unique(boundaries[side]))
+        assert sorted((np.array(found["quads"][side]) - 1).tolist()) == sorted(boundaries[side].tolist())
+    pairs = {name[:-2] for name in found["nodes"] if name[-2:] in {"_1", "_2"} and "__" in name}
+    assert pairs == {"low__high"}
+    assert not set(found["nodes"]["low__high_1"]) & set(found["nodes"]["low__high_2"])
 
 
 @pytest.mark.parametrize(("suffix", "reader"), [(".k", DYNA), (".bdf", MESHIO)])

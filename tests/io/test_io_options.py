@@ -14,7 +14,7 @@ from cadsweep.mesh import HexMesh
 
 from .io_meshes import TOLERANCES, box, twisted_box
 
-WRITTEN = [suffix for suffix in FORMATS if suffix not in (".pvtu", ".exo", ".polymesh", ".su2")]
+WRITTEN = [suffix for suffix in FORMATS if suffix not in (".pvtu", ".exo", ".polymesh", ".su2", ".re2", ".xyz")]
 
 
 def two_solids() -> HexMesh:
