@@ -20,6 +20,7 @@ from .labels import label_quads
 from .placing import place_on_model
 from .rings import without_rings
 from .sheets import Fitted, lay_sheets
+from .strips import lay_strips
 from .topology import match_topology
 from .uniting import United, unite
 
@@ -32,6 +33,7 @@ __all__ = [
     "keep_inside",
     "label_quads",
     "lay_sheets",
+    "lay_strips",
     "match_topology",
     "place_on_model",
     "unite",
