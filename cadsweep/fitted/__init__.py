@@ -5,13 +5,14 @@ their vertex, edge or face, to be untangled and checked like any other.
 
 Method: faces that run smoothly into each other are one (:mod:`.grouping`, :mod:`.uniting`), and narrow rings are left
 out (:mod:`.rings`). An overlay grid (:mod:`.grid`) whose planes lie on the part's own is kept where it is inside and
-made manifold; every quad of its skin is labelled with a face (:mod:`.labels`); borders of labels are matched with edges
-and their ends with vertices (:mod:`.topology`); sheets of hexahedra are laid under the skin and in the rims of faces,
-and the rings with them (:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
+made manifold; every quad of its skin is labelled with a face (:mod:`.labels`); strips of faces that the grid is too
+coarse for are laid in (:mod:`.strips`); borders of labels are matched with edges and their ends with vertices
+(:mod:`.topology`); sheets of hexahedra are laid under the skin and in the rims of faces, and the rings with them
+(:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
 A topology that is not the CAD's is refused, never bent.
 
-What it does not handle: holes, walls and faces smaller than a cell, but for rings; there is no refinement of a part of
-the grid.
+What it does not handle: holes, walls and faces smaller than a cell, but for rings and strips; there is no refinement of
+a part of the grid.
 """
 
 from .facets import Facets
@@ -20,6 +21,7 @@ from .labels import label_quads
 from .placing import place_on_model
 from .rings import without_rings
 from .sheets import Fitted, lay_sheets
+from .strips import lay_strips
 from .topology import match_topology
 from .uniting import United, unite
 
@@ -32,6 +34,7 @@ __all__ = [
     "keep_inside",
     "label_quads",
     "lay_sheets",
+    "lay_strips",
     "match_topology",
     "place_on_model",
     "unite",

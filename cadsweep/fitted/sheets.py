@@ -16,10 +16,12 @@ quads along the face's border: two of them meet at every node and vertex of it, 
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +54,8 @@ class Fitted:
         Face of every quad.
     chains : dict of int to int64 array
         Nodes of every edge, by id, from its start to its end.
+    has_skin : bool
+        Whether a sheet lies under the whole skin.
     """
 
     points: FloatArray
@@ -59,6 +63,15 @@ class Fitted:
     quads: IntArray
     labels: IntArray
     chains: dict[int, IntArray]
+    has_skin: bool = False
+
+
+class Rim(NamedTuple):
+    """A mesh with a new rim, the copy (n,) of every node that was there, and the sides (r, 2) along which it lies."""
+
+    mesh: Fitted
+    copy: IntArray
+    sides: IntArray
 
 
 def lay_sheets(
@@ -76,13 +89,13 @@ def lay_sheets(
     mesh : Fitted
     size : float
     """
-    if not (rings or _shares_hexes(mesh) or _bent(mesh) or _crowded(solid, angles, mesh)):
+    if not (mesh.has_skin or rings or _shares_hexes(mesh) or _bent(mesh) or _crowded(solid, angles, mesh)):
         return mesh
-    mesh = _with_skin(mesh, size)
+    mesh = mesh if mesh.has_skin else with_skin(mesh, size)
     for ring in reversed(rings):
-        mesh = _with_rim(solid, mesh, ring.inner, ring)
+        mesh = _with_ring(solid, mesh, ring)
     for face in sorted(_bent(mesh) | _crowded(solid, angles, mesh)):
-        mesh = _with_rim(solid, mesh, face)
+        mesh = with_rim(mesh, face).mesh
     return mesh
 
 
@@ -120,7 +133,7 @@ def _crowded(solid: Solid, angles: Mapping[tuple[int, int], float], mesh: Fitted
     return found
 
 
-def _with_skin(mesh: Fitted, size: float) -> Fitted:
+def with_skin(mesh: Fitted, size: float) -> Fitted:
     """A sheet under the whole skin: what was there keeps to a copy of its nodes, hexahedra join the two."""
     nodes = np.unique(mesh.quads)
     inner = np.arange(len(mesh.points))
@@ -132,13 +145,31 @@ def _with_skin(mesh: Fitted, size: float) -> Fitted:
         quads=mesh.quads,
         labels=mesh.labels,
         chains=mesh.chains,
+        has_skin=True,
     )
 
 
-def _with_rim(solid: Solid, mesh: Fitted, face: int, ring: Ring | None = None) -> Fitted:
+def _with_ring(solid: Solid, mesh: Fitted, ring: Ring) -> Fitted:
+    """The mesh with a rim that is a ring, and the edges on its other side."""
+    beyond = dict.fromkeys((side for e in ring.kept for side in _both_ways(mesh.chains[e])), ring.face)
+    rim = with_rim(mesh, ring.inner, beyond)
+    following = dict(side for side in rim.sides.tolist() if tuple(side) in beyond)
+    path = [next(iter(following))]
+    while len(path) <= len(following):
+        path.append(following[path[-1]])
+    chains = divide_ring(solid, ring.lost, rim.copy[path].tolist(), rim.mesh.points)
+    return replace(rim.mesh, chains={**mesh.chains, **chains})
+
+
+def _both_ways(chain: IntArray) -> list[tuple[int, int]]:
+    return [side for a, b in itertools.pairwise(chain.tolist()) for side in ((a, b), (b, a))]
+
+
+def with_rim(mesh: Fitted, face: int, beyond: Mapping[tuple[int, int], int] | None = None) -> Rim:
     """A sheet around the hexahedra under a face: these get copies of the nodes that they share with others.
 
-    On the face it leaves a rim of quads between its border and what had been there; those along a ring are the ring's.
+    On the face it leaves a rim of quads between its border and what had been there; they are of
+    the face too, but for those along the sides that are a key of `beyond`.
     """
     on = mesh.labels == face
     own = mesh.quads[on]
@@ -151,26 +182,20 @@ def _with_rim(solid: Solid, mesh: Fitted, face: int, ring: Ring | None = None) -
     copies = 0.5 * (mesh.points + _mean_around(mesh.points, mesh.hexes[inside]))
     on_skin = np.unique(own)
     copies[on_skin] = 0.5 * (mesh.points + _mean_around(mesh.points, own))[on_skin]
-    points = np.concatenate([mesh.points, copies[nodes]])
     sides, n = sides_around(own), len(mesh.points)
-    a, b = sides[np.isin(keys_of(sides, n), keys_of(sides_around(mesh.quads[~on])[:, ::-1], n))].T
-    rim, chains = np.full(len(a), face), mesh.chains
-    if ring is not None:
-        is_along = np.isin(a, np.concatenate([mesh.chains[edge] for edge in ring.kept]))
-        rim = np.where(is_along, ring.face, face)
-        following = dict(zip(a[is_along].tolist(), b[is_along].tolist(), strict=True))
-        path = [int(a[is_along][0])]
-        while len(path) <= len(following):
-            path.append(following[path[-1]])
-        chains = {**chains, **divide_ring(solid, ring.lost, copy[path].tolist(), points)}
+    sides = sides[np.isin(keys_of(sides, n), keys_of(sides_around(mesh.quads[~on])[:, ::-1], n))]
+    a, b = sides.T
+    rim = np.array([(beyond or {}).get((one, other), face) for one, other in sides.tolist()], dtype=np.int64)
     hexes = np.where(inside[:, None], copy[mesh.hexes], mesh.hexes)
-    return Fitted(
-        points=points,
+    found = Fitted(
+        points=np.concatenate([mesh.points, copies[nodes]]),
         hexes=np.concatenate([hexes, np.concatenate([copy[walls], walls], axis=1)]),
         quads=np.concatenate([mesh.quads[~on], copy[own], np.stack([a, b, copy[b], copy[a]], axis=1)]),
         labels=np.concatenate([mesh.labels[~on], np.full(len(own), face), rim]),
-        chains=chains,
+        chains=mesh.chains,
+        has_skin=mesh.has_skin,
     )
+    return Rim(found, copy, sides)
 
 
 def _mean_around(points: FloatArray, cells: IntArray) -> FloatArray:

@@ -65,7 +65,7 @@ def match_topology(  # noqa: PLR0912
             label = solid.edges[edges[0]].label()
             raise SurfaceMeshError(f"{label}: {len(paths)} paths on the grid for {len(runs)} between its faces")
         for run, path in _matched(solid, runs, paths, points):
-            for edge_id, nodes in _divided(solid, run, path, points):
+            for edge_id, nodes in divided(solid, run, path, points):
                 chains[edge_id] = nodes
     for edge in solid.edges:
         nodes = chains[edge.id]
@@ -87,7 +87,7 @@ def match_topology(  # noqa: PLR0912
 def divide_ring(solid: Solid, edges: Sequence[int], path: list[int], points: FloatArray) -> dict[int, IntArray]:
     """Nodes of edges that go round once, from those of the whole ring, of which the first is also the last."""
     (run,) = _runs(solid, list(edges))
-    return dict(_divided(solid, run, path, points))
+    return dict(divided(solid, run, path, points))
 
 
 def _check_faces(solid: Solid, quads: IntArray, labels: IntArray) -> None:
@@ -179,7 +179,7 @@ def _along(solid: Solid, edge: int, forward: bool) -> FloatArray:
     return points if forward else points[::-1]
 
 
-def _divided(
+def divided(
     solid: Solid, run: list[tuple[int, bool]], path: list[int], points: FloatArray
 ) -> Iterator[tuple[int, IntArray]]:
     """The nodes of every edge of a run, from its start to its end."""

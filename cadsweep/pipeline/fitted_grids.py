@@ -28,6 +28,7 @@ from ..fitted import (
     keep_inside,
     label_quads,
     lay_sheets,
+    lay_strips,
     match_topology,
     place_on_model,
     unite,
@@ -188,12 +189,12 @@ def _fitted(  # noqa: PLR0917
     reduced = without_rings(solid, size)
     covering = facets._replace(faces=reduced.of_face[united.of_face[facets.faces]])
     labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
-    chains = match_topology(reduced.solid, grid.points, grid.quads, labels, size)
-    skin = Fitted(
-        points=grid.points,
-        hexes=grid.hexes,
-        quads=grid.quads,
-        labels=reduced.faces[labels],
+    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
+    skin = lay_strips(reduced.solid, skin, size)
+    chains = match_topology(reduced.solid, skin.points, skin.quads, skin.labels, size)
+    skin = replace(
+        skin,
+        labels=reduced.faces[skin.labels],
         chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
     )
     mesh = lay_sheets(solid, united.angles, reduced.rings, skin, size)

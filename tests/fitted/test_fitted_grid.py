@@ -143,6 +143,18 @@ def test_narrow_rings_are_laid_in():
     assert not any("narrower" in note for note in mesh.record.notes)
 
 
+def test_a_strip_narrower_than_a_cell_between_two_loops_is_a_row_of_quads():
+    # The wall of the boss is 0.3 from the side of the block: on a grid of size 2 they meet.
+    block = cq.Workplane().box(20, 16, 8).union(cq.Workplane(origin=(4.7, 0, 4)).circle(5).extrude(4))
+    mesh = cs.sweep_mesh(block, fitted=True, size=2.0, names={"side": "faces:>X"})
+    assert mesh.record.quality.valid
+    assert mesh.record.quality.min_scaled_jacobian >= 0.2
+    quads = np.concatenate(list(mesh.boundaries.values()))
+    around = (np.abs(np.linalg.norm(mesh.points[quads][..., :2] - [4.7, 0], axis=2) - 5) < 1e-9).all(axis=1)
+    assert around.sum() >= 16  # at least one round of an eighth of a turn each, two high
+    assert not np.intersect1d(mesh.boundaries["side"], quads[around]).size
+
+
 def test_what_is_far_narrower_than_a_cell_is_bridged_and_named():
     block = cq.Workplane().box(20, 16, 10).cut(cq.Workplane().box(10, 0.1, 0.1).translate((5, 8, 5)))
     mesh = cs.sweep_mesh(block, fitted=True, size=2.0)

@@ -1,0 +1,126 @@
+"""Faces and strips of faces narrower than a cell, that a grid has no quads for, laid in as rows of quads.
+
+Where a loop of a face is close to another, a grid has the faces beyond the two meet, and the faces between have lost
+their quads there. A sheet around one of them leaves a rim of quads along the loop: they are what is missing, however
+narrow, each of the face that lies beyond its part of the loop in the model.
+
+What it does not handle: faces whose loops touch, or are too close for the grid to have one ring of sides for each.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Face, Solid
+from ..harmonic import sides_of
+from .sheets import Fitted, with_rim, with_skin
+from .topology import divided
+
+_ASTRAY = 2.0
+"""Cells that a ring of sides and its loop may be off each other."""
+_PLACES = 33
+"""Places of an edge from which the distance of a loop is measured."""
+
+
+def lay_strips(solid: Solid, mesh: Fitted, size: float) -> Fitted:
+    """The mesh with a row of quads around every loop that has other faces beyond it on the grid than in the model."""
+    laid: set[tuple[int, int]] = set()
+    while (found := _worst(solid, mesh, laid, size)) is not None:
+        face, loop, labels = found
+        laid.add((face, loop))
+        mesh = with_rim(mesh if mesh.has_skin else with_skin(mesh, size), face, labels).mesh
+    return mesh
+
+
+def _worst(
+    solid: Solid, mesh: Fitted, laid: set[tuple[int, int]], size: float
+) -> tuple[int, int, dict[tuple[int, int], int]] | None:
+    """The face, the number of its loop, and the faces that belong beyond the sides of that, of the loop most amiss."""
+    segments, pairs = sides_of(mesh.quads)
+    labels = mesh.labels[pairs]
+    best: tuple[tuple[bool, int], int, int, dict[tuple[int, int], int]] | None = None
+    for face in solid.faces:
+        own = (labels == face.id).any(axis=1) & (labels[:, 0] != labels[:, 1])
+        sides, others = segments[own], labels[own].sum(axis=1) - face.id
+        if not own.any() or np.bincount(sides.ravel()).max() > 2:  # a sheet around it would touch itself
+            continue
+        rings = _rings(sides, len(mesh.points))
+        if len(rings) != len(face.loops):
+            continue
+        for j, loop in _near(solid, face, [(mesh.points[sides[r]], others[r]) for r in rings], size):
+            ring = rings[j]
+            run, path = _in_turn(solid, face.loops[loop].edges), _path(sides[ring])
+            if run is None or path is None or len(ring) < len(run) or (face.id, loop) in laid:
+                continue
+            beyond = [sum(solid.edges[e].faces) - face.id for e, _ in run]
+            between = dict(zip(map(frozenset, sides[ring].tolist()), others[ring].tolist(), strict=True))
+            met = [between[frozenset(side)] for side in itertools.pairwise(path)]
+            n = sum(other not in beyond for other in met)
+            order = (len(set(beyond)) == 1, n)  # where one face is beyond, it cannot be divided wrongly
+            if n and (best is None or order > best[0]):
+                wanted = {}
+                for edge, nodes in divided(solid, run, path, mesh.points):
+                    for a, b in itertools.pairwise(nodes.tolist()):
+                        wanted[a, b] = wanted[b, a] = sum(solid.edges[edge].faces) - face.id
+                best = order, face.id, loop, wanted
+    return None if best is None else best[1:]
+
+
+def _in_turn(solid: Solid, edges: tuple[int, ...]) -> list[tuple[int, bool]] | None:
+    """The edges of a loop, directed, head to tail; None of one that touches itself."""
+    left = list(dict.fromkeys(edges))
+    run = [(left.pop(0), True)]
+    while left:
+        last = solid.last_vertex(run[-1])
+        following = [e for e in left if last in (solid.edges[e].start, solid.edges[e].end)]
+        if not following or (len(following) > 1 and len(run) > 1):
+            return None
+        left.remove(following[0])
+        run.append((following[0], solid.edges[following[0]].start == last))
+    return run if solid.last_vertex(run[-1]) == solid.first_vertex(run[0]) else None
+
+
+def _path(sides: IntArray) -> list[int] | None:
+    """Nodes of sides that go round once, the first again at the end; None where they touch."""
+    beside: dict[int, list[int]] = {}
+    for a, b in sides.tolist():
+        beside.setdefault(a, []).append(b)
+        beside.setdefault(b, []).append(a)
+    if any(len(found) != 2 for found in beside.values()):
+        return None
+    path = sides[0].tolist()
+    while path[-1] != path[0]:
+        one, other = beside[path[-1]]
+        path.append(other if one == path[-2] else one)
+    return path
+
+
+def _rings(sides: IntArray, n_nodes: int) -> list[IntArray]:
+    """Which of the sides (s, 2) hang together."""
+    graph = coo_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(n_nodes, n_nodes))
+    of_node = connected_components(graph, directed=False)[1]
+    return [np.flatnonzero(of_node[sides[:, 0]] == piece) for piece in np.unique(of_node[sides[:, 0]])]
+
+
+def _near(solid: Solid, face: Face, rings: list[tuple[FloatArray, IntArray]], size: float) -> Iterator[tuple[int, int]]:
+    """Rings that are about where a loop of a face is, and the loop: nearest in the sum, and with the faces beyond it.
+
+    Of each ring come its sides (s, 2, 3), and the face (s,) beyond each.
+    """
+    along = np.linspace(0.0, 1.0, _PLACES)
+    loops = [cKDTree(np.concatenate([solid.edges[e].curve.evaluate(along) for e in loop.edges])) for loop in face.loops]
+    beyond = [[sum(solid.edges[e].faces) - face.id for e in loop.edges] for loop in face.loops]
+    trees = [cKDTree(sides.mean(axis=1)) for sides, _ in rings]
+    away = np.array([[max(one.query(at.data)[0].max(), at.query(one.data)[0].max()) for at in loops] for one in trees])
+    foreign = np.array([[1.0 - np.isin(met, faces).mean() for faces in beyond] for _, met in rings])
+    for ring, loop in zip(*linear_sum_assignment(away + size * foreign), strict=True):
+        if away[ring, loop] < _ASTRAY * size:
+            yield int(ring), int(loop)
