@@ -26,7 +26,7 @@ from ..errors import SurfaceMeshError
 from ..intervals import Wishes
 from ..options import SweepOptions
 from ..plan import Plan
-from ..quality.deviation import volume_and_area
+from ..quality import volume_and_area
 from ..quality.rims import is_rim, off_edges
 from ..sweep import Intervals
 from .accuracy import (

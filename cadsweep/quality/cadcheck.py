@@ -19,6 +19,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray, distinct
 from . import surface_kernels
 from .boundary import boundary_blocks
+from .conformity import row_keys
 from .metrics import quad_areas
 from .report import CadReference
 from .sag import measure_slack
@@ -141,24 +142,28 @@ def _rim_problems(
         owned[nodes] += 1
     used = [nodes[owned[nodes] > 1] for nodes in used]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
+    if not len(nodes):
+        return []
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
-    owners = owners[order]
-    shared, first, count = np.unique(nodes[order], return_index=True, return_counts=True)
+    nodes, owners = nodes[order], owners[order]
+    first = np.flatnonzero(np.diff(nodes, prepend=-1))
+    count = np.diff(np.append(first, len(nodes)))
+    # Who meets at a node, as one number: those of unlike sets are alike once in 2^64.
+    tokens = row_keys(np.arange(len(names))[:, None]).view(np.uint64)
+    _, example, member = np.unique(np.add.reduceat(tokens[owners], first), return_index=True, return_inverse=True)
+    by_group = np.split(np.argsort(member, kind="stable"), np.cumsum(np.bincount(member))[:-1])
+    groups = [owners[first[at] : first[at] + count[at]].tolist() for at in example.tolist()]
     problems = []
-    for n in distinct(count):
-        some = np.flatnonzero(count == n)
-        groups, member, sizes = np.unique(
-            owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True, return_counts=True
-        )
-        by_group = np.split(some[np.argsort(member.ravel(), kind="stable")], np.cumsum(sizes)[:-1])
-        for group, places in zip(groups, by_group, strict=True):
-            here = shared[places]
-            meeting = [names[j] for j in group]
+    for group, places in sorted(zip(groups, by_group, strict=True), key=lambda own: (len(own[0]), own[0])):
+        here = nodes[first[places]]
+        meeting = [names[j] for j in group]
+        places_here = points[here]
+        away = distance(places_here, frozenset(map(frozenset, meeting)))
+        if not (away <= tolerance).all():
             where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
-            places_here = points[here]
-            away = distance(places_here, frozenset(map(frozenset, meeting)))
-            problems += _off(places_here, number[here], away, tolerance, where, "edge" if n == 2 else "vertex")
+            what = "edge" if len(group) == 2 else "vertex"
+            problems += _off(places_here, number[here], away, tolerance, where, what)
     return problems
 
 

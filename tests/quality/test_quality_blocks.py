@@ -8,7 +8,7 @@ import pytest
 from cadsweep.cells import BlockStructure, fill_hexes, sweep_hexes
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import check_mesh
-from cadsweep.quality.block_faces import blocks_boundary
+from cadsweep.quality.block_faces import match_blocks
 
 from .quality_meshes import grid_quads
 
@@ -63,7 +63,7 @@ def mesh_of(points, hexes):
 @pytest.mark.parametrize("lone", [(), ((8, 1, 1), (8, 2, 1))])
 def test_blocks_have_the_boundary_that_all_faces_have(lone):
     points, hexes, blocks = blocks_of(BOXES, lone)
-    found = blocks_boundary(hexes, len(points), blocks)
+    found = match_blocks(hexes, len(points), blocks).once
     # The outside of the pieces, less both sides of what they share, of unit area each.
     boxes = [(x1 - x0, y1 - y0, z1 - z0) for x0, x1, y0, y1, z0, z1 in BOXES] + [(1, 1, 1)] * len(lone)
     outside = sum(2 * (a * b + b * c + c * a) for a, b, c in boxes)
@@ -135,7 +135,7 @@ def test_a_cube_on_a_face_between_layers_of_a_thin_block_is_found():
     upper = len(points) + np.arange(4)
     points = np.concatenate([points, points[thin[4:]] + [0.2, 0.3, 0.4]])
     hexes = np.concatenate([hexes, [np.concatenate([thin[4:], upper])]])
-    assert blocks_boundary(hexes, len(points), blocks) is None
+    assert match_blocks(hexes, len(points), blocks) is None
     problems = check_mesh(mesh_of(points, hexes), blocks=blocks).problems
     assert any("more than two hexahedra" in problem for problem in problems)
 
