@@ -82,10 +82,12 @@ def cad_problems(
             for joint in cad.joint_areas
         }
     off = []
+    nodes = {name: distinct(quads) for name, quads in whole.items()}
     if cad.distance is not None:
-        off += _face_problems(points, number, whole, cad.distance, cad.tolerance * size)
+        off += _face_problems(points, number, nodes, cad.distance, cad.tolerance * size)
     if cad.rim_distance is not None:
-        off += _rim_problems(points, number, whole_blocks, cad.rim_distance, cad.tolerance * size)
+        at_blocks = {own: nodes[own[0]] if own in plain else distinct(quads) for own, quads in whole_blocks.items()}
+        off += _rim_problems(points, number, at_blocks, cad.rim_distance, cad.tolerance * size)
     present = None if volume is None else volume()
 
     @cache
@@ -113,14 +115,13 @@ def cad_problems(
 def _face_problems(
     points: FloatArray,
     number: IntArray,
-    boundaries: Mapping[str, IntArray],
+    nodes_of: Mapping[str, IntArray],
     distance: Callable[[FloatArray, str, float], FloatArray],
     tolerance: float,
 ) -> list[str]:
-    """Boundaries with nodes off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
+    """Nodes of boundaries off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
     problems = []
-    for name, quads in boundaries.items():
-        nodes = distinct(quads)
+    for name, nodes in nodes_of.items():
         places = points[nodes]
         away = distance(places, name, tolerance)
         problems += _off(places, number[nodes], away, tolerance, f"of '{name}'", "face")
@@ -134,13 +135,12 @@ def _rim_problems(
     distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray],
     tolerance: float,
 ) -> list[str]:
-    """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
+    """Nodes of two blocks, by name, off the edges, and nodes of more off the vertices, where these meet."""
     names = list(blocks)
-    used = [distinct(quads) for quads in blocks.values()]
     owned = np.zeros(len(points), dtype=np.int64)
-    for nodes in used:
+    for nodes in blocks.values():
         owned[nodes] += 1
-    used = [nodes[owned[nodes] > 1] for nodes in used]
+    used = [nodes[owned[nodes] > 1] for nodes in blocks.values()]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
     if not len(nodes):
         return []

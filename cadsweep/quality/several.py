@@ -109,21 +109,27 @@ def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> l
     every = np.concatenate(list(surfaces))
     part_of = np.repeat(np.arange(len(surfaces)), [len(own) for own in surfaces])
     keys = conformity.row_keys(every)
-    order = np.argsort(keys, kind="stable")
-    # All names at once: which quad of which name is at which row, in the order of names and then of rows.
+    order = np.argsort(keys)
+    # All names at once: which quad of which name is at which row.
     own_keys = conformity.row_keys(np.concatenate([own[:, :4] for _, own in given]))
-    by_key = np.argsort(own_keys, kind="stable")
+    by_key = np.argsort(own_keys)
     name_of = np.repeat(np.arange(len(given)), [len(own) for _, own in given])[by_key]
     row_of = np.concatenate([np.arange(len(own)) for _, own in given])[by_key]
     keys, own_keys = keys[order], own_keys[by_key]  # both ascending: a search goes ahead in memory
     first, last = (np.searchsorted(keys, own_keys, side=side) for side in ("left", "right"))
     times = last - first  # 2 where a quad is between two parts
     at = order[np.repeat(last - np.cumsum(times), times) + np.arange(times.sum())]
-    name, row, part = np.repeat(name_of, times), np.repeat(row_of, times), part_of[at]
-    sorting = np.lexsort((row, at, part, name))
-    name, row, part, at = name[sorting], row[sorting], part[sorting], at[sorting]
-    again = np.concatenate([[False], (name[1:] == name[:-1]) & (at[1:] == at[:-1])])  # a quad that a name has twice
-    name, row, part, at = name[~again], row[~again], part[~again], at[~again]
+    # By name, part and row, and a quad that a name has twice once.
+    places = (np.repeat(name_of, times) * len(surfaces) + part_of[at]) * len(every) + at
+    sorting = np.argsort(places)  # as one number: a lexical sort takes ten times as long
+    places = places[sorting]
+    sorting = sorting[np.concatenate([[True], places[1:] != places[:-1]])]
+    name, row, part, at = (
+        np.repeat(name_of, times)[sorting],
+        np.repeat(row_of, times)[sorting],
+        part_of[at[sorting]],
+        at[sorting],
+    )
     starts = np.flatnonzero(np.diff(name * len(surfaces) + part, prepend=-1))
     for a, b in pairwise([*starts.tolist(), len(at)]):
         called, own = given[int(name[a])]
@@ -233,6 +239,8 @@ def shared_problems(
 
 def _hold_interfaces(points: FloatArray, quads: IntArray, wanted: np.ndarray, given: np.ndarray) -> list[str]:
     """Hold quads (q, 4) between parts, with their keys, against the keys of those that have a name."""
+    if np.array_equal(np.sort(wanted), given):
+        return []
     missing = ~np.isin(wanted, given)
     foreign = int(np.count_nonzero(~np.isin(given, wanted)))
     problems = []
