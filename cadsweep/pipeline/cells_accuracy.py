@@ -51,6 +51,10 @@ from .run import Run
 
 LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
+MOST_MORE = 2.0
+"""Power by which quads are asked to be finer than the sag asks for, where finer ones brought less than they should."""
+FAR = 1.5
+"""Shortfall beyond which that is done: nearer, a quarter finer may be enough, and counts jump as they like."""
 SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
@@ -164,13 +168,18 @@ def come_nearer(
     found = present = measured(first)
     notes: list[str] = []
     in_vain = 0
+    before: Found | None = None
+
+    def is_too_much(factors: Found, made: Made) -> bool:
+        return options.tolerance is None and n_hexes(made, max(factors.needed.values())) > MOST_HEXES
+
     for _ in range(MOST_ROUNDS):
         if found.shortfall <= 1.0:
             break
-        shorter = finer(last, present, wishes)
-        if shorter is None:
-            break
-        if options.tolerance is None and n_hexes(last, max(present.needed.values())) > MOST_HEXES:
+        more = present if before is None or present.shortfall < FAR else _as_it_falls(present, before)
+        more = present if is_too_much(more, last) else more
+        shorter = finer(last, more, wishes)
+        if shorter is None or is_too_much(present, last):
             break
         wishes = shorter
         try:
@@ -178,7 +187,7 @@ def come_nearer(
         except SurfaceMeshError as error:
             notes.append(f"finer quads for a nearer boundary could not be made: {error.message}")
             break
-        present = measured(last)
+        before, present = more, measured(last)
         gain = present.shortfall / found.shortfall
         if gain < 1.0:
             best, found = last, present
@@ -188,6 +197,16 @@ def come_nearer(
     if best is not first and options.tolerance is None and options.size is not None:
         notes.append(FINER.format(size=options.size))
     return best, found, [*notes, *_missed(part, found, options)]
+
+
+def _as_it_falls(present: Found, before: Found) -> Found:
+    """What is found, and finer quads needed where those that were asked `before` brought less than their square.
+
+    Counts are whole, and a mesher's quads seldom as small as asked for: to ask the same again takes many rounds.
+    """
+    brought = np.log(before.shortfall / present.shortfall) / np.log(max(before.needed.values()))
+    power = 2.0 / np.clip(brought, 2.0 / MOST_MORE, 2.0)
+    return replace(present, needed={place: float(needed**power) for place, needed in present.needed.items()})
 
 
 def _missed(part: Part, found: Found, options: SweepOptions) -> list[str]:
