@@ -5,7 +5,8 @@
 :mod:`cadsweep.compiled` loads machine code by numba's own classes for its cache, which may change from one version
 to the next. Each version gets an environment of its own with numpy, scipy and pytest alone, in which code is made,
 kept, loaded without the compiler, refused where it is of another source or numba, and called
-(``tests/test_compiled.py`` and the tests of kernels). A line a version; the exit code is 1 where one fails. It downloads 150 MB a version.
+(``tests/test_compiled.py`` and the tests of kernels). A line a version; the exit code is 1 where one fails. It
+downloads 150 MB a version.
 On 25 November 2026: 0.60.0, 0.64.0, 0.65.1, 0.66.0, 0.67.0 and 0.68.1 pass.
 """
 
