@@ -4,8 +4,8 @@
 first of: what was made when the package was built (``setup.py``, for the signatures of ``signatures.txt``), numba's own
 cache, the compiler. Only the last takes seconds, which is said through ``logging``.
 
-What is used of numba beyond its documented surface is in :class:`_Kept` and :func:`machine_code`;
-``scripts/try_versions.py`` runs it on several versions of numba.
+What is used of numba beyond its documented surface is in :class:`_Kept`, :func:`machine_code` and
+:func:`put_machine_code`; ``scripts/try_numba.py`` runs it on numba's last five versions and the oldest that is allowed.
 """
 
 from __future__ import annotations

@@ -23,12 +23,12 @@ from ..quality import (
     Skin,
     boundary_limit,
     check_skin,
-    enclosed_volume,
     fit_surfaces,
     make_report,
     name_quads,
     of_whole,
     shared_problems,
+    volume_and_area,
 )
 from ..quality.boundary import boundary_problems
 from ..quality.check import POOR
@@ -76,7 +76,7 @@ def check_blocks(
     flat = mesh.skin()
     named = name_quads(quads, {**flat.boundaries, **flat.interfaces})
     surfaces = [
-        PartSurface(name=name, quads=own, named=own_named, volume=enclosed_volume(flat.points, own))
+        PartSurface(name=name, quads=own, named=own_named, volume=volume_and_area(flat.points, own)[0])
         for name, own, own_named in zip(mesh.parts, quads, named, strict=True)
     ]
     skin = Skin(

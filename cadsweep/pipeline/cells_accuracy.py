@@ -9,6 +9,7 @@ quads sag: at the middles of their sides and their own.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Generic, NamedTuple, TypeVar
@@ -25,7 +26,7 @@ from ..brep import Part, Surface
 from ..intervals import Wishes
 from ..options import SweepOptions
 from ..plan import Plan
-from ..quality.deviation import volume_and_area
+from ..quality import volume_and_area
 from ..quality.rims import is_rim, off_edges
 from ..sweep import Intervals
 from .cap_sizes import InsideSizes, least_of
@@ -48,6 +49,10 @@ from .run import Run
 
 LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
+MOST_MORE = 2.0
+"""Power by which quads are asked to be finer than the sag asks for, where finer ones brought less than they should."""
+FAR = 1.5
+"""Shortfall beyond which that is done: nearer, a quarter finer may be enough, and counts jump as they like."""
 SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
@@ -164,11 +169,34 @@ def nearest(
     finer: Callable[[Judged[Made], Asked, int], Asked | None],
 ) -> tuple[Judged[Made], list[str]]:
     """As :func:`~.nearer.come_nearer`, with notes on a size that is not kept, and on a tolerance."""
-    best, stop = come_nearer(first, asked, make=make, finer=finer)
+    before: Found | None = None
+
+    def much_finer(last: Judged[Made], asked: Asked, rounds: int) -> Asked | None:
+        nonlocal before
+        here, before = before, last.found
+        if here is not None and last.shortfall >= FAR:
+            more = _as_it_falls(last.found, here)
+            with suppress(TooManyError):
+                wishes = finer(last._replace(found=more), asked, rounds)
+                before = more
+                return wishes
+        return finer(last, asked, rounds)
+
+    best, stop = come_nearer(first, asked, make=make, finer=much_finer)
     reached = best.found.distance * part.scale
     if options.tolerance is not None:
         return best, [missed_tolerance(reached, options, stop)] if reached > options.tolerance else []
     return best, [] if best is first or options.size is None else [FINER.format(size=options.size)]
+
+
+def _as_it_falls(present: Found, before: Found) -> Found:
+    """What is found, and finer quads needed where those that were asked `before` brought less than their square.
+
+    Counts are whole, and a mesher's quads seldom as small as asked for: to ask the same again takes many rounds.
+    """
+    brought = np.log(before.shortfall / present.shortfall) / np.log(before.most_needed)
+    power = 2.0 / np.clip(brought, 2.0 / MOST_MORE, 2.0)
+    return replace(present, needed={place: float(needed**power) for place, needed in present.needed.items()})
 
 
 def check_most(options: SweepOptions, n_hexes: float) -> None:

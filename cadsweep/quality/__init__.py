@@ -7,11 +7,11 @@ from .check import check_mesh, make_report
 from .limits import HEX_CORNERS, BoundaryLimit, Ways, boundary_limit, corner_limits
 from .metrics import (
     HexMetrics,
-    enclosed_volume,
     measure_hexes,
     quad_areas,
     quad_scaled_jacobians,
     scaled_jacobians,
+    volume_and_area,
 )
 from .overlap import BoundaryCrossing, find_crossings
 from .report import CadReference, MetricSummary, QualityReport, WorstHex
@@ -39,7 +39,6 @@ __all__ = [
     "check_skin",
     "check_surface",
     "corner_limits",
-    "enclosed_volume",
     "find_crossings",
     "fit_surfaces",
     "make_report",
@@ -53,4 +52,5 @@ __all__ = [
     "scaled_jacobians",
     "shared_problems",
     "structure_problems",
+    "volume_and_area",
 ]

@@ -19,6 +19,7 @@ from ..arrays import BoolArray, IntArray, distinct
 from ..cells import HEX_FACES, BlockStructure, SweptStructure
 from ..compiled import compiled
 from . import conformity
+from .conformity import FaceUse
 from .structure import structure_problems
 
 _CORNERS = (1 << HEX_FACES).sum(axis=1)
@@ -34,8 +35,8 @@ def block_problems(block: BlockStructure) -> list[str]:
     return found
 
 
-def blocks_boundary(hexes: IntArray, n_nodes: int, blocks: Sequence[BlockStructure]) -> IntArray | None:
-    """Quads (b, 4) of the hexahedra that have one user, outward, where blocks tell that all is well.
+def match_blocks(hexes: IntArray, n_nodes: int, blocks: Sequence[BlockStructure]) -> FaceUse | None:
+    """The users of the faces of hexahedra, those inside of blocks left out, where blocks tell that all is well.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def blocks_boundary(hexes: IntArray, n_nodes: int, blocks: Sequence[BlockStructu
 
     Returns
     -------
-    (b, 4) int64 or None
+    FaceUse or None
         None where a block does not describe its hexahedra, or these do not conform: what is wrong then is to be found
         without the blocks.
     """
@@ -64,9 +65,9 @@ def blocks_boundary(hexes: IntArray, n_nodes: int, blocks: Sequence[BlockStructu
         at = block.first_hex + block.n_hexes
     if not _is_sound(hexes[at:], owned, seen) or not (owned | (seen > 0)).all():
         return None
-    quads = conformity.face_nodes(hexes, np.concatenate([*faces, np.arange(6 * at, 6 * len(hexes))]))
-    use = conformity.match_quads(quads, n_nodes)
-    return None if len(use.crowded) or len(use.clashing) else quads[use.once]
+    left = np.concatenate([*faces, np.arange(6 * at, 6 * len(hexes))])
+    use = conformity.match_quads(conformity.face_nodes(hexes, left), n_nodes)
+    return None if len(use.crowded) or len(use.clashing) else use.of(left)
 
 
 def _shared_faces(hexes: IntArray, block: BlockStructure, owned: BoolArray, seen: IntArray) -> IntArray | None:

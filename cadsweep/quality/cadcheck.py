@@ -19,6 +19,7 @@ import numpy as np
 from ..arrays import FloatArray, IntArray, distinct
 from . import surface_kernels
 from .boundary import boundary_blocks
+from .conformity import row_keys
 from .metrics import quad_areas
 from .report import CadReference
 from .sag import measure_slack
@@ -81,10 +82,12 @@ def cad_problems(
             for joint in cad.joint_areas
         }
     off = []
+    nodes = {name: distinct(quads) for name, quads in whole.items()}
     if cad.distance is not None:
-        off += _face_problems(points, number, whole, cad.distance, cad.tolerance * size)
+        off += _face_problems(points, number, nodes, cad.distance, cad.tolerance * size)
     if cad.rim_distance is not None:
-        off += _rim_problems(points, number, whole_blocks, cad.rim_distance, cad.tolerance * size)
+        at_blocks = {own: nodes[own[0]] if own in plain else distinct(quads) for own, quads in whole_blocks.items()}
+        off += _rim_problems(points, number, at_blocks, cad.rim_distance, cad.tolerance * size)
     present = None if volume is None else volume()
 
     @cache
@@ -112,14 +115,13 @@ def cad_problems(
 def _face_problems(
     points: FloatArray,
     number: IntArray,
-    boundaries: Mapping[str, IntArray],
+    nodes_of: Mapping[str, IntArray],
     distance: Callable[[FloatArray, str, float], FloatArray],
     tolerance: float,
 ) -> list[str]:
-    """Boundaries with nodes off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
+    """Nodes of boundaries off their faces; a node on an edge belongs to two boundaries and is asked for twice."""
     problems = []
-    for name, quads in boundaries.items():
-        nodes = distinct(quads)
+    for name, nodes in nodes_of.items():
         places = points[nodes]
         away = distance(places, name, tolerance)
         problems += _off(places, number[nodes], away, tolerance, f"of '{name}'", "face")
@@ -133,32 +135,35 @@ def _rim_problems(
     distance: Callable[[FloatArray, frozenset[frozenset[str]]], FloatArray],
     tolerance: float,
 ) -> list[str]:
-    """Nodes of two blocks of quads off the edges, and nodes of more off the vertices, where these meet."""
+    """Nodes of two blocks, by name, off the edges, and nodes of more off the vertices, where these meet."""
     names = list(blocks)
-    used = [distinct(quads) for quads in blocks.values()]
     owned = np.zeros(len(points), dtype=np.int64)
-    for nodes in used:
+    for nodes in blocks.values():
         owned[nodes] += 1
-    used = [nodes[owned[nodes] > 1] for nodes in used]
+    used = [nodes[owned[nodes] > 1] for nodes in blocks.values()]
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *used])
+    if not len(nodes):
+        return []
     owners = np.repeat(np.arange(len(names)), [len(u) for u in used])
     order = np.argsort(nodes, kind="stable")  # the owners of one node stay in ascending order
-    owners = owners[order]
-    shared, first, count = np.unique(nodes[order], return_index=True, return_counts=True)
+    nodes, owners = nodes[order], owners[order]
+    first = np.flatnonzero(np.diff(nodes, prepend=-1))
+    count = np.diff(np.append(first, len(nodes)))
+    # Who meets at a node, as one number: those of unlike sets are alike once in 2^64.
+    tokens = row_keys(np.arange(len(names))[:, None]).view(np.uint64)
+    _, example, member = np.unique(np.add.reduceat(tokens[owners], first), return_index=True, return_inverse=True)
+    by_group = np.split(np.argsort(member, kind="stable"), np.cumsum(np.bincount(member))[:-1])
+    groups = [owners[first[at] : first[at] + count[at]].tolist() for at in example.tolist()]
     problems = []
-    for n in distinct(count):
-        some = np.flatnonzero(count == n)
-        groups, member, sizes = np.unique(
-            owners[first[some][:, None] + np.arange(n)], axis=0, return_inverse=True, return_counts=True
-        )
-        by_group = np.split(some[np.argsort(member.ravel(), kind="stable")], np.cumsum(sizes)[:-1])
-        for group, places in zip(groups, by_group, strict=True):
-            here = shared[places]
-            meeting = [names[j] for j in group]
+    for group, places in sorted(zip(groups, by_group, strict=True), key=lambda own: (len(own[0]), own[0])):
+        here = nodes[first[places]]
+        meeting = [names[j] for j in group]
+        places_here = points[here]
+        away = distance(places_here, frozenset(map(frozenset, meeting)))
+        if not (away <= tolerance).all():
             where = "where " + " and ".join(f"'{', '.join(own)}'" for own in meeting) + " meet"
-            places_here = points[here]
-            away = distance(places_here, frozenset(map(frozenset, meeting)))
-            problems += _off(places_here, number[here], away, tolerance, where, "edge" if n == 2 else "vertex")
+            what = "edge" if len(group) == 2 else "vertex"
+            problems += _off(places_here, number[here], away, tolerance, where, what)
     return problems
 
 

@@ -31,12 +31,12 @@ from ..mesh import HexMesh
 from ..threads import CHUNK, LIGHT, beside, map_chunks
 from . import conformity
 from .accumulate import QualityAccumulator
-from .block_faces import blocks_boundary
+from .block_faces import match_blocks
 from .boundary import boundary_problems
 from .limits import BoundaryLimit, boundary_limit
 from .overlap import BoundaryCrossing
 from .report import CadReference, QualityReport
-from .several import interface_problems, part_surfaces
+from .several import interface_problems, lie_in_parts, part_surfaces
 from .skin import Skin, check_skin, of_whole
 from .structure import follows_structure, structure_boundary, structure_problems
 
@@ -99,26 +99,27 @@ def check_mesh(
         found = structure_problems(structure, len(points))
         problems += found
         swept = not found
-    per_layer = 0
+    per_layer, use = 0, None
     if swept:
         assert structure is not None
         per_layer, expected = len(structure.quads), structure_boundary(structure)
     else:
-        once = blocks_boundary(hexes, len(points), blocks) if blocks else None
-        if once is None:
-            trouble, once = _general_problems(points, hexes)
+        use = match_blocks(hexes, len(points), blocks) if blocks else None
+        if use is None:
+            trouble, use, blocks = *_general_problems(points, hexes), ()
             problems += trouble
-        if once is None:
+        if use is None:
             return make_report(seen, n_nodes=len(points), problems=problems, order=mesh.order)
-        expected = once
+        expected = conformity.face_nodes(hexes, use.once)
+    known_use = use if lie_in_parts(mesh, blocks) else None  # of faces inside of blocks nothing is known
     skin = Skin(
         points=points,
         quads=expected,
         boundaries=mesh.boundaries,
         interfaces=mesh.interfaces,
         parts=mesh.parts,
-        surfaces=lambda: part_surfaces(mesh),
-        between=lambda: interface_problems(mesh),
+        surfaces=lambda: part_surfaces(mesh, known_use),
+        between=lambda: interface_problems(mesh, known_use),
     )
     every = all(np.array_equal(ids, np.arange(mesh.n_hexes)) for ids in mesh.parts.values())
     known = _cad_of(mesh) if cad is None else of_whole(cad, mesh.parts, every=every)
@@ -187,8 +188,8 @@ def _coordinate_problems(points: FloatArray) -> list[str]:
     return [f"{len(nodes)} nodes have coordinates that are not finite, the first is node {nodes[0]}"]
 
 
-def _general_problems(points: FloatArray, hexes: IntArray) -> tuple[list[str], IntArray | None]:
-    """Problems of any hexahedra, and their boundary quads (None where indices are out of range)."""
+def _general_problems(points: FloatArray, hexes: IntArray) -> tuple[list[str], conformity.FaceUse | None]:
+    """Problems of any hexahedra, and the users of their faces (None where indices are out of range)."""
     problems = []
     (outside, where, repeated, where_repeated), used = conformity.scan_hexes(hexes, len(points))
     if outside:
@@ -215,7 +216,7 @@ def _general_problems(points: FloatArray, hexes: IntArray) -> tuple[list[str], I
         )
     if hexes.shape[1] > 8:
         problems += _between_problems(hexes)
-    return problems, conformity.face_nodes(hexes, use.once)
+    return problems, use
 
 
 def _between_problems(hexes: IntArray) -> list[str]:

@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray, distinct, limits
+from ..arrays import FloatArray, IntArray, distinct
 from ..brep import Surface
 from ..mesh import SurfaceMesh
 from ..sweep import Sweep
-from . import surface_kernels
+from .metrics import volume_and_area
 from .rims import rim_deviations
 
 _TURNS = 0.05
@@ -206,8 +206,3 @@ def quad_sags(surface: Surface, corners: FloatArray) -> FloatArray:
     places += [(corners[:, j] + corners[:, (j + 1) % 4]) / 2 for j in range(4)]
     distances: FloatArray = surface.distance(np.concatenate(places)).reshape(len(places), len(corners)).max(axis=0)
     return distances
-
-
-def volume_and_area(points: FloatArray, quads: IntArray) -> tuple[float, float]:
-    """Volume inside outward quads (m, 4) of points, exact for bilinear ones, and their area, by their diagonals."""
-    return surface_kernels.volume_and_area(points, quads, np.mean(limits(points), axis=0))  # type: ignore[no-any-return]

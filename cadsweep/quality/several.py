@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
+from ..cells import BlockStructure
 from ..mesh import HexMesh
 from . import conformity
 from .boundary import place, quad_keys
-from .metrics import enclosed_volume
+from .conformity import FaceUse
+from .metrics import volume_and_area
 from .overlap import BoundaryCrossing, describe_crossings, find_crossings
 
 
@@ -40,23 +43,58 @@ class PartSurface:
     volume: float
 
 
-def part_surfaces(mesh: HexMesh) -> list[PartSurface]:
-    """Split the surface of a mesh by parts; parts that overlap are left out."""
-    uses = np.zeros(mesh.n_hexes, dtype=np.int64)
-    for ids in mesh.parts.values():
-        uses[ids] += 1
-    if (uses > 1).any():
+def part_surfaces(mesh: HexMesh, use: FaceUse | None = None) -> list[PartSurface]:
+    """Split the surface of a mesh by parts; parts that overlap are left out.
+
+    `use`: of the faces of its hexahedra, where that is known.
+    """
+    part, alone = _part_of(mesh)
+    if not alone:
         return []
-    n = max(mesh.n_nodes, 1)
-    quads = []
-    for ids in mesh.parts.values():
-        own = np.ascontiguousarray(mesh.hexes[ids, :8])
-        quads.append(conformity.face_nodes(own, conformity.match_faces(own, n).once))
+    n, hexes = max(mesh.n_nodes, 1), mesh.hexes
+    use = use or conformity.match_faces(hexes, n)
+    if len(use.crowded):  # who is whose partner is another question in every part
+        quads = []
+        for ids in mesh.parts.values():
+            own = np.ascontiguousarray(hexes[ids, :8])
+            quads.append(conformity.face_nodes(own, conformity.match_faces(own, n).once))
+    else:
+        first, partner = _between(use, part)
+        faces = np.concatenate([use.once, first, partner])
+        owners = part[faces // 6]
+        order = np.lexsort((faces, owners))
+        starts = np.searchsorted(owners[order], np.arange(len(mesh.parts) + 1))
+        every = conformity.face_nodes(hexes, faces[order])
+        quads = [every[a:b] for a, b in pairwise(starts.tolist())]
     named = name_quads(quads, {**mesh.boundaries, **mesh.interfaces})
     return [
-        PartSurface(name=name, quads=own, named=own_named, volume=enclosed_volume(mesh.points, own))
+        PartSurface(name=name, quads=own, named=own_named, volume=volume_and_area(mesh.points, own)[0])
         for name, own, own_named in zip(mesh.parts, quads, named, strict=True)
     ]
+
+
+def _part_of(mesh: HexMesh) -> tuple[IntArray, bool]:
+    """The part (m,) of every hexahedron, -1 where it is in none, and whether none is in several."""
+    part = np.full(mesh.n_hexes, -1, dtype=np.int64)
+    alone = True
+    for j, ids in enumerate(mesh.parts.values()):
+        alone &= not (part[ids] >= 0).any()
+        part[ids] = j
+    return part, alone
+
+
+def _between(use: FaceUse, part: IntArray) -> tuple[IntArray, IntArray]:
+    """Faces whose two hexahedra are in different parts, those of the one and those of the other."""
+    apart = part[use.first // 6] != part[use.partner // 6]
+    return use.first[apart].astype(np.int64), use.partner[apart].astype(np.int64)
+
+
+def lie_in_parts(mesh: HexMesh, blocks: Sequence[BlockStructure]) -> bool:
+    """Whether the hexahedra of every block are all in the same part."""
+    part, _ = _part_of(mesh)
+    return all(
+        (part[block.first_hex : block.first_hex + block.n_hexes] == part[block.first_hex]).all() for block in blocks
+    )
 
 
 def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> list[dict[str, IntArray]]:
@@ -64,27 +102,39 @@ def name_quads(surfaces: Sequence[IntArray], names: Mapping[str, IntArray]) -> l
 
     Names are looked for among the quads of all surfaces, once: of hundreds of parts nearly none has a name.
     """
-    every = np.concatenate([*surfaces, np.zeros((0, 4), dtype=np.int64)])
+    found: list[dict[str, IntArray]] = [{} for _ in surfaces]
+    given = [(name, np.asarray(own)) for name, own in names.items() if len(own)]
+    if not given or not any(map(len, surfaces)):
+        return found
+    every = np.concatenate(list(surfaces))
     part_of = np.repeat(np.arange(len(surfaces)), [len(own) for own in surfaces])
     keys = conformity.row_keys(every)
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    found: list[dict[str, IntArray]] = [{} for _ in surfaces]
-    for name, quads in ((name, np.asarray(own)) for name, own in names.items()):
-        if not len(quads):
-            continue
-        own_keys = conformity.row_keys(quads[:, :4])
-        wanted = distinct(own_keys)
-        first, last = np.searchsorted(keys, wanted), np.searchsorted(keys, wanted, side="right")
-        most = int((last - first).max(initial=0))  # 2 where the quads are between two parts
-        rows = np.sort(np.concatenate([order[first[last - first > k] + k] for k in range(most)] or [order[:0]]))
-        by_key = np.argsort(own_keys, kind="stable") if quads.shape[1] > 4 else None
-        for part in np.unique(part_of[rows]).tolist():
-            mine = every[rows[part_of[rows] == part]]
-            if by_key is not None:
-                same = by_key[np.searchsorted(own_keys[by_key], conformity.row_keys(mine))]
-                mine = _turned_like(mine, quads[same])
-            found[part][name] = mine
+    order = np.argsort(keys)
+    # All names at once: which quad of which name is at which row.
+    own_keys = conformity.row_keys(np.concatenate([own[:, :4] for _, own in given]))
+    by_key = np.argsort(own_keys)
+    name_of = np.repeat(np.arange(len(given)), [len(own) for _, own in given])[by_key]
+    row_of = np.concatenate([np.arange(len(own)) for _, own in given])[by_key]
+    keys, own_keys = keys[order], own_keys[by_key]  # both ascending: a search goes ahead in memory
+    first, last = (np.searchsorted(keys, own_keys, side=side) for side in ("left", "right"))
+    times = last - first  # 2 where a quad is between two parts
+    at = order[np.repeat(last - np.cumsum(times), times) + np.arange(times.sum())]
+    # By name, part and row, and a quad that a name has twice once.
+    places = (np.repeat(name_of, times) * len(surfaces) + part_of[at]) * len(every) + at
+    sorting = np.argsort(places)  # as one number: a lexical sort takes ten times as long
+    places = places[sorting]
+    sorting = sorting[np.concatenate([[True], places[1:] != places[:-1]])]
+    name, row, part, at = (
+        np.repeat(name_of, times)[sorting],
+        np.repeat(row_of, times)[sorting],
+        part_of[at[sorting]],
+        at[sorting],
+    )
+    starts = np.flatnonzero(np.diff(name * len(surfaces) + part, prepend=-1))
+    for a, b in pairwise([*starts.tolist(), len(at)]):
+        called, own = given[int(name[a])]
+        mine = every[at[a:b]]
+        found[int(part[a])][called] = _turned_like(mine, own[row[a:b]]) if own.shape[1] > 4 else mine
     return found
 
 
@@ -130,20 +180,17 @@ def crossings_apart(
     return describe_crossings(points, quads[kept], boundaries, pairs[wrong], places[wrong])
 
 
-def interface_problems(mesh: HexMesh) -> list[str]:
-    """Hold the named interfaces against the faces between hexahedra of different parts: each exactly once."""
+def interface_problems(mesh: HexMesh, use: FaceUse | None = None) -> list[str]:
+    """Hold the named interfaces against the faces between hexahedra of different parts: each exactly once.
+
+    `use`: of the faces of its hexahedra, where that is known.
+    """
     if not mesh.interfaces:
         return []
-    part = np.full(mesh.n_hexes, -1, dtype=np.int64)
-    for j, ids in enumerate(mesh.parts.values()):
-        part[ids] = j
-    faces = conformity.face_nodes(mesh.hexes, np.arange(6 * mesh.n_hexes))
-    keys = conformity.row_keys(faces)
-    order = np.argsort(keys)
-    keys, owner = keys[order], np.repeat(part, 6)[order]
-    pair = np.flatnonzero((keys[1:] == keys[:-1]) & (owner[1:] != owner[:-1]))
+    use = use or conformity.match_faces(mesh.hexes, mesh.n_nodes)
+    quads = conformity.face_nodes(mesh.hexes, _between(use, _part_of(mesh)[0])[0])
     given = distinct(conformity.row_keys(np.concatenate([np.asarray(q)[:, :4] for q in mesh.interfaces.values()])))
-    return _hold_interfaces(mesh.points, faces[order[pair]], keys[pair], given)
+    return _hold_interfaces(mesh.points, quads, conformity.row_keys(quads), given)
 
 
 def fit_surfaces(quads: IntArray) -> tuple[IntArray, list[str]]:
@@ -192,6 +239,8 @@ def shared_problems(
 
 def _hold_interfaces(points: FloatArray, quads: IntArray, wanted: np.ndarray, given: np.ndarray) -> list[str]:
     """Hold quads (q, 4) between parts, with their keys, against the keys of those that have a name."""
+    if np.array_equal(np.sort(wanted), given):
+        return []
     missing = ~np.isin(wanted, given)
     foreign = int(np.count_nonzero(~np.isin(given, wanted)))
     problems = []

@@ -28,7 +28,7 @@ Not handled: a boundary quad that is itself inverted: no inner node can mend the
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -37,6 +37,7 @@ import numpy as np
 from .. import rows
 from ..arrays import FloatArray, IntArray, distinct
 from ..quality import Ways, corner_limits
+from .alike import Alike
 from .cutting import Blocks, Connected, grown, hex_nodes, patches, touches_others
 from .laplacian import relaxed
 from .optimise import polished, untangled
@@ -73,7 +74,7 @@ LEAST_GAIN = 0.02
 """A round that brings no patch nearer to its goal, by this share of it, makes the patches grow."""
 
 MOST_GROWN = 10_000
-"""Hexahedra of the largest patch that grows for the last time: what so many nodes do not mend, more do not either."""
+"""Hexahedra of the largest patch that grows for the last time, or at all where nothing is inverted."""
 
 MOST_HEXES = 300_000
 """Hexahedra of the largest patch that is optimised."""
@@ -192,6 +193,8 @@ def _raised(
     """
     growth = 0
     idle: set[bytes] = set()  # patches that gained nothing: the next round would end as the last one did
+    alike = Alike()
+    settled = np.zeros(values.size, dtype=bool)  # hexahedra of patches that gain nothing more as large as they are
     for _ in range(MOST_ROUNDS):
         bad = _below_goal(points, structure, values, fixed, goal, slides) & ((values <= 0) == inverted)
         if growth == len(growths) or not np.any(bad):
@@ -199,13 +202,13 @@ def _raised(
         region = grown(bad, structure, growths[growth])
         if not inverted:
             region &= values > 0  # what nothing could mend must not keep its neighbours from being polished
-        gain = 0.0
-        for hexes in patches(region, structure):
+        gain, for_the_worst = 0.0, not inverted and (growth > 0 or goal > GOAL)
+        for hexes in _in_turn(patches(region, structure), values, bad.ravel() & ~settled, worst_first=for_the_worst):
             if not inverted and is_over():
                 growth = len(growths)
                 steps.append("polishing was ended with the time that a run has")
                 break
-            if growth == len(GROWTH) - 1 and len(hexes) > MOST_GROWN:
+            if growth >= (len(GROWTH) - 1 if inverted else 1) and len(hexes) > MOST_GROWN:
                 continue
             if len(hexes) > largest:
                 steps.append(f"a patch of {len(hexes)} hexahedra is too large to be optimised")
@@ -213,17 +216,27 @@ def _raised(
             places = hexes.tobytes() + points[distinct(hex_nodes(structure, hexes))].tobytes()
             if places in idle:
                 continue
-            mended = _mend(points, structure, hexes, fixed, goal, steps, slides)
+            mended = _mend(points, structure, hexes, fixed, goal, steps, slides, alike)
             points[mended.nodes] = mended.positions
             gain = max(gain, mended.gain)
+            settled[hexes] |= mended.gain < LEAST_GAIN
             if not len(mended.nodes):
                 idle.add(places)
+            if for_the_worst and mended.gain < LEAST_GAIN:
+                break  # the mesh is as poor as its worst patch, whatever the others become
         if gain < LEAST_GAIN and growth < len(growths):
             # A patch that was the whole mesh cannot grow.
             growth = len(growths) if np.all(region) else growth + 1
+            settled[:] = False
         if gain > 0:
             values = hex_values(points, structure)
     return values
+
+
+def _in_turn(found: Sequence[IntArray], values: FloatArray, wanting: BoolArray, *, worst_first: bool) -> list[IntArray]:
+    """The patches that have a hexahedron that wants something, in the order in which they are worked on."""
+    chosen = [hexes for hexes in found if wanting[hexes].any()]
+    return sorted(chosen, key=lambda hexes: float(values.ravel()[hexes].min())) if worst_first else chosen
 
 
 def _can_rise(
@@ -294,6 +307,7 @@ def _mend(  # noqa: PLR0917
     goal: float,
     steps: list[str],
     slides: Slides | None,
+    alike: Alike,
 ) -> _Mended:
     """Relax and untangle a patch, or polish it where nothing is inverted."""
     nodes, local = np.unique(hex_nodes(structure, hexes), return_inverse=True)
@@ -322,7 +336,7 @@ def _mend(  # noqa: PLR0917
     for name, step in STEPS[score.worst <= 0]:
         if not rows.is_on(f"mend: {name}"):
             continue
-        candidate = step(patch, current)
+        candidate = alike.stepped(step, patch, current)
         value = patch.score(candidate)
         if value.beats(score):
             steps.append(f"{name} {where}: worst scaled Jacobian {score.worst:.3g} to {value.worst:.3g}")

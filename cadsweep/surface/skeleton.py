@@ -106,9 +106,8 @@ class Skeleton:
         self.faces: dict[int, FaceMesh] = {}
         self.notes: list[str] = []
         self._congruent = Congruent()
-        self._blocks: list[FloatArray] = []
         self._n = 0
-        self._table = np.empty((0, 3))
+        self._table = np.empty((1024, 3))
         self._vertices: dict[int, int] = {}
         for solid, counts in zip(solids, intervals, strict=True):
             for edge, key in enumerate(solid.edge_keys.tolist()):
@@ -124,16 +123,15 @@ class Skeleton:
     @property
     def points(self) -> FloatArray:
         """All nodes so far (n, 3), working units."""
-        if len(self._table) != self._n:
-            self._table = np.concatenate([self._table, *self._blocks])
-            self._blocks = []
-        return self._table
+        return self._table[: self._n]
 
     def add(self, points: FloatArray) -> IntArray:
         """Number new nodes (m, 3)."""
-        self._blocks.append(np.asarray(points, dtype=np.float64).reshape(-1, 3))
-        self._n += len(points)
-        return np.arange(self._n - len(points), self._n, dtype=np.int64)
+        first, self._n = self._n, self._n + len(points)
+        if self._n > len(self._table):  # twice as much: nodes come face by face
+            self._table = np.concatenate([self._table[:first], np.empty((max(self._n, first), 3))])
+        self._table[first : self._n] = points
+        return np.arange(first, self._n, dtype=np.int64)
 
     def _lay_edges(self, solid: Solid) -> None:
         for vertex, key in enumerate(solid.vertex_keys.tolist()):

@@ -11,7 +11,7 @@ import cadquery as cq
 import cadsweep as cs
 from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
 from cadsweep.pipeline import complexes
-from cadsweep.quality import enclosed_volume
+from cadsweep.quality import volume_and_area
 
 pytestmark = pytest.mark.cad
 
@@ -315,7 +315,7 @@ def volume_of(mesh, name):
     for contact, q in mesh.interfaces.items():
         first, second = contact.split("__")
         quads += [q] if first == name else [q[:, ::-1]] if second == name else []
-    return enclosed_volume(mesh.points, np.concatenate(quads))
+    return volume_and_area(mesh.points, np.concatenate(quads))[0]
 
 
 def test_a_size_wider_than_a_pin_leaves_it_round():
@@ -355,7 +355,7 @@ def test_with_nothing_asked_for_no_solid_loses_much():
     quads = [q for name, q in mesh.boundaries.items() if name.startswith("pin_")] + [
         mesh.interfaces["block__pin"][:, ::-1]
     ]
-    assert enclosed_volume(mesh.points, np.concatenate(quads)) == pytest.approx(np.pi * 5, rel=0.0051)
+    assert volume_and_area(mesh.points, np.concatenate(quads))[0] == pytest.approx(np.pi * 5, rel=0.0051)
 
 
 def test_slabs_and_factors_are_of_any_solids(tmp_path):

@@ -8,7 +8,9 @@ import pytest
 from cadsweep.cells import BlockStructure, fill_hexes, sweep_hexes
 from cadsweep.mesh import HexMesh
 from cadsweep.quality import check_mesh
-from cadsweep.quality.block_faces import blocks_boundary
+from cadsweep.quality.block_faces import match_blocks
+from cadsweep.quality.conformity import face_nodes, match_faces
+from cadsweep.quality.several import lie_in_parts, part_surfaces
 
 from .quality_meshes import grid_quads
 
@@ -63,7 +65,7 @@ def mesh_of(points, hexes):
 @pytest.mark.parametrize("lone", [(), ((8, 1, 1), (8, 2, 1))])
 def test_blocks_have_the_boundary_that_all_faces_have(lone):
     points, hexes, blocks = blocks_of(BOXES, lone)
-    found = blocks_boundary(hexes, len(points), blocks)
+    found = match_blocks(hexes, len(points), blocks).once
     # The outside of the pieces, less both sides of what they share, of unit area each.
     boxes = [(x1 - x0, y1 - y0, z1 - z0) for x0, x1, y0, y1, z0, z1 in BOXES] + [(1, 1, 1)] * len(lone)
     outside = sum(2 * (a * b + b * c + c * a) for a, b, c in boxes)
@@ -128,6 +130,48 @@ def test_every_fault_is_told_as_without_blocks(fault):
     assert told.valid == (fault is claimed), "only there the mesh itself is sound"
 
 
+def in_parts(split):
+    """Blocks of which some are one part, and a split of the hexahedra into two parts where that is given."""
+    points, hexes, blocks = blocks_of(BOXES, ((8, 1, 1),))
+    last = blocks[2].first_hex if split is None else split
+    parts = {"one": np.arange(last), "other": np.arange(last, len(hexes))}
+    use = match_faces(hexes, len(points))
+    apart = (use.first // 6 < last) != (use.partner // 6 < last)
+    between = {"one__other": face_nodes(hexes, use.first[apart])}
+    return HexMesh(points=points, hexes=hexes, boundaries={}, parts=parts, interfaces=between), blocks
+
+
+@pytest.mark.parametrize("split", [None, 7], ids=["parts of whole blocks", "a block in two parts"])
+def test_surfaces_of_parts_and_contacts_are_those_that_each_part_has_alone(split):
+    mesh, blocks = in_parts(split)
+    for surface in part_surfaces(mesh):
+        own = mesh.hexes[mesh.parts[surface.name]]
+        assert np.array_equal(surface.quads, face_nodes(own, match_faces(own, mesh.n_nodes).once))
+        assert surface.volume == pytest.approx(len(own))
+        assert len(surface.named["one__other"]) == len(mesh.interfaces["one__other"])
+    assert check_mesh(mesh, blocks=blocks).valid
+    lost = replace(mesh, interfaces={"one__other": mesh.interfaces["one__other"][1:]})
+    for told in ((), blocks):
+        problems = check_mesh(lost, blocks=told).problems
+        assert any("1 quads between parts are in no interface" in problem for problem in problems)
+
+
+def test_blocks_and_all_faces_give_the_same_surfaces():
+    mesh, blocks = in_parts(None)
+    assert lie_in_parts(mesh, blocks)
+    assert not lie_in_parts(*in_parts(7))
+    by_blocks = part_surfaces(mesh, match_blocks(mesh.hexes, mesh.n_nodes, blocks))
+    for own, other in zip(by_blocks, part_surfaces(mesh), strict=True):
+        assert np.array_equal(own.quads, other.quads)
+
+
+def test_a_third_hexahedron_on_a_face_is_on_the_surface_of_its_own_part():
+    mesh, _ = in_parts(None)
+    again = np.concatenate([mesh.hexes, mesh.hexes[:1]])
+    third = replace(mesh, hexes=again, parts={**mesh.parts, "third": np.array([mesh.n_hexes])}, interfaces={})
+    assert [len(own.quads) for own in part_surfaces(third)][-1] == 6
+
+
 def test_a_cube_on_a_face_between_layers_of_a_thin_block_is_found():
     # All four nodes of that face are the block's ring: nothing but the matching of shared faces sees a third user.
     points, hexes, blocks = blocks_of(BOXES)
@@ -135,7 +179,7 @@ def test_a_cube_on_a_face_between_layers_of_a_thin_block_is_found():
     upper = len(points) + np.arange(4)
     points = np.concatenate([points, points[thin[4:]] + [0.2, 0.3, 0.4]])
     hexes = np.concatenate([hexes, [np.concatenate([thin[4:], upper])]])
-    assert blocks_boundary(hexes, len(points), blocks) is None
+    assert match_blocks(hexes, len(points), blocks) is None
     problems = check_mesh(mesh_of(points, hexes), blocks=blocks).problems
     assert any("more than two hexahedra" in problem for problem in problems)
 
