@@ -12,7 +12,7 @@ from math import log
 from generators import bossed
 
 import cadsweep as cs
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stacking import find_stacks
 
 
 def main() -> None:

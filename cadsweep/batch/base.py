@@ -65,7 +65,7 @@ def _make(study: Study, path: Path, max_memory: float, on_progress: Any) -> Path
 
 def carried_options(options: Mapping[str, Any], base: Path) -> dict[str, Any]:
     """Options of a case that is carried from the base: what the base brings along is left out."""
-    from ..pipeline.like import OWN
+    from ..pipeline.finished.like import OWN
 
     return {**{key: value for key, value in options.items() if key not in OWN}, "like": str(base)}
 

@@ -22,7 +22,7 @@ from ..mesh import HexMesh
 from ..progress import Progress
 
 if TYPE_CHECKING:
-    from ..pipeline.family import Family
+    from ..pipeline.finished.family import Family
 
 
 def mesh_file(
@@ -179,11 +179,11 @@ def describe_part(
     from ..cad import find_contacts
     from ..pipeline import load
     from ..pipeline.attempts import open_and_find
+    from ..pipeline.columns.stacking import describe_stacks
+    from ..pipeline.complexes.planning import describe_plan
     from ..pipeline.directions import other_directions
     from ..pipeline.parts import resolve_cap
-    from ..pipeline.planning import describe_plan
     from ..pipeline.run import Run
-    from ..pipeline.stacking import describe_stacks
     from ..recognition import describe, describe_edges, find_sweeps
 
     on_progress("cad", None)

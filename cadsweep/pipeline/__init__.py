@@ -4,24 +4,25 @@
 sweep that turns out not to mesh makes room for the next best one, and the mesh says so in its notes;
 the user's own choice of caps is never replaced.
 
-========== =========================================================================
-module     what it joins
-========== =========================================================================
-parts      cad and recognition: a part, and the sweeps of its solid
-attempts   what is tried to come to sweeps, as a table
-changes    what the attempts do: cut open, divide, merge
-hints      the user's words for edges: sizes, counts, layers of rails
-factoring  intervals, surface and projection: the factors of one sweep
-candidates the loop over candidate sweeps: which are tried, smoothed, refused, noted
-making     order 2 and checks: one candidate in memory
-complexes  the cells of a part and a plan for them (`decomposing`, `assemblies` ask); `several` meshes and checks them
-meshing    what users call
-origin     what a mesh was made from
-refinement every hexahedron into eight; `family`: nested meshes
-like       the mesh of one part on another: `matching` pairs their `graphs`, `template` is the mesh
-derivatives nodes by a parameter of the model
-run        seconds by stage, progress
-========== =========================================================================
+============== =========================================================================
+module or room what it joins
+============== =========================================================================
+meshing        what users call
+routes         the ways to a mesh of one solid; `designs` and `fitted_grids` are two of them
+run            seconds by stage, progress, the time that is left
+parts          cad and recognition: a part, and the sweeps of its solid
+attempts       what is tried to come to sweeps, as a table; `changes` does it
+candidates     the loop over candidate sweeps: which are tried, smoothed, refused, noted
+factoring      intervals, surface and projection: the factors of one sweep; `making` checks them
+ranks          one mesh over many processes
+origin         what a mesh was made from
+tables         all rows of all tables
+wishes/        the user's words as keys and rules
+nearness/      as near to the CAD as is asked for
+columns/       stacks
+complexes/     assemblies, and solids that are cut
+finished/      refine, like, derivatives: by entity
+============== =========================================================================
 
 Names are loaded when first used, and so are the ways of `routes`: one sweep of one solid loads neither stacks nor
 decomposition.
@@ -37,28 +38,28 @@ from ..collector import collector_resting
 if TYPE_CHECKING:
     from ..progress import Progress
     from .candidates import SMOOTH_BELOW, smoothed
-    from .decomposing import decompose
-    from .derivatives import Sensitivity, sensitivity
+    from .complexes.decomposing import decompose
     from .directions import find_sweeps
-    from .family import Family, make_family
+    from .finished.derivatives import Sensitivity, sensitivity
+    from .finished.family import Family, make_family
+    from .finished.refinement import refine
     from .meshing import expand, figures, make_options, stream_mesh, sweep_mesh, write_factors
     from .parts import load
-    from .refinement import refine
 
 _HOMES = {
     "SMOOTH_BELOW": ".candidates",
-    "Family": ".family",
+    "Family": ".finished.family",
     "Progress": "..progress",
-    "Sensitivity": ".derivatives",
-    "decompose": ".decomposing",
+    "Sensitivity": ".finished.derivatives",
+    "decompose": ".complexes.decomposing",
     "expand": ".meshing",
     "figures": ".meshing",
     "find_sweeps": ".directions",
     "load": ".parts",
-    "make_family": ".family",
+    "make_family": ".finished.family",
     "make_options": ".meshing",
-    "refine": ".refinement",
-    "sensitivity": ".derivatives",
+    "refine": ".finished.refinement",
+    "sensitivity": ".finished.derivatives",
     "smoothed": ".candidates",
     "stream_mesh": ".meshing",
     "sweep_mesh": ".meshing",

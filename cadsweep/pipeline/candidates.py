@@ -23,8 +23,8 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
-from .accuracy import check_curved
-from .nearer import in_the_way
+from .nearness.accuracy import check_curved
+from .nearness.nearer import in_the_way
 from .refusing import refusal
 from .run import Run
 

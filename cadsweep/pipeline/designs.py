@@ -33,9 +33,9 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
+from .complexes.several import finish
 from .origin import AnyMesh, CellsOrigin, Origin
 from .run import Run
-from .several import finish
 
 log = logging.getLogger(__name__)
 

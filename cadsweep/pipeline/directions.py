@@ -13,8 +13,8 @@ from ..errors import CadError, NotSweepableError
 from ..stack import Stack
 from ..sweep import Sweep
 from .attempts import open_and_find
+from .columns.stacking import other_stacks, stacks_instead
 from .parts import load, only_solid, search
-from .stacking import other_stacks, stacks_instead
 
 
 def find_sweeps(part: Any, *, source: Any = None, target: Any = None) -> list[Sweep | Stack]:

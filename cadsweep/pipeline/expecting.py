@@ -92,8 +92,8 @@ def expect(source: Any, /, **options: Any) -> Expected:
     >>> expect(cq.Workplane().box(4, 3, 2), size=1.0, layers=2).estimate.n_hexes
     24
     """
-    from .local_sizes import with_largest_size
     from .routes import open_part
+    from .wishes.local_sizes import with_largest_size
 
     chosen = make_options(options)
     part = open_part(source, chosen, Run(on_progress=silent))
@@ -118,7 +118,7 @@ def expect(source: Any, /, **options: Any) -> Expected:
 
 def _groups(part: Part, options: SweepOptions, *, several: bool) -> Iterator[tuple[Part, Callable[[Run], Any]]]:
     """The parts that are meshed by themselves, and what meshes them."""
-    from .assemblies import each_group
+    from .complexes.assemblies import each_group
     from .routes import mesh_part, mesh_solid
 
     if several and not options.cuts:

@@ -17,10 +17,10 @@ from ..mesh import SurfaceMesh
 from ..options import SweepOptions
 from ..projection import project_layers
 from ..sweep import Intervals, Sweep
-from .accuracy import accurate_boundary, check_coarse
-from .periodic_sides import cap_motion, of_sweep
+from .nearness.accuracy import accurate_boundary, check_coarse
 from .run import Run
-from .wall_heights import between_caps, on_caps, row_tolerance
+from .wishes.periodic_sides import cap_motion, of_sweep
+from .wishes.wall_heights import between_caps, on_caps, row_tolerance
 
 
 class Factored(NamedTuple):

@@ -37,9 +37,9 @@ from ..fitted import (
 from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.untangle import guards_outside, untangle
+from .complexes.several import finish
 from .origin import made_of
 from .run import Run, spent
-from .several import finish
 
 log = logging.getLogger(__name__)
 

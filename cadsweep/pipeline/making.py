@@ -16,8 +16,8 @@ from ..quality import QualityReport, check_mesh
 from ..sweep import Sweep
 from .candidates import Made, checked, refuse
 from .factoring import factor_sweep
+from .finished.pairs import with_pairs
 from .origin import Origin
-from .pairs import with_pairs
 from .run import Run, measured
 
 

@@ -78,7 +78,7 @@ def sweep_mesh(
     """
     chosen = make_options(options)
     if like is not None:
-        from .like import as_template, mesh_like
+        from .finished.like import as_template, mesh_like
 
         like = as_template(like)
     if isolated:
@@ -101,7 +101,7 @@ def sweep_mesh(
         return mesh_like(source, like, chosen, run)
     mesh = mesh_in_memory(source, chosen, run)
     if chosen.refine:
-        from .refinement import refined
+        from .finished.refinement import refined
 
         mesh = refined(mesh, chosen, run)
     return mesh
@@ -160,7 +160,7 @@ def write_factors(
     if chosen.order != 1:
         raise InputError("factors are those of a mesh of order 1; raise the order when they are expanded")
     _not_refined(chosen, "factors are written")
-    from .template_files import save_template
+    from .finished.template_files import save_template
 
     run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
@@ -189,7 +189,7 @@ def expand(path: str | PathLike[str]) -> HexMesh:
     >>> bool((expand("box.sweep.npz").points == mesh.points).all())
     True
     """
-    from .template_files import load_mesh
+    from .finished.template_files import load_mesh
 
     mesh = load_mesh(path)
     return replace(mesh, info={**mesh.info, "quality": check_mesh(mesh)})

@@ -9,7 +9,7 @@ from .. import cad, recognition
 from ..brep import Part, Solid
 from ..errors import CadError, InputError
 from ..sweep import Sweep
-from .subsets import chosen_solids
+from .complexes.subsets import chosen_solids
 
 
 def load(

@@ -43,11 +43,11 @@ from ..recognition.reasons import TANGENT
 from ..trial import noting
 from .attempts import find_candidates
 from .candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
-from .local_sizes import with_largest_size
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
 from .parts import load
 from .run import Run
+from .wishes.local_sizes import with_largest_size
 
 log = logging.getLogger(__name__)
 
@@ -102,7 +102,7 @@ def mesh_in_memory(source: Any, options: SweepOptions, run: Run) -> HexMesh:
 def mesh_in_blocks(source: Any, options: SweepOptions, run: Run) -> BlockMesh:
     """The same mesh, which stays in blocks as far as it is made of sweeps or straight columns."""
     assert run.in_blocks, "somebody measures them"
-    from .groups import as_blocks
+    from .complexes.groups import as_blocks
 
     return as_blocks(mesh_part(source, options, run))
 
@@ -124,11 +124,11 @@ def _mesh_part(source: Any, options: SweepOptions, run: Run) -> AnyMesh:
     if options.fitted and (options.cuts or neighbours_of(part)):
         raise InputError("fitted=True goes without cuts and without contacts: a fitted grid fills a solid by itself")
     if options.cuts:
-        from .decomposing import mesh_user_cut
+        from .complexes.decomposing import mesh_user_cut
 
         return mesh_user_cut(part, options, run)
     if len(part.solids) > 1 or chosen:  # one that is left of several keeps its name
-        from .assemblies import mesh_assembly
+        from .complexes.assemblies import mesh_assembly
 
         return mesh_assembly(part, options, run, mesh_solid)
     return mesh_solid(part, options, run)
@@ -277,7 +277,7 @@ def _proposing(part: Part, options: SweepOptions, refused: NotSweepableError) ->
 def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """By one sweep, by columns, or by the cuts that are given: without a search."""
     if options.cuts:
-        from .decomposing import mesh_user_cut
+        from .complexes.decomposing import mesh_user_cut
 
         return mesh_user_cut(part, options, run)
     return _by_ways(part, options, run)
@@ -306,14 +306,14 @@ def _good_columns(mesh: AnyMesh) -> bool:
 
 
 def _may_be_better(part: Part, options: SweepOptions) -> bool:
-    from .decomposing import may_be_better
+    from .complexes.decomposing import may_be_better
 
     return may_be_better(part, options)
 
 
 def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
     """By cells of cuts."""
-    from .decomposing import mesh_decomposed
+    from .complexes.decomposing import mesh_decomposed
 
     return _said(mesh_decomposed(part, options, run, refused, share=share), CELLS)
 
@@ -364,7 +364,7 @@ def _mesh_design(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
 
 def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
     """By the best of its stacks."""
-    from .stacking import mesh_stacks_instead
+    from .columns.stacking import mesh_stacks_instead
 
     return _said(mesh_stacks_instead(part, options, run, refused), COLUMNS)
 

@@ -13,7 +13,7 @@ from ..errors import InputError, did_you_mean
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
-from .decomposing import SEARCHES
+from .complexes.decomposing import SEARCHES
 from .routes import FITTED, WAYS
 
 

@@ -1,6 +1,6 @@
 """Where the columns of a stack touch: over which edges of the arrangement, and from which height to which.
 
-Place in the flow: for who wants the columns as solids (:mod:`cadsweep.pipeline.column_cells`).
+Place in the flow: for who wants the columns as solids (:mod:`cadsweep.pipeline.columns.column_cells`).
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from cadsweep.cad.edit import arrangement, plane_loops
 from cadsweep.cad.extract.shared import read_edge_curves
 from cadsweep.cad.geometry.plane_curves import PlaneCurves, near_pairs
 from cadsweep.cad.shapes import EDGE, subshapes
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stacking import find_stacks
 
 PLANE = Geom_Plane(gp_Pln(gp_Ax3(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2))))
 AXES = np.eye(2, 3)

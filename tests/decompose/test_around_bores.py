@@ -10,7 +10,7 @@ from cadsweep import load
 from cadsweep.cad.edit.around_bores import around_bores
 from cadsweep.cad.edit.central import plane_tool
 from cadsweep.cad.edit.cutting import cut_cell
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

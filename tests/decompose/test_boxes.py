@@ -14,8 +14,8 @@ from cadsweep.cad.edit.cushions import cushion
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.errors import NotSweepableError
 from cadsweep.options import SweepOptions
-from cadsweep.pipeline.complexes import recognise
-from cadsweep.pipeline.decomposing import is_planar, mesh_decomposed
+from cadsweep.pipeline.complexes.complexes import recognise
+from cadsweep.pipeline.complexes.decomposing import is_planar, mesh_decomposed
 from cadsweep.pipeline.run import Run, silent
 from cadsweep.plan import make_plan
 

@@ -11,7 +11,7 @@ from cadsweep import load
 from cadsweep.cad.edit.central import plane_tool
 from cadsweep.cad.edit.cutting import split_cell
 from cadsweep.decomposition.curved import CellSearch
-from cadsweep.pipeline.complexes import cutting_tools
+from cadsweep.pipeline.complexes.complexes import cutting_tools
 from cadsweep.pipeline.run import Run, silent
 
 pytestmark = pytest.mark.cad

@@ -12,7 +12,7 @@ from cadsweep.cad.edit.boxes import around_features
 from cadsweep.cad.edit.circles import find_outlines
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.half_way import half_way
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

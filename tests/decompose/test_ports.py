@@ -9,7 +9,7 @@ import cadquery as cq
 from cadsweep import load
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.ports import at_ports
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

@@ -12,7 +12,7 @@ from cadsweep.cad.edit.axes import find_axes
 from cadsweep.cad.edit.crossings import at_crossings, find_crossings
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.slots import find_passages
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

@@ -10,7 +10,7 @@ import numpy as np
 from cadsweep import load
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.spokes import along_spokes
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

@@ -12,7 +12,7 @@ import cadquery as cq
 from cadsweep import decompose, load
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.stars import from_inside
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

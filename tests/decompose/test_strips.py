@@ -10,7 +10,7 @@ from cadsweep import load
 from cadsweep.cad.edit.cutting import cut_cell
 from cadsweep.cad.edit.fillets import divide_corners
 from cadsweep.cad.edit.strips import along_features
-from cadsweep.pipeline.complexes import recognise
+from cadsweep.pipeline.complexes.complexes import recognise
 from cadsweep.plan import make_plan
 
 pytestmark = pytest.mark.cad

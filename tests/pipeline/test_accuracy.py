@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.pipeline.cap_sizes import sizes_of_quads
+from cadsweep.pipeline.nearness.cap_sizes import sizes_of_quads
 
 cq = pytest.importorskip("cadquery")
 pytest.importorskip("gmsh")

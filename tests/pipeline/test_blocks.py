@@ -15,7 +15,7 @@ import cadquery as cq
 import cadsweep as cs
 from cadsweep.blocks import slabs
 from cadsweep.pipeline import expand, write_factors
-from cadsweep.pipeline.template_files import save_template
+from cadsweep.pipeline.finished.template_files import save_template
 
 from .pipeline_ranks import distributed, same
 from .test_assemblies import assembly, block, pin_in_plate, two_plates

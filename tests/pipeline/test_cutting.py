@@ -15,8 +15,8 @@ import cadsweep as cs
 from cadsweep.cells import HEX_FACES as QUADS
 from cadsweep.cli.group import cadsweep
 from cadsweep.errors import CadError, NotSweepableError
-from cadsweep.pipeline import decomposing
-from cadsweep.pipeline.column_cells import columns_of
+from cadsweep.pipeline.columns.column_cells import columns_of
+from cadsweep.pipeline.complexes import decomposing
 
 pytestmark = pytest.mark.cad
 

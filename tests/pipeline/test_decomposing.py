@@ -11,7 +11,7 @@ import cadquery as cq
 from cadsweep import cad, decompose, load, sweep_mesh
 from cadsweep.errors import NotSweepableError
 from cadsweep.options import SweepOptions
-from cadsweep.pipeline.decomposing import mesh_decomposed
+from cadsweep.pipeline.complexes.decomposing import mesh_decomposed
 from cadsweep.pipeline.run import Run, silent
 
 pytestmark = pytest.mark.cad

@@ -9,9 +9,9 @@ import cadsweep as cs
 from cadsweep.errors import CadError, CadSweepError, InputError
 from cadsweep.pipeline import load
 from cadsweep.pipeline.attempts import open_and_find
-from cadsweep.pipeline.graphs import graph_of
-from cadsweep.pipeline.matching import match_graphs
-from cadsweep.pipeline.template import make_template
+from cadsweep.pipeline.finished.graphs import graph_of
+from cadsweep.pipeline.finished.matching import match_graphs
+from cadsweep.pipeline.finished.template import make_template
 
 from ..commands import exit_code
 

@@ -8,7 +8,8 @@ pytest.importorskip("gmsh")
 import cadquery as cq
 
 from cadsweep import sweep_mesh
-from cadsweep.pipeline import decomposing, routes
+from cadsweep.pipeline import routes
+from cadsweep.pipeline.complexes import decomposing
 
 pytestmark = pytest.mark.cad
 

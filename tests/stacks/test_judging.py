@@ -6,7 +6,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.mesh import QuadMesh
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stacking import find_stacks
 from cadsweep.stack import Levels
 from cadsweep.stacks import judge_plane
 from cadsweep.stacks.outline_crossings import n_crossings

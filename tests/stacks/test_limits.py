@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stacking import find_stacks
 from cadsweep.stacks import is_round_across
 
 

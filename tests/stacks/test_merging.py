@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.pipeline.stack_merging import merged_stack
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stack_merging import merged_stack
+from cadsweep.pipeline.columns.stacking import find_stacks
 
 
 def two_pockets(gap: float, *, same_side: bool = False) -> cq.Workplane:

@@ -8,7 +8,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.errors import InputError, SurfaceMeshError
-from cadsweep.pipeline.stacking import describe_stacks, find_stacks
+from cadsweep.pipeline.columns.stacking import describe_stacks, find_stacks
 
 
 @pytest.fixture(scope="module")

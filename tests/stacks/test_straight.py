@@ -10,7 +10,7 @@ from cadsweep import stacks
 from cadsweep.blocks import slabs
 from cadsweep.blocks.slabs import SweptBlock
 from cadsweep.blocks.stream import measure
-from cadsweep.pipeline import stacking
+from cadsweep.pipeline.columns import stacking
 from cadsweep.pipeline.meshing import make_options
 from cadsweep.pipeline.routes import mesh_in_blocks
 from cadsweep.pipeline.run import make_run

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from cadsweep import load
-from cadsweep.pipeline.stack_hints import StackHints
-from cadsweep.pipeline.stack_narrow import narrow_hints
-from cadsweep.pipeline.stacking import find_stacks
+from cadsweep.pipeline.columns.stack_narrow import narrow_hints
+from cadsweep.pipeline.columns.stacking import find_stacks
+from cadsweep.pipeline.wishes.stack_hints import StackHints
 from cadsweep.stacks import Widths
 from cadsweep.stacks.widths import pairs_across
 

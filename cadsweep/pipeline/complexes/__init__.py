@@ -1,0 +1,13 @@
+"""Parts of several cells: a plan for them, one skeleton, and a mesh that has passed its checks.
+
+============ =======================================================================================
+module       what it does
+============ =======================================================================================
+assemblies   solids that touch together, others side by side (`groups`, `beside`, `separate`)
+decomposing  a solid that is cut, by the searches in a table
+complexes    which cells, and a plan; `planning` as plain rows
+cells        the cells one after another on one skeleton; `corner_cells` those of blocks at corners
+several      from a plan to a checked mesh
+subsets      some of a part's cells alone
+============ =======================================================================================
+"""

@@ -1,0 +1,247 @@
+"""Which cells a part is meshed as, and how each is filled: a plan, found by cutting where the part as it is has none.
+
+Place in the flow: :mod:`.assemblies` and :mod:`.decomposing` ask for a plan; :mod:`.several` meshes it.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from ... import cad, decomposition, recognition
+from ...blocks.joined import neighbours_of
+from ...brep import Cut, Part, Solid
+from ...decomposition.curved import Found, find_cells
+from ...decomposition.tools import Tools
+from ...errors import NotSweepableError, PlanError
+from ...plan import Fill, Plan, list_ways, make_plan
+from ...sweep import Sweep
+from ..run import Run
+from .subsets import subset
+
+log = logging.getLogger(__name__)
+
+_FEW = 2
+"""Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
+
+_SAME = 1e-5
+"""Share of its volume and size by which a cell and its copy with more on it may differ."""
+
+_MOST_CONTACTS = 3
+"""Contacts of a solid that a refusal lists."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Complex:
+    """A part of several cells with a sweep for each; `model` is the part before it was cut."""
+
+    part: Part
+    plan: Plan
+    model: Part
+
+
+def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
+    """Find the sweeps of all cells, and one choice of them that agrees; cells that are in the way are cut.
+
+    Raises
+    ------
+    NotSweepableError
+        A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
+    """
+    candidates = recognition.sweeps_of_each(part.solids)
+    try:
+        return Complex(part=part, plan=make_plan(part, candidates), model=part)
+    except PlanError as error:
+        if not decompose:
+            raise _refused(part, candidates, error) from error
+    found = cut_until_planned(part, run)
+    if found.plan is None and len(part.models) > 1 and not run.is_late():
+        found = _cut_as_alone(part, run) or found
+    if found.plan is None:
+        raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
+    return as_complex(found, part)
+
+
+def as_complex(found: Found, model: Part) -> Complex:
+    """A part that has a plan, its notes saying what was cut of the model."""
+    assert isinstance(found.plan, Plan), "it has one"
+    notes = (*found.part.notes, *(f"cut along {cut}" for cut in found.cuts))
+    return Complex(part=replace(found.part, notes=notes, cuts=(*model.cuts, *found.cuts)), plan=found.plan, model=model)
+
+
+def with_caps_grown(found: Complex) -> Complex:
+    """Cells that are to be meshed, caps joined to the halves of the roundings around them where all still agree so."""
+    fills = [way.fill for way in found.plan.ways]
+    caps = [(*fill.source, *fill.target) if isinstance(fill, Sweep) else () for fill in fills]
+    joined = cad.join_halves(found.part, caps)
+    if joined is None:
+        return found
+    try:
+        return replace(found, part=joined, plan=make_plan(joined, [recognise(solid) for solid in joined.solids]))
+    except PlanError as error:
+        log.info("caps are not joined to their roundings: %s", error)
+        return found
+
+
+def cutting_tools(run: Run) -> Tools:
+    """What the search for cuts through solids of any kind is given."""
+    return Tools(
+        recognise=recognise,
+        make_plan=make_plan,
+        find_cutters=cad.find_cutters,
+        split=cad.split_cell,
+        on_progress=lambda n: run.on_progress(say_open(n), None),
+        is_late=run.is_late,
+    )
+
+
+def say_open(n: int) -> str:
+    """The stage as the progress shows it: how many cells are in the way still."""
+    return f"decomposition, {n} cells open" if n else "decomposition"
+
+
+def cut_until_planned(part: Part, run: Run) -> Found:
+    """Search for cuts; what came nearest where none help."""
+    found, n_parts = find_cells(cad.divide_corners(part) or part, cutting_tools(run))
+    log.info("%d parts looked at, %d cuts", n_parts, len(found.cuts))
+    return found
+
+
+def _cut_as_alone(part: Part, run: Run) -> Found | None:
+    """Solids cut as each is cut by itself, which goes on through what they touch, and further; None where it ends."""
+    tools, cuts, cut = cutting_tools(run), list[Cut](), part
+    for owner in range(len(part.models)):
+        cells = [cell for cell, own in enumerate(part.owners) if own == owner]
+        if len(cells) != 1 or recognise(part.solids[cells[0]]):
+            continue
+        own = subset(part, cells)
+        alone = cad.part_apart(own) or own
+        found, _ = find_cells(cad.divide_corners(alone) or alone, tools)
+        if found.plan is None:
+            continue
+        then = _cut_alike(cut, owner, found, tools)
+        if then is not None:
+            cut = then
+            cuts += found.cuts
+    if cut is part or run.is_late():
+        return None
+    log.info("solids cut as alone: %d cells", len(cut.solids))
+    found = cut_until_planned(cut, run)
+    return replace(found, cuts=(*cuts, *found.cuts))
+
+
+def _cut_alike(part: Part, owner: int, found: Found, tools: Tools) -> Part | None:
+    """A part whose solid is cut as it was by itself; None where a cut of it parts nothing here."""
+    for step in found.steps:
+        first, *others = (_same_cell(part, owner, solid) for solid in (step.cell, *step.others))
+        pieces = None
+        if first is not None:
+            pieces = tools.split(part, first, step.cutter, [cell for cell in others if cell is not None])
+        then = None if pieces is None else pieces.imprinted()
+        if then is None:
+            return None
+        part = then
+    return part
+
+
+def _same_cell(part: Part, owner: int, solid: Solid) -> int | None:
+    """The cell of a part that takes the place of a solid, whatever is imprinted on it; None where there is none."""
+    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
+    for cell, own in enumerate(part.solids):
+        same = abs(own.volume - solid.volume) <= _SAME * solid.volume and part.owners[cell] == owner
+        off = max(np.abs(own.vertices.min(axis=0) - low).max(), np.abs(own.vertices.max(axis=0) - high).max())
+        if same and off <= _SAME * solid.size:
+            return cell
+    return None
+
+
+def recognise(solid: Solid) -> list[Fill]:
+    """How a cell can be filled: sweeps that a plan can use, and blocks at its corners."""
+    blocks = recognition.find_corner_blocks(solid)
+    return [*_usable(solid), *([] if blocks is None else [blocks])]
+
+
+def _usable(solid: Solid) -> list[Sweep]:
+    """Sweeps found the fast way, and thoroughly only of cells that are nearly convex."""
+    for most_readings in (1, None):
+        sweeps = recognition.search_sweeps(solid, folds=False, most_readings=most_readings).sweeps
+        usable = [sweep for sweep in sweeps if list_ways([sweep])]
+        if usable or sum(edge.dihedral > pi + 1e-6 for edge in solid.edges) > _FEW:
+            return usable
+    return []
+
+
+def _refused(
+    part: Part, candidates: Sequence[Sequence[Sweep]], error: PlanError | None, found: Found | None = None
+) -> NotSweepableError:
+    """Why a part has no plan: the first cell without sweep and what it touches, or the faces that contradict."""
+    cuts = [f"cut along {cut}" for cut in (found.cuts if found else ())]
+    tried = f" after {len(cuts)} cuts" if cuts else ""
+    stuck = [cell for cell, own in enumerate(candidates) if not own]
+    refusal: NotSweepableError | None = None
+    for cell in stuck:
+        try:
+            recognition.find_sweeps(part.solids[cell])
+        except NotSweepableError as reason:
+            name = part.models[part.owners[cell]].name
+            others = _contacts(part, cell)
+            beside = f", which touches {', '.join(others)}" if others else ""
+            reasons = [f"{name}: {r}" for r in reason.reasons]
+            known = [part.solids[cell].faces[f].known for f in reason.faces]
+            refusal = NotSweepableError(
+                f"'{name}'{beside}, cannot be swept{tried}" if others else f"'{name}' cannot be swept{tried}",
+                where=reason.where,
+                reasons=[
+                    f"{name}: {reason.what}",
+                    *(f"{name} touches {other}" for other in others),
+                    *(f"{part.models[part.owners[j]].name}: {decomposition.why_left(part.solids[j])}" for j in stuck),
+                    *cuts,
+                    *reasons,
+                ],
+                faces=[f for f in known if f >= 0],
+            )
+            refusal.left = decomposition.outline_of([edge for j in stuck for edge in part.solids[j].edges])
+            break
+    if refusal is None:
+        at = error.faces if error is not None else found.conflict if found else ()
+        what, message = (error.what, error.message) if error is not None else 2 * (found.message if found else "",)
+        where = error.where if error is not None else _place(part, at)
+        refusal = NotSweepableError(f"{what}{tried}", where=where, reasons=[message, *cuts])
+        edges = [part.solids[cell].edges[e] for cell, face in at for e in part.solids[cell].faces[face].edges]
+        refusal.left = decomposition.outline_of(edges)
+        stuck = [cell for cell, _ in at]
+    refusal.solids = tuple(dict.fromkeys(part.models[part.owners[cell]].name for cell in stuck))
+    return refusal
+
+
+def _place(part: Part, faces: Sequence[tuple[int, int]]) -> str:
+    """The first of the faces on which cells do not agree."""
+    return next((part.solids[cell].faces[face].label() for cell, face in faces), "")
+
+
+def _contacts(part: Part, cell: int) -> list[str]:
+    """The solids that a cell touches, and where."""
+    beyond = neighbours_of(part)
+    found: dict[int, str] = {}
+    for face in part.solids[cell].faces:
+        other = beyond.get((cell, face.id))
+        if other is not None and part.owners[other[0]] != part.owners[cell]:
+            owner = part.owners[other[0]]
+            found.setdefault(owner, f"'{part.models[owner].name}' on {face.label()}")
+    return list(found.values())[:_MOST_CONTACTS]
+
+
+__all__ = [
+    "Complex",
+    "as_complex",
+    "cut_until_planned",
+    "cutting_tools",
+    "plan_cells",
+    "recognise",
+    "say_open",
+    "with_caps_grown",
+]

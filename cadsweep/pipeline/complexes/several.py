@@ -1,0 +1,392 @@
+"""A part of several cells: from a plan (:mod:`.complexes`) to a mesh that has passed its checks.
+
+Cells that share nothing with others are swept by themselves, with everything that a single solid gets (rings cut
+open, faces merged); those that touch are planned and meshed together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ... import smoothing
+from ...blocks.block_mesh import BlockMesh
+from ...blocks.cells import CellBlocks
+from ...blocks.finish import by_face, to_block_mesh, to_hex_mesh
+from ...blocks.interface_slides import find_interface_slides
+from ...blocks.joined import JoinedMesh
+from ...blocks.naming import NamedFaces, find_colors, name_faces
+from ...blocks.reference import make_references
+from ...brep import Part, Solid
+from ...corner_blocks import CornerBlocks
+from ...errors import InvertedHexError
+from ...estimate import estimate_counted
+from ...intervals import Wishes
+from ...mesh import HexMesh
+from ...options import SweepOptions
+from ...plan import Fill
+from ...quality import CadReference, QualityReport, check_mesh
+from ...quality.thickness import single_share
+from ...smoothing import Blocks, Slides
+from ...sweep import Intervals
+from ..candidates import SMOOTH_BELOW
+from ..finished.pairs import with_pairs
+from ..making import raised
+from ..nearness.cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
+from ..nearness.crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
+from ..nearness.nearer import COARSE, coarse
+from ..origin import CellsOrigin, made_of
+from ..refusing import refusal
+from ..run import Run, measured
+from .cells import expected_cells
+from .complexes import Complex
+
+_THIN_SHARE = 0.2
+"""Part of the boundary's area with one hexahedron to the other side from which on the mesh's notes say so."""
+
+_MOST_OPENED = 10**6
+"""Hexahedra of a mesh in blocks up to which it is opened to see how thick it is; memory is what blocks are to save."""
+
+
+def mesh_complex(
+    found: Complex, options: SweepOptions, run: Run, wishes: Wishes, *, slide: bool = True
+) -> HexMesh | BlockMesh:
+    """Mesh a planned part, check every solid of it, and smooth where that is needed.
+
+    Without `slide` nodes on faces that are no contacts stay: so poor cells are seen to be poor while others may be had.
+
+    Raises
+    ------
+    InvertedHexError
+        The mesh is not valid, and the user does not allow that.
+    SurfaceMeshError, ProjectionError
+        A face or a layer cannot be meshed.
+    """
+    finer: list[str] = []
+    rounds = 0 if options.size is not None and options.tolerance is None else MOST_ROUNDS  # a size that is named stays
+    for tried in range(1 + rounds):
+        made, off = accurate_cells(found.part, found.plan, options, run, wishes, found.model)
+        cells, counts, notes = made
+        expected = expected_cells(found.part, found.plan, wishes)
+        n_quads = cells.n_hexes // expected.n_layers
+        run.expects(estimate_counted(expected, n_quads, cells.n_hexes), settled=True)
+        try:
+            mesh = _finished(found, cells, counts, options, run, [*finer, *notes], off, slide=slide)
+            break
+        except InvertedHexError as error:
+            divided = finer_where_crossing(found.part, cells, counts, error, wishes) if tried < rounds else None
+            if divided is None:
+                raise
+            wishes, finer = divided, [FINER]
+    mesh = replace(mesh, info={**mesh.info, "way": _way(found)})
+    return mesh if isinstance(mesh, BlockMesh) else with_pairs(made_of(mesh, found.model))
+
+
+def _way(found: Complex) -> str | dict[str, str]:
+    """How the solid was filled; of several by name."""
+    part, filled = found.part, dict[str, str]()
+    for owner, way in zip(part.owners, found.plan.ways, strict=True):
+        name = part.models[owner].name
+        is_one = name not in filled and not isinstance(way.fill, CornerBlocks)
+        filled[name] = "sweep" if is_one else "cells"
+    return filled if len(part.models) > 1 else filled[part.models[0].name]
+
+
+def _finished(  # noqa: PLR0917
+    found: Complex,
+    cells: CellBlocks,
+    counts: Sequence[Intervals],
+    options: SweepOptions,
+    run: Run,
+    notes: list[str],
+    off: Found | None,
+    *,
+    slide: bool,
+) -> HexMesh | BlockMesh:
+    """The mesh of a planned part's cells, checked."""
+    part, plan = found.part, found.plan
+    return finish(
+        part,
+        cells,
+        options,
+        run,
+        notes=notes,
+        found=off,
+        slide=slide,
+        sweeps=[
+            _described(solid, way.fill, own) | {"cell": cell, "solid": part.models[owner].name}
+            for cell, (solid, way, own, owner) in enumerate(
+                zip(part.solids, plan.ways, counts, part.owners, strict=True)
+            )
+        ],
+    )
+
+
+def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
+    """What a mesh's record says of one cell."""
+    if isinstance(fill, CornerBlocks):
+        return {"source": [], "target": [], "layers": 0, "corners": len(fill.corners)}
+    caps = {"source": fill.source, "target": fill.target}
+    shown = {name: [solid.faces[f].shown for f in own] for name, own in caps.items()}
+    return shown | {"layers": counts.n_layers}
+
+
+def finish(
+    part: Part,
+    cells: JoinedMesh | CellBlocks,
+    options: SweepOptions,
+    run: Run,
+    *,
+    notes: Sequence[str] = (),
+    sweeps: Sequence[dict[str, Any]] = (),
+    slides: Callable[[], Slides] | None = None,
+    found: Found | None = None,
+    slide: bool = True,
+) -> HexMesh | BlockMesh:
+    """Name, check, smooth and check again a mesh of the cells of a part; of blocks in memory, or as blocks.
+
+    `found`: how far it is off its faces, where that is known.
+
+    Raises
+    ------
+    InvertedHexError
+        The mesh is not valid, and the user does not allow that.
+    """
+    names = name_faces(part, cells.roles)
+    volume = sum(model.volume for j, model in enumerate(part.models) if j in part.owners) * part.scale**3
+    info: dict[str, Any] = {
+        "part": part.name,
+        "material": next((m.material for m in part.models if m.material), None) if len(part.models) == 1 else None,
+        "materials": {m.name: m.material for m in part.models if m.material},
+        "cad_volume": volume,
+        "sweeps": list(sweeps),
+        "blocks": _block_sizes(cells),
+        "names": dict(part.names),
+        "colors": find_colors(part, names),
+        "distance": boundary_distance(part, cells, names, found) * part.scale,
+        "notes": [*part.notes, *notes],
+        "seconds": run.seconds,
+    }
+    check_coarse_solids(part, cells, names, options)
+    mesh: HexMesh | BlockMesh
+    if isinstance(cells, CellBlocks) and run.in_blocks:
+        mesh = checked_blocks(part, cells, names, options, run, info=info, slides=slides, slide=slide)
+    else:
+        with run.stage("assembly"):
+            joined = cells.joined() if isinstance(cells, CellBlocks) else cells
+        slides = slides or find_slides(part, joined, names, options, outside=slide)
+        mesh = checked_cells(
+            part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
+            slides=slides,
+        )  # fmt: skip
+        if isinstance(cells, CellBlocks):
+            mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
+    report = mesh.info["quality"]
+    if not report.valid and not options.allow_inverted:
+        error = refusal(report)
+        error.solids = _at_fault(mesh, report)
+        raise error
+    if options.order > 1 and not (options.allow_coarse or options.allow_inverted or options.refine):
+        off = report.volume / volume - 1.0
+        if abs(off) > COARSE:
+            raise coarse(f"its volume is {off:+.1%} off the CAD's")
+    if options.refine:
+        return mesh
+    if isinstance(mesh, HexMesh):
+        return _with_thickness(mesh, mesh)
+    assert isinstance(cells, CellBlocks), "what is in blocks was made of them"
+    if cells.n_hexes > _MOST_OPENED:
+        return mesh
+    return _with_thickness(mesh, to_hex_mesh(part, cells.joined(), names, {}))
+
+
+def _block_sizes(cells: JoinedMesh | CellBlocks) -> list[int] | None:
+    """Hexahedra of every block, where there are several."""
+    sizes = [own.n_hexes for own in cells.cells] if isinstance(cells, CellBlocks) else list(cells.columns)
+    return sizes if len(sizes) > 1 else None
+
+
+def _with_thickness(mesh: HexMesh | BlockMesh, placed: HexMesh) -> HexMesh | BlockMesh:
+    """The mesh, with a note where much of it, `placed` in memory, is one hexahedron thick."""
+    share = single_share(placed.points, placed.hexes, placed.boundaries.values())
+    if share <= _THIN_SHARE:
+        return mesh
+    note = (
+        f"between {share:.0%} of the boundary there is one hexahedron from side to side: too stiff to bend, "
+        "take a smaller size or more layers"
+    )
+    return replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], note]})
+
+
+def checked_blocks(
+    part: Part,
+    cells: CellBlocks,
+    names: NamedFaces,
+    options: SweepOptions,
+    run: Run,
+    *,
+    info: dict[str, Any],
+    slides: Callable[[], Slides] | None = None,
+    slide: bool = True,
+) -> BlockMesh:
+    """Check cells that stay in blocks, and smooth them where that is needed, as :func:`checked_cells` does.
+
+    While it is smoothed the mesh is in memory: what is to be moved may be anywhere, and have any neighbours.
+    """
+    references = make_references(part, names)
+
+    def checked(cells: CellBlocks) -> tuple[BlockMesh, QualityReport]:
+        with run.stage("assembly"):
+            mesh = to_block_mesh(part, cells, names, info)
+        with run.stage("quality"):
+            return mesh, measured(mesh, references, run)
+
+    mesh, report = checked(cells)
+    if _is_poor(report, options, SMOOTH_BELOW):
+        joined = cells.joined()
+        slides = slides or find_slides(part, joined, names, options, outside=slide)
+        better = _smoothed(joined, names, run, asked=options.size is not None, slides=slides)
+        info["notes"] += better.steps
+        if len(better.nodes):
+            mesh, report = checked(cells.moved(better.nodes, better.positions))
+    return replace(mesh, info={**mesh.info, "quality": report})
+
+
+def checked_cells(
+    part: Part,
+    joined: JoinedMesh,
+    names: NamedFaces,
+    options: SweepOptions,
+    run: Run,
+    *,
+    make: Callable[[JoinedMesh, dict[str, Any]], HexMesh],
+    info: dict[str, Any],
+    smooth_below: float = SMOOTH_BELOW,
+    goal: float = smoothing.GOAL,
+    kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
+    references: CadReference | Mapping[str, CadReference] | None = None,
+) -> HexMesh:
+    """Check a mesh of cells, smooth it where that is needed, raise its order and check it again.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the mesh of `joined`, or of it with other points, with names and `info`.
+    smooth_below : float
+        Worst scaled Jacobian below which it is smoothed, valid or not.
+    goal : float
+        Scaled Jacobian that smoothing tries to reach.
+    kept : (n,) bool or None
+        Nodes that smoothing must not move, besides those on the model's faces.
+    slides : callable or None
+        Gives the nodes on the model's faces that smoothing may move on these.
+    references : optional
+        What the CAD model says that the mesh must be, where that is not what its solids say by name.
+
+    Returns
+    -------
+    HexMesh
+        With its report as ``info["quality"]``, valid or not.
+    """
+    if references is None:
+        references = make_references(part, names)
+
+    def checked(joined: JoinedMesh) -> tuple[HexMesh, QualityReport]:
+        with run.stage("assembly"):
+            mesh = make(joined, info)
+        with run.stage("quality"):
+            return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
+
+    mesh, report = checked(joined)
+    if _is_poor(report, options, smooth_below):
+        better = _smoothed(joined, names, run, asked=options.size is not None, goal=goal, kept=kept, slides=slides)
+        info["notes"] += better.steps
+        if len(better.nodes):
+            points = joined.points.copy()
+            points[better.nodes] = better.positions
+            joined = joined.moved(points)
+            mesh, report = checked(joined)
+    origin = CellsOrigin(model=part, part=part, joined=joined, names=names, options=options)
+    if options.order > 1 and (report.valid or options.allow_inverted):
+        with run.stage(f"order {options.order}"):
+            mesh = raised(mesh, origin.entities, options)
+        with run.stage("quality"):
+            report = check_mesh(mesh, cad=references)
+    return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
+
+
+def _is_poor(report: QualityReport, options: SweepOptions, smooth_below: float) -> bool:
+    """Whether a mesh is to be smoothed."""
+    return options.smoothing and bool(report.min_scaled_jacobian < smooth_below or report.n_inverted)
+
+
+def _smoothed(
+    joined: JoinedMesh,
+    names: NamedFaces,
+    run: Run,
+    *,
+    asked: bool,
+    goal: float = smoothing.GOAL,
+    kept: np.ndarray | None = None,
+    slides: Callable[[], Slides] | None = None,
+) -> smoothing.Smoothed:
+    with run.stage("smoothing"):
+        fixed = fixed_nodes(joined, names)
+        blocks = Blocks(joined.hexes, len(joined.points))
+        return smoothing.improve(
+            joined.points,
+            blocks,
+            fixed=fixed if kept is None else fixed | kept,
+            goal=goal,
+            slides=None if slides is None else slides(),
+            is_over=partial(run.ends_polishing, asked=asked),
+        )
+
+
+def find_slides(
+    part: Part, joined: JoinedMesh, names: NamedFaces, options: SweepOptions, *, outside: bool
+) -> Callable[[], Slides] | None:
+    """What finds the nodes on faces and edges that smoothing may move; None where their places are asked for."""
+    if options.wall_layers or not (outside or names.between):
+        return None
+    matched = bool(options.periodic)
+    return lambda: find_interface_slides(
+        part,
+        joined,
+        names,
+        along_edges=not (options.biases or matched),
+        outside=not matched,
+        curved=options.tolerance is None,
+    )
+
+
+def _at_fault(mesh: HexMesh | BlockMesh, report: QualityReport) -> tuple[str, ...]:
+    """The parts of a mesh that its problems are about."""
+    said = [name for name in mesh.parts if any(problem.startswith(f"part '{name}'") for problem in report.problems)]
+    inverted = [bad.id for bad in report.worst if bad.scaled_jacobian <= 0]
+    if isinstance(mesh, BlockMesh):
+        there = {mesh.part_of(number) for number in inverted}
+        return tuple(said) or tuple(name for name in mesh.parts if name in there)
+    return tuple(said) or tuple(name for name, ids in mesh.parts.items() if np.isin(inverted, ids).any())
+
+
+def fixed_nodes(joined: JoinedMesh, names: NamedFaces) -> np.ndarray:
+    """Nodes (n,) on faces of the model; those on cuts alone are free."""
+    fixed = np.zeros(len(joined.points), dtype=bool)
+    for place, quads in by_face(joined):
+        if names.of(place):
+            fixed[quads] = True
+    return fixed
+
+
+__all__ = [
+    "checked_cells",
+    "finish",
+    "fixed_nodes",
+    "mesh_complex",
+]

@@ -1,0 +1,349 @@
+"""The same mesh on another part: equal connectivity, names and numbering, nodes that move smoothly with the part.
+
+Place in the flow: ``sweep_mesh(part, like=mesh)`` comes here instead of looking for a sweep of its own.
+
+Method: what two variants of a part have in common are the faces and edges of the model, and not the cuts through it. So
+its faces, edges and vertices are paired with those of the mesh's part (:mod:`.matching`); nodes on edges keep their
+fractions of arc length, and every face is carried by the map of its boundary (:mod:`cadsweep.projection.carried`). All
+that is inside, nodes on cuts included, follows the map of the whole boundary (:mod:`cadsweep.projection.inside`); of
+one sweep the layers are placed anew between their rings, and what smoothing moved there moves with the local linear
+part of the map between the rings. All of this is a smooth function of the part. All checks are made; where a hex is
+invalid or far worse than it was there, smoothing is tried; where it stays invalid, the part is refused.
+
+Not handled: parts whose faces do not pair.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from ...arrays import FloatArray, IntArray
+from ...blocks.block import FactoredMesh
+from ...blocks.joined import JoinedMesh
+from ...blocks.naming import NamedFaces
+from ...blocks.reference import volume_doubt
+from ...brep import Part
+from ...errors import CadError, CadSweepError, InputError, NotSweepableError
+from ...mesh import HexMesh
+from ...options import SweepOptions
+from ...projection import project_layers
+from ...projection.carried import carry_face
+from ...projection.inside import carry_inside
+from ...projection.target import sweep_normals, worst_corner
+from ...quality import scaled_jacobians
+from ...surface.spacing import fit_linear_parts
+from ..attempts import open_and_find
+from ..complexes.groups import make_group, put_together
+from ..complexes.several import checked_cells
+from ..complexes.subsets import chosen_solids, separated, subset, touching_groups
+from ..nearness.cells_accuracy import boundary_distance
+from ..origin import CellsOrigin
+from ..refusing import carried_refusal, poor_carried
+from ..routes import open_part
+from ..run import Run
+from .graphs import FirstIds, first_ids, graph_of_part
+from .matching import Match, match_graphs
+from .refinement import refined
+from .template import AnyTemplate, GroupsTemplate, Template, make_template
+from .template_files import load_template
+
+STEPS = 4
+"""Steps in which a boundary that moves far is followed; more of them mended no more of what folded."""
+
+OWN = (
+    *(
+        "size",
+        "tolerance",
+        "layers",
+        "bias",
+        "fractions",
+        "sizes",
+        "counts",
+        "rail_layers",
+        "biases",
+        "wall_layers",
+        "periodic",
+        "local_sizes",
+    ),
+    *("cuts", "decompose", "decompose_time", "fitted", "only", "skip", "interfaces"),
+)
+"""Options that a mesh brings along, so that none may be asked for besides."""
+
+
+def as_template(like: Any) -> AnyTemplate:
+    """A mesh, a file of factors or a template as a template.
+
+    Raises
+    ------
+    InputError
+        It is none of these, or a mesh that does not know its CAD model.
+    """
+    if isinstance(like, AnyTemplate):
+        return like
+    if isinstance(like, HexMesh):
+        return make_template(like, "a mesh to be like")
+    if isinstance(like, str | PathLike):
+        return load_template(like)
+    raise InputError(f"like must be a mesh or a .sweep.npz file, not {type(like).__name__}")
+
+
+def mesh_like(source: Any, template: AnyTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    """Mesh a part as another one is meshed.
+
+    Raises
+    ------
+    CadError
+        The parts do not correspond; names the first face or edge without a partner.
+    InvertedHexError
+        The mesh carried here is not valid, and smoothing does not mend it.
+    InputError
+        Options that the mesh brings along are asked for.
+    """
+    for name in OWN:
+        if getattr(options, name) not in (None, SweepOptions.__dataclass_fields__[name].default):
+            raise InputError(f"like brings its own {name}; leave that out")
+    part = open_part(source, options, run)
+    return refined(_part_like(part, template, replace(options, params=None, part=None), run), options, run)
+
+
+def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    if isinstance(template, GroupsTemplate):
+        return _groups_like(part, template, options, run)
+    part = _meshed_solids(part, template.solids)
+    n_solids = len(template.first_faces)
+    if len(part.solids) != n_solids:
+        raise CadError(
+            f"the parts do not correspond: the mesh's part has {n_solids} solid{'s' * (n_solids > 1)}, and "
+            f"'{part.name}' has {len(part.solids)}; choose with part= or only="
+        )
+    with run.stage("recognition"):
+        part, match = _paired(part, template)
+    starts = first_ids(part)
+    with run.stage("surface"):
+        known, places = _boundary(template, match, part)
+    with run.stage("projection"):
+        factored = None
+        if isinstance(template.factored, FactoredMesh):
+            factored = _swept(template.factored, known, places, residual=template.residual)
+            factored = replace(factored, scale=part.scale, offset=part.offset)
+        points = _carried(template, known, places) if factored is None else factored.working_points()
+    joined, names = _joined(template, match, part, starts, points), _names(template, match, starts)
+    twins = None
+    if template.twins is not None:
+        twins = {match.edges[t][0]: match.edges[e][0] for t, e in template.twins.items()}
+    origin = CellsOrigin(
+        model=part,
+        part=part,
+        joined=joined,
+        names=names,
+        options=options,
+        cells=factored,
+        twins=twins,
+        is_swept=template.is_swept,
+    )
+    old = template.mesh
+    info: dict[str, Any] = {
+        **{key: value for key, value in old.info.items() if key in ("sweeps", "colors", "way")},
+        "part": part.name,
+        "material": next((m.material for m in part.models if m.material), None) if len(part.models) == 1 else None,
+        "materials": {m.name: m.material for m in part.models if m.material},
+        "cad_volume": sum(model.volume for model in part.models) * part.scale**3,
+        "cad_volume_doubt": sum(volume_doubt(solid) for solid in part.solids) * part.scale**3,
+        "names": dict(part.names),
+        "distance": boundary_distance(part, joined, names) * part.scale,
+        "notes": [*part.notes, f"meshed like '{old.info.get('part', 'another part')}'"],
+        "seconds": run.seconds,
+    }
+
+    def make(own: JoinedMesh, info: dict[str, Any]) -> HexMesh:
+        return replace(old, points=part.to_model(own.points), info=info)
+
+    mesh = checked_cells(
+        part,
+        joined,
+        names,
+        options,
+        run,
+        make=make,
+        info=info,
+        smooth_below=poor_carried(template.points, old.hexes),
+        references=origin.references,
+    )
+    report = mesh.info["quality"]
+    if not report.valid and not options.allow_inverted:
+        raise carried_refusal(report, part.name)
+    return replace(mesh, origin=replace(origin, joined=mesh.origin.joined))
+
+
+def _paired(part: Part, template: Template) -> tuple[Part, Match]:
+    """The part as the mesh's was made ready, and the partners of the template's entities in it."""
+    ready = [part]
+    if template.is_swept and len(part.solids) == 1:
+        # It needs no sweep of its own, and the user's choice of caps has its answer in the template.
+        with suppress(NotSweepableError, InputError):
+            ready.insert(0, open_and_find(part, *template.choice)[0])
+    first: CadSweepError | None = None
+    for one in ready:
+        try:
+            return one, match_graphs(template.graph, graph_of_part(one))
+        except CadError as error:
+            first = first or error
+    assert first is not None
+    raise first
+
+
+def _swept(old: FactoredMesh, known: IntArray, places: FloatArray, *, residual: bool) -> FactoredMesh:
+    """The factors of one sweep between other places of its boundary."""
+    n, how = old.structure.n_nodes, old.sweep
+    points = np.full((old.n_node_layers * n, 3), np.nan)
+    points[known] = places
+    layers = points.reshape(-1, n, 3)
+    if old.structure.periodic:
+        layers = np.concatenate([layers, layers[:1]])
+    rings = layers[:, np.concatenate(how.loops)]
+    placed = project_layers(
+        layers[0],
+        how.quads,
+        rings,
+        loops=how.loops,
+        functional=how.functional,
+        strategy=how.strategy,
+        target_points=layers[-1],
+        residual=residual,
+    )
+    return replace(old, sweep=placed, moved_points=_moved(old, placed.points, rings))
+
+
+def _moved(old: FactoredMesh, place: Any, rings: FloatArray) -> FloatArray:
+    """Where the nodes go that smoothing moved in the template: by as much, in the map between the rings."""
+    moved = old.moved_points.copy()
+    n, n_layers = old.structure.n_nodes, old.structure.n_layers
+    layers, nodes = np.divmod(old.moved_nodes, n)
+    for k in np.unique(layers).tolist():
+        chosen = layers == k
+        near = slice(max(0, min(k - 1, n_layers - 2)), max(k + 2, 3))
+        source, image = old.sweep.rings[near].reshape(-1, 3), rings[near].reshape(1, -1, 3)
+        linear = fit_linear_parts(source, image)[0]
+        shift = moved[chosen] - old.sweep.layer(k)[nodes[chosen]]
+        moved[chosen] = place(slice(k, k + 1))[0][nodes[chosen]] + shift @ linear.T
+    return moved
+
+
+def _carried(template: Template, known: IntArray, places: FloatArray) -> FloatArray:
+    """All nodes; where folded hexes would come of it, they go to their places in steps."""
+    hexes = template.mesh.hexes[:, :8]
+    points = carry_inside(template.points, hexes, known, places)
+    if scaled_jacobians(points, hexes).min() > 0.0:
+        return points
+    return carry_inside(template.points, hexes, known, places, n_steps=STEPS)
+
+
+def _meshed_solids(part: Part, wanted: dict[str, Any]) -> Part:
+    """The solids that a mesh was made of, sharing what they shared there."""
+    part = chosen_solids(part, only=wanted["only"], skip=wanted["skip"])
+    return separated(part) if wanted["interfaces"] == "separate" else part
+
+
+def _groups_like(part: Part, template: GroupsTemplate, options: SweepOptions, run: Run) -> HexMesh:
+    """Solids that do not all touch: each group of them as its partner, which has the same names."""
+    part = _meshed_solids(part, template.solids)
+    owners = {model.name: [c for c, own in enumerate(part.owners) if own == j] for j, model in enumerate(part.models)}
+    known = {name for names, _ in template.groups for name in names}
+    for here, there, whose in ((known, owners, "this part"), (owners, known, "the mesh's part")):
+        for name in sorted(here):
+            if name not in there:
+                raise CadError(f"the parts do not correspond: there is no solid '{name}' in {whose}")
+    present = {frozenset(part.models[part.owners[c]].name for c in cells) for cells in touching_groups(part)}
+    groups = []
+    for names, own in template.groups:
+        if frozenset(names) not in present:
+            raise CadError(
+                f"the parts do not correspond: '{names[0]}' touches other solids here than in the mesh's part"
+            )
+        alone = subset(part, sorted(cell for name in names for cell in owners[name]))
+        groups.append(make_group(alone, _part_like(alone, own, options, run)))
+    return put_together(part, groups, replace(options, **template.solids), run)
+
+
+def _boundary(template: Template, match: Match, part: Part) -> tuple[IntArray, FloatArray]:
+    """The nodes on all faces, and their places, working units."""
+    points = np.full_like(template.points, np.nan)
+    corners = np.concatenate([solid.vertices for solid in part.solids])
+    curves = [edge.curve for solid in part.solids for edge in solid.edges]
+    surfaces = [face.surface for solid in part.solids for face in solid.faces]
+    done = {other for own in template.graph.shared_edges for other in own[1:]}
+    for edge, (nodes, fractions) in template.edges.items():
+        if edge not in done:
+            there, same = match.edges[edge]
+            own = np.isfinite(fractions)
+            at = fractions[own] if same else 1.0 - fractions[own]
+            points[nodes[own]] = curves[there].evaluate(at)
+    for vertex, node in enumerate(template.vertices.tolist()):
+        if node >= 0:
+            points[node] = corners[match.vertices[vertex]]
+    along = dict[int, tuple[FloatArray | None, float]]()
+    for face, meshed in sorted(template.faces.items(), key=lambda item: item[0] not in template.answers):
+        loops = meshed.loops()
+        boundary, surface = points[meshed.nodes[np.concatenate(loops)]], surfaces[match.faces[face]]
+        if np.isnan(boundary).any():
+            label = template.graph.face_labels[face]
+            raise CadError(f"the parts do not correspond: {label} has an outline that is on no edge")
+        step, good = along.get(face, (None, 1.0))
+        carried = carry_face(meshed, boundary, loops, surface, shift=step, good=good)
+        points[meshed.nodes] = carried
+        if face in template.answers:
+            # Where the source is relaxed, the target goes along: apart, the two would twist the layers between them.
+            step = carried - carry_face(meshed, boundary, loops, surface, relax=False)
+            target = template.faces[template.answers[face]]
+            if step.any() and len(target.nodes) == len(step):
+                opposite = points[target.nodes[np.concatenate(loops)]]
+                linear = fit_linear_parts(boundary, opposite[None])[0]
+                normals = sweep_normals(carried, meshed.quads, surface)
+                along[template.answers[face]] = step @ linear.T, worst_corner(carried, meshed.quads, normals)
+    known = np.unique(template.quads)
+    return known, points[known]
+
+
+def _place(starts: tuple[int, ...], number: int) -> tuple[int, int]:
+    """Solid, and id there, of an id that runs through all solids."""
+    solid = int(np.searchsorted(starts, number, side="right")) - 1
+    return solid, number - starts[solid]
+
+
+def _joined(template: Template, match: Match, part: Part, starts: FirstIds, points: FloatArray) -> JoinedMesh:
+    """The mesh in terms of the part's solids, which are its cells here."""
+    faces = np.array([match.faces[f] for f in range(len(template.graph.loops))], dtype=np.int64)[template.quad_faces]
+    cells = np.searchsorted(starts.faces, faces, side="right") - 1
+    edge_nodes = {}
+    for edge, (nodes, _) in template.edges.items():
+        there, same = match.edges[edge]
+        solid, own = _place(starts.edges, there)
+        edge_nodes[int(part.solids[solid].edge_keys[own])] = nodes if same else nodes[::-1]
+    solids = np.array([_place(starts.faces, match.faces[face])[0] for face in template.first_faces], dtype=np.int64)
+    return JoinedMesh(
+        points=points,
+        hexes=template.mesh.hexes,
+        hex_cells=solids[template.hex_solids],
+        quads=template.quads,
+        quad_cells=cells,
+        quad_faces=faces - np.array(starts.faces)[cells],
+        edge_nodes=edge_nodes,
+    )
+
+
+def _names(template: Template, match: Match, starts: FirstIds) -> NamedFaces:
+    """What the part's faces are called: as their partners."""
+
+    def there(face: int) -> tuple[int, int]:
+        return _place(starts.faces, match.faces[face])
+
+    return NamedFaces(
+        outside={there(face): names for face, names in template.outside.items()},
+        between={there(face): names for face, names in template.between.items()},
+        first={there(face): face in template.first for face in template.between},
+    )

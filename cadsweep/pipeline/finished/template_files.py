@@ -1,0 +1,237 @@
+"""Meshes with what others need to be like them, as ``.sweep.npz`` files.
+
+Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. The
+mesh of one sweep is kept as its factors (:mod:`cadsweep.blocks.files`), one of blocks as theirs
+(:mod:`cadsweep.blocks.cell_files`), any other as its arrays; of solids that do not touch the file holds one after
+another, each with a number before its names. Pairs of nodes on periodic faces stand beside any of them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from os import PathLike
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ...arrays import FloatArray, IntArray
+from ...blocks.block import FactoredMesh
+from ...blocks.cell_files import cells_as_arrays, cells_from_arrays
+from ...blocks.files import factor_arrays, factored_of_arrays, has_factors, reading
+from ...brep import Units
+from ...errors import InputError
+from ...mesh import HexMesh
+from ...projection.carried import MeshedFace
+from .graphs import Graph
+from .template import AnyTemplate, FactoredCells, GroupsTemplate, Template, make_template
+
+_CELLS, _GROUPS, _PAIRS = "cells_", "groups_", "pairs_"
+_UV, _FACTORS, _SCALE = "uv_", "factors_", "scale"
+
+
+def save_template(mesh: HexMesh, stream: BinaryIO) -> None:
+    """Write a mesh of order 1 so that others can be made like it."""
+    arrays = _arrays(make_template(mesh, "a file of factors"))
+    np.savez_compressed(stream, **arrays | {_PAIRS + names: nodes for names, nodes in mesh.periodic.items()})
+
+
+def load_template(path: str | PathLike[str]) -> AnyTemplate:
+    """Read what :func:`save_template` wrote.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, something else, or says nothing of the CAD model.
+    """
+    with reading(path) as arrays:
+        return _template(arrays, str(path))
+
+
+def load_mesh(path: str | PathLike[str]) -> HexMesh:
+    """The mesh of a file; raises as :func:`load_template`."""
+    with reading(path) as arrays:
+        own = _own(arrays, _CELLS) or _own(arrays, _GROUPS)
+        is_swept = has_factors(arrays) or not own
+        mesh = factored_of_arrays(arrays).to_mesh() if is_swept else _mesh_of_arrays(own)
+        return replace(mesh, periodic=_own(arrays, _PAIRS))
+
+
+def _arrays(template: AnyTemplate) -> dict[str, Any]:
+    if isinstance(template, Template):
+        factors = factor_arrays(template.factored) if isinstance(template.factored, FactoredMesh) else {}
+        return {**factors, **{_CELLS + name: array for name, array in _template_arrays(template).items()}}
+    text = {"groups": [names for names, _ in template.groups], "solids": template.solids}
+    arrays: dict[str, Any] = {"groups": np.array(json.dumps(text)), **_mesh_arrays(template.mesh)}
+    for number, (_, own) in enumerate(template.groups):
+        arrays |= {f"{number}_{name}": array for name, array in _arrays(own).items()}
+    return {_GROUPS + name: array for name, array in arrays.items()}
+
+
+def _own(arrays: dict[str, Any], prefix: str) -> dict[str, Any]:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+def _template(arrays: dict[str, Any], path: str) -> AnyTemplate:
+    cells, groups = _own(arrays, _CELLS), _own(arrays, _GROUPS)
+    if cells:
+        return _template_of_arrays(cells, factored_of_arrays(arrays) if has_factors(arrays) else None)
+    if groups:
+        text = json.loads(str(groups["groups"]))
+        return GroupsTemplate(
+            groups=tuple(
+                (_tuples(names), _template(_own(groups, f"{number}_"), path))
+                for number, names in enumerate(text["groups"])
+            ),
+            mesh=_mesh_of_arrays(groups),
+            solids=text["solids"],
+        )
+    factored_of_arrays(arrays)  # which says what is wrong, if it is no such file
+    raise InputError(f"{path}: this file of factors says nothing of the CAD model's faces; write it anew")
+
+
+def _template_arrays(template: Template) -> dict[str, Any]:
+    """A template as arrays; factors of one sweep, and so its nodes and hexes, stand beside them."""
+    factored = template.factored
+    text = {
+        "graph": {name: getattr(template.graph, name) for name in Graph.__dataclass_fields__},
+        "outside": sorted(template.outside.items()),
+        "between": sorted(template.between.items()),
+        "first_faces": template.first_faces,
+        "first": template.first,
+        "solids": template.solids,
+        "faces": list(template.faces),
+        "edges": list(template.edges),
+        "answers": sorted(template.answers.items()),
+        "twins": None if template.twins is None else sorted(template.twins.items()),
+        "is_swept": template.is_swept,
+        "residual": template.residual,
+        "choice": template.choice if _is_plain(template.choice) else (None, None),
+    }
+    arrays: dict[str, Any] = {
+        "text": np.array(json.dumps(text)),
+        "hex_solids": _runs_of(template.hex_solids),
+        "quads": template.quads,
+        "quad_faces": template.quad_faces,
+        "vertices": template.vertices,
+    }
+    if not isinstance(factored, FactoredMesh):
+        arrays |= _mesh_arrays(template.mesh, placed=factored is None)
+    if factored is None:
+        arrays["points"] = template.points
+    elif isinstance(factored, FactoredCells):
+        arrays |= {_FACTORS + name: array for name, array in cells_as_arrays(factored.cells).items()}
+        arrays |= {_SCALE: np.array(factored.units.scale), "offset": factored.units.offset}
+    arrays |= {f"{_UV}{face}": meshed.uv for face, meshed in template.faces.items() if meshed.uv is not None}
+    for edge, (nodes, fractions) in template.edges.items():
+        arrays[f"on_{edge}"], arrays[f"at_{edge}"] = nodes, fractions
+    return arrays
+
+
+def _is_plain(value: Any) -> bool:
+    try:
+        json.dumps(value)
+    except TypeError:
+        return False
+    return True
+
+
+def _template_of_arrays(own: Mapping[str, Any], swept: FactoredMesh | None) -> Template:
+    """The template again, of a mesh of one sweep with its factors."""
+    text = json.loads(str(own["text"]))
+    quads, ids, hex_solids = own["quads"], own["quad_faces"], own["hex_solids"]
+    factored = swept or _factored_of_arrays(own)
+    if isinstance(factored, FactoredMesh):
+        points, mesh = factored.working_points(), factored.to_mesh()
+    elif factored is not None:
+        points, placed, hexes = factored.placed()
+        mesh = _named(own, placed, hexes)
+    else:
+        points, mesh = own["points"], _mesh_of_arrays(own)
+    twins = text.get("twins")
+    return Template(
+        points=points,
+        mesh=mesh,
+        graph=Graph(**{name: _tuples(value) for name, value in text["graph"].items()}),
+        hex_solids=_values_of_runs(hex_solids) if hex_solids.ndim == 2 else hex_solids,
+        quads=quads,
+        quad_faces=ids,
+        faces={face: _meshed_face(quads[ids == face], points, own.get(f"{_UV}{face}")) for face in text["faces"]},
+        edges={edge: (own[f"on_{edge}"], own[f"at_{edge}"]) for edge in text["edges"]},
+        vertices=own["vertices"],
+        outside={face: tuple(names) for face, names in text["outside"]},
+        between={face: tuple(names) for face, names in text["between"]},
+        first_faces=tuple(text["first_faces"]),
+        first=tuple(text["first"]),
+        solids=text["solids"],
+        factored=factored,
+        answers=dict(text.get("answers", ())),
+        twins=None if twins is None else dict(twins),
+        is_swept=text.get("is_swept", False),
+        choice=tuple(text.get("choice", (None, None))),
+        residual=text.get("residual", True),
+    )
+
+
+def _meshed_face(quads: IntArray, points: FloatArray, uv: FloatArray | None) -> MeshedFace:
+    """A meshed face again, from its quads and its parameters."""
+    nodes, local = np.unique(quads, return_inverse=True)
+    return MeshedFace(nodes=nodes, quads=local.reshape(-1, 4), points=points[nodes], uv=uv)
+
+
+def _mesh_arrays(mesh: HexMesh, *, placed: bool = True) -> dict[str, Any]:
+    """A mesh of order 1 as arrays, for a numpy archive; without nodes and hexes where it is not `placed`."""
+    named = {kind: getattr(mesh, kind) for kind in ("boundaries", "interfaces", "parts")}
+    text = {
+        "names": {kind: list(own) for kind, own in named.items()},
+        "info": {key: value for key, value in mesh.info.items() if key not in ("quality", "coarse_nodes")},
+    }
+    rows = {f"{kind}_{j}": ids for kind, own in named.items() for j, ids in enumerate(own.values())}
+    rows |= {f"parts_{j}": _runs_of(ids - np.arange(len(ids))) for j, ids in enumerate(mesh.parts.values())}
+    own = {"model_points": mesh.points, "hexes": mesh.hexes} if placed else {}
+    return {"mesh": np.array(json.dumps(text)), **own, **rows}
+
+
+def _mesh_of_arrays(own: Mapping[str, Any]) -> HexMesh:
+    """The mesh again."""
+    factored = _factored_of_arrays(own)
+    points, hexes = (own["model_points"], own["hexes"]) if factored is None else factored.placed()[1:]
+    return _named(own, points, hexes)
+
+
+def _named(own: Mapping[str, Any], points: FloatArray, hexes: IntArray) -> HexMesh:
+    text = json.loads(str(own["mesh"]))
+    named: dict[str, Any] = {
+        kind: {name: own[f"{kind}_{j}"] for j, name in enumerate(names)} for kind, names in text["names"].items()
+    }
+    for name, ids in named["parts"].items():
+        if ids.ndim == 2:  # older files have the hexes themselves
+            values = _values_of_runs(ids)
+            named["parts"][name] = values + np.arange(len(values))
+    return HexMesh(points=points, hexes=hexes, info=text["info"], **named)
+
+
+def _runs_of(values: IntArray) -> IntArray:
+    """Rows (value, how often it comes) of values in a row: a few rows, where millions of hexes are numbered in turn."""
+    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
+    return np.stack([values[starts], np.diff(starts, append=len(values))], axis=1)
+
+
+def _values_of_runs(runs: IntArray) -> IntArray:
+    """The values again."""
+    return np.repeat(runs[:, 0], runs[:, 1])
+
+
+def _factored_of_arrays(own: Mapping[str, Any]) -> FactoredCells | None:
+    """The factors of cells, where a file has them."""
+    if _SCALE not in own:
+        return None
+    units = Units(float(own[_SCALE]), own["offset"])
+    cells = {name.removeprefix(_FACTORS): array for name, array in own.items() if name.startswith(_FACTORS)}
+    return FactoredCells(cells_from_arrays(cells), units)
+
+
+def _tuples(value: Any) -> Any:
+    """Lists of lists as tuples of tuples, as they were before JSON."""
+    return tuple(_tuples(one) for one in value) if isinstance(value, list) else value

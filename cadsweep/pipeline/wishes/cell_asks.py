@@ -1,0 +1,90 @@
+"""What the user asks of the cells of a part beyond counts: sizes at places, biases, matched faces, wall layers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from ...brep import Part
+from ...errors import InputError
+from ...intervals import CellSweep, Wishes, cell_sizes
+from ...options import SweepOptions
+from ...plan import Plan
+from ...surface import Division, Partners
+from ...sweep import Sweep
+from .biases import divisions_of, resolve_biases, splits_of
+from .cell_walls import CellWalls, plan_cell_walls
+from .local_sizes import Field, size_field
+from .periodic import find_matches, partners_of
+from .size_divisions import divide_by_sizes
+from .wall_corners import finer_in_cells
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellAsks:
+    """Wishes resolved to keys of a part with a plan.
+
+    Attributes
+    ----------
+    wishes : Wishes
+        For the counts, with what the others add.
+    divisions : dict of int to callable
+        How edges divide themselves that are not divided evenly.
+    biased : frozenset of int
+        Edges among them that the user graded.
+    field : callable or None
+        Wanted lengths inside caps.
+    partners : list of Partners
+    walls : CellWalls
+    """
+
+    wishes: Wishes
+    divisions: dict[int, Division]
+    biased: frozenset[int]
+    field: Field | None
+    partners: list[Partners]
+    walls: CellWalls
+
+
+def resolve_asks(  # noqa: PLR0917
+    part: Part, model: Part, plan: Plan, cells: Sequence[CellSweep], options: SweepOptions, wishes: Wishes
+) -> CellAsks:
+    """Find the edges and faces that the user means; `model` is the part before it was cut.
+
+    Raises
+    ------
+    InputError
+        Nothing has such a name, or two wishes contradict each other.
+    SurfaceMeshError
+        The cells divide matched faces in different places.
+    """
+    partners = partners_of(part, find_matches(part, model, options))
+    wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
+    biases = divisions_of(resolve_biases(part, options, model))
+    wishes = replace(wishes, splits=splits_of(biases))
+    divisions, field = dict(biases), None
+    if options.local_sizes is not None:
+        if options.layers is not None:
+            raise InputError("local_sizes divide edges along the sweep, too: without layers")
+        field = size_field(part, options, max(cell_sizes(cells, wishes)))
+        assert field is not None, "sizes are asked for"
+        sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
+        grids = [(own.solid, grid) for own in cells for grid in own.grids]
+        most, divided = divide_by_sizes(part.solids, sweeps, grids, field, alike=wishes.alike)
+        wishes = replace(wishes, most_sizes=most)
+        divisions = divided | divisions
+    walls = plan_cell_walls(part, model, plan, options)
+    clash = sorted(walls.ends.keys() & biases.keys())
+    if clash:
+        edges = [e for solid in part.solids for e in solid.edges if int(solid.edge_keys[e.id]) == clash[0]]
+        raise InputError(f"{edges[0].label()}: a bias, and wall layers that end there, cannot both be")
+    if walls.layers and not partners:
+        kept = {*walls.ends, *biases, *(key for demand in wishes.demands for key in demand.keys)}
+        sizes, finer = finer_in_cells(part, plan, walls.layers, cell_sizes(cells, wishes), divisions, kept)
+        wishes, divisions = replace(wishes, most_sizes={**wishes.most_sizes, **sizes}), divisions | finer
+    if walls.ends:
+        divisions |= walls.divisions(part)
+        wishes = replace(wishes, least_counts=walls.least_counts(part, max(cell_sizes(cells, wishes))))
+    return CellAsks(
+        wishes=wishes, divisions=divisions, biased=frozenset(biases), field=field, partners=partners, walls=walls
+    )

@@ -1,0 +1,125 @@
+"""Sizes that change from place to place: a function of the points, or places with a size each.
+
+Around a place the size grows at `GROWTH` up to that of the part. How edges are divided by such sizes is the subject of
+:mod:`.size_divisions`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ... import cad
+from ...arrays import FloatArray
+from ...asked import LocalSize, local_size
+from ...brep import Part
+from ...errors import InputError
+from ...options import SweepOptions
+from .biases import everywhere
+
+Field = Callable[[FloatArray], FloatArray]
+"""Wanted lengths (m,) at points (m, 3), working units."""
+
+GROWTH = 1.3
+"""Length of a segment over that of its neighbour towards a place."""
+_SAMPLES = 400
+"""Places along an edge among which the nearest one is looked for."""
+_LEAST = 1e-4
+"""Size, in sizes of the part, below which a function is taken to be wrong."""
+
+
+def size_field(part: Part, options: SweepOptions, size: float) -> Field | None:
+    """The sizes that are wanted, nowhere above `size`; None where they are the same everywhere.
+
+    Raises
+    ------
+    InputError
+        A place that nothing is called, or a function that gives no positive numbers.
+    """
+    asked = options.local_sizes
+    if asked is None:
+        return None
+    if callable(asked):
+        return partial(_by_function, part=part, function=asked, size=size)
+    fields = [_around(part, local_size(f"local size {j}", value), size) for j, value in enumerate(asked, 1)]
+    return lambda points: np.min([field(points) for field in fields], axis=0)
+
+
+def _by_function(points: FloatArray, *, part: Part, function: Callable[[FloatArray], Any], size: float) -> FloatArray:
+    found = np.asarray(function(part.to_model(points)), dtype=float)
+    if found.shape != (len(points),) or not (found > _LEAST * part.scale * part.solids[0].size).all():
+        raise InputError(
+            f"local_sizes must give a positive length for each of {len(points)} points (n, 3), not an array of shape "
+            f"{found.shape}, least {np.min(found, initial=np.inf):.3g}"
+        )
+    return np.minimum(found / part.scale, size)
+
+
+def _around(part: Part, asked: LocalSize, size: float) -> Field:
+    if isinstance(asked.at, str | int):
+        tree = scipy.spatial.cKDTree(_places(part, asked.at))
+    else:
+        tree = scipy.spatial.cKDTree((np.array([asked.at], dtype=float) - part.offset) / part.scale)
+    own, radius = asked.size / part.scale, asked.radius / part.scale
+
+    def sizes(points: FloatArray) -> FloatArray:
+        away = np.maximum(tree.query(points)[0] - radius, 0.0)
+        return np.asarray(np.minimum(own + (GROWTH - 1.0) * away, size))
+
+    return sizes
+
+
+def _places(part: Part, word: str | int) -> FloatArray:
+    """Points close to each other on the edges, or the edges of the faces, or at the vertices of a name."""
+    if str(word).startswith("vertices:"):
+        found = everywhere(part, word, cad.select_vertices, lambda solid, v: (solid.vertex_keys[v], solid.vertices[v]))
+        return np.array(list(dict(found).values()))
+
+    def select(own: Part, name: Any) -> tuple[int, ...]:
+        return cad.select_edges_of(own, name)[1]
+
+    edges = everywhere(part, word, select, lambda solid, e: (solid.edge_keys[e], solid.edges[e]))
+    at = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    return np.concatenate([edge.curve.evaluate(at) for edge in dict(edges).values()])
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundSizes:
+    """The sizes of a whole model as a function of points (n, 3), model units: its names mean nothing in one solid."""
+
+    part: Part
+    field: Field
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Lengths (n,) in model units; infinite where no place asks for any."""
+        return self.field((points - self.part.offset) / self.part.scale) * self.part.scale
+
+
+def for_all_solids(part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with places that are found in the whole model, before its solids are meshed one by one."""
+    if options.local_sizes is None or callable(options.local_sizes):
+        return options
+    field = size_field(part, options, np.inf)
+    assert field is not None, "there are places"
+    return replace(options, local_sizes=FoundSizes(part=part, field=field))
+
+
+def with_largest_size(part: Part, options: SweepOptions) -> SweepOptions:
+    """The options with the largest value of a function as the size, where none is given: it is the function's all over.
+
+    Raises
+    ------
+    InputError
+        The function gives no positive numbers.
+    """
+    if options.size is not None or not callable(options.local_sizes):
+        return options
+    at = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    places = np.concatenate([edge.curve.evaluate(at) for solid in part.solids for edge in solid.edges])
+    most = float(_by_function(places, part=part, function=options.local_sizes, size=np.inf).max())
+    return replace(options, size=most * part.scale) if np.isfinite(most) else options
