@@ -28,11 +28,6 @@ LEAST_GAIN = 0.01
 """Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""
 
 
-POWERS = (16.0, 32.0, 64.0)
-"""Of one over the scaled Jacobian, one after the other. On 14 patches of 370 to 1,500 hexahedra these bring as much in
-60 steps each as 4, 8, 16, 32, 64 in 120, in 45 % of the time; 32 or 64 alone bring less."""
-
-
 class MovedEnergy:
     """Energy and gradient of a patch as a function of its free coordinates, in units of the mean length."""
 
@@ -124,7 +119,7 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     return best
 
 
-def polished(patch: Patch, points: FloatArray, *, iterations: int = 30) -> FloatArray:
+def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> FloatArray:
     """Raise the worst corner of a valid patch: minimise a high power of one over the scaled Jacobian.
 
     Returns
@@ -138,7 +133,7 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 30) -> Float
     free = energy.x[patch.free]
     energy.shape_weight = 0.05
     idle = 0
-    for energy.power in POWERS:
+    for energy.power in (4.0, 8.0, 16.0, 32.0, 64.0):
         free, _ = minimise(energy, free, solve, n_steps=iterations)
         moved, score = _brought_back(patch, points, energy.positions(free), best, best_score)
         idle = 0 if score.reached > best_score.reached + LEAST_GAIN else idle + 1

@@ -129,7 +129,9 @@ def test_walls_and_caps_of_a_stack():
 
 def test_walls_that_are_near_each_other_get_thinner_layers_and_a_note():
     slot = walled(cq.Workplane().rect(20, 20).rect(18, 18).extrude(2))
-    mesh = cs.sweep_mesh(slot, size=1, wall_layers={"wall": cs.WallLayers(first=0.05, growth=1.5, n=6)})
+    mesh = cs.sweep_mesh(
+        slot, size=1, decompose=False, wall_layers={"wall": cs.WallLayers(first=0.05, growth=1.5, n=6)}
+    )
     assert any("thinner along 100%" in note for note in mesh.info["notes"])
     assert heights(mesh, "wall") == pytest.approx(0.05, rel=0.01)  # the growth gives way first
     assert mesh.info["quality"].valid

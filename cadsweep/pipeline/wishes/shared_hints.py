@@ -19,16 +19,9 @@ Select = Callable[[Part, str], tuple[str, tuple[int, ...]]]
 """What a word names in a part of one solid (``"face"`` or ``"edge"``), and the edges there."""
 
 
-def _graded(part: Part, word: str) -> tuple[str, tuple[int, ...]]:
+def _of_edges(part: Part, word: str) -> tuple[str, tuple[int, ...]]:
+    """What is asked of edges, and of no faces."""
     return "edge", cad.select_edges(part, word)
-
-
-def _counted(part: Part, word: str) -> tuple[str, tuple[int, ...]]:
-    """Counts are of edges; a word that names none means those of its faces."""
-    try:
-        return _graded(part, word)
-    except InputError:
-        return cad.select_edges_of(part, word)
 
 
 def check_words(part: Part, options: SweepOptions) -> None:
@@ -40,14 +33,14 @@ def check_words(part: Part, options: SweepOptions) -> None:
         Names the word, and what the solids are called.
     """
     solids = {model.name for model in part.models}
-    asked = (("sizes", options.sizes, cad.select_edges_of), ("counts", options.counts, _counted))
-    for option, words, select in (*asked, ("biases", options.biases, _graded)):
+    asked = (("sizes", options.sizes, cad.select_edges_of), ("counts", options.counts, _of_edges))
+    for option, words, select in (*asked, ("biases", options.biases, _of_edges)):
         for word in words or {}:
             if (option == "sizes" and word in solids) or any(_edges(part, word, select)):
                 continue
             if len(part.solids) == 1:
                 select(part, word)  # says what there is
-            what = "edge" if option == "biases" else "face or edge"
+            what = "face or edge" if option == "sizes" else "edge"
             raise InputError(
                 f"{option}: no {what} of any solid is called '{word}'{did_you_mean(word, solids)}; the solids are "
                 + ", ".join(sorted(solids)[:12])
@@ -65,8 +58,8 @@ def meant_here(part: Part, options: SweepOptions) -> SweepOptions:
     return replace(
         options,
         sizes=kept(sizes, cad.select_edges_of),
-        counts=kept(options.counts, _counted),
-        biases=kept(options.biases, _graded),
+        counts=kept(options.counts, _of_edges),
+        biases=kept(options.biases, _of_edges),
     )
 
 
@@ -89,7 +82,7 @@ def resolve_wishes(part: Part, options: SweepOptions, model: Part) -> Wishes:
     demands: dict[tuple[int, ...], KeyDemand] = {}
     for word, count in (options.counts or {}).items():
         pieces: dict[str, set[int]] = {}
-        for _, key, whole in _pieces(part, model, word, _counted):
+        for _, key, whole in _pieces(part, model, word, _of_edges):
             # The pieces of one edge of the input get the count together: it is the edge that the user knows.
             pieces.setdefault(whole, set()).add(key)
         for keys in pieces.values():
