@@ -10,8 +10,7 @@ import numpy as np
 
 from ..blocks.block import FactoredMesh, factor_mesh
 from ..blocks.naming import find_colors, name_sweep
-from ..blocks.reference import volume_doubt
-from ..brep import ModelSolid, Part
+from ..brep import ModelSolid, Part, volume_doubt
 from ..estimate import estimate_made
 from ..mesh import SurfaceMesh
 from ..options import SweepOptions

@@ -40,6 +40,8 @@ MOST_MESHED = 4
 """Sets of cells that are meshed before the best of them is taken."""
 MOST_HEXES = 300_000
 """Hexahedra of the sets of cells that were meshed, from which on no further set is: some 30 s with their polish."""
+MOST_POINTED = 60
+"""Planar complexes that are looked at where a star parts the solid: it has no inner corner, and needs few planes."""
 MOST_MORE = 2.0
 """Hexahedra of cells of another search over those that there are, beyond which better ones are too dear."""
 _WHOLE = 1e-9
@@ -109,11 +111,13 @@ def _by_surfaces(part: Part, recognise_piece: Recognise, run: Run, share: float)
 
 def _by_planes(part: Part, recognise_piece: Recognise, run: Run, share: float) -> _Searched:
     """Cuts of a solid of plane faces by planes, on polygons: ten times as many are looked at in the same time."""
+    solid = only_solid(part)
+    is_convex = max(edge.dihedral for edge in solid.edges) < np.pi
     search = decomposition.Search(
-        model=only_solid(part),
+        model=solid,
         recognise=recognise_piece,
         make_plan=make_plan,
-        most_states=round(share * MOST_STATES),
+        most_states=MOST_POINTED if is_convex and cad.from_inside(solid) else round(share * MOST_STATES),
         is_late=run.is_late,
         on_progress=lambda n: run.on_progress(say_open(n), None),
     )
@@ -127,10 +131,6 @@ def _by_planes(part: Part, recognise_piece: Recognise, run: Run, share: float) -
 SURFACES, PLANES = "search: surfaces", "search: planes"
 SEARCHES = {PLANES: _by_planes, SURFACES: _by_surfaces}
 """The searches for cuts, in the order in which they are tried; planes part solids of plane faces alone."""
-
-
-def _searches(part: Part) -> list[str]:
-    return [row for row in SEARCHES if rows.is_on(row) and (row != PLANES or is_planar(part))]
 
 
 def mesh_decomposed(
@@ -148,12 +148,13 @@ def mesh_decomposed(
     options = for_all_solids(part, options)
     recognise_piece = _recognise_pieces(part, refused)
     refused = refused or NotSweepableError("its sweep makes poor hexahedra")
-    if not may_decompose(part, options) or not _searches(part):
+    searches = [row for row in SEARCHES if rows.is_on(row) and (row != PLANES or is_planar(part))]
+    if not may_decompose(part, options) or not searches:
         raise refused
     best: AnyMesh | None = None
     failure: CadSweepError | None = None
     shares: set[str] = set()
-    for row in _searches(part):
+    for row in searches:
         if best is not None and (_worst(best) >= SMOOTH_BELOW or run.is_over()):
             break
         searched = SEARCHES[row](part, recognise_piece, run, share if best is None else SECOND_LOOK * share)

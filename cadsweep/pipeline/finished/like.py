@@ -26,8 +26,7 @@ from ...arrays import FloatArray, IntArray
 from ...blocks.block import FactoredMesh
 from ...blocks.joined import JoinedMesh
 from ...blocks.naming import NamedFaces
-from ...blocks.reference import volume_doubt
-from ...brep import Part
+from ...brep import Part, volume_doubt
 from ...errors import CadError, CadSweepError, InputError, NotSweepableError
 from ...mesh import HexMesh
 from ...options import SweepOptions

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import estimate
-from ...blocks.reference import volume_doubt
-from ...brep import Part
+from ...brep import Part, volume_doubt
 from ...mesh import SurfaceMesh
 from ...options import SweepOptions
 from ...projection.caps import PlacedCap, place_target

@@ -23,6 +23,7 @@ from ...blocks.joined import JoinedMesh, neighbours_of
 from ...blocks.naming import NamedFaces
 from ...blocks.reference import make_references
 from ...brep import Part, Surface
+from ...errors import SurfaceMeshError
 from ...intervals import Wishes
 from ...options import SweepOptions
 from ...plan import Plan
@@ -49,7 +50,7 @@ from .nearer import (
 
 LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
-MOST_MORE = 2.0
+MOST_POWER = 2.0
 """Power by which quads are asked to be finer than the sag asks for, where finer ones brought less than they should."""
 FAR = 1.5
 """Shortfall beyond which that is done: nearer, a quarter finer may be enough, and counts jump as they like."""
@@ -168,8 +169,16 @@ def nearest(
     make: Callable[[Asked], Judged[Made]],
     finer: Callable[[Judged[Made], Asked, int], Asked | None],
 ) -> tuple[Judged[Made], list[str]]:
-    """As :func:`~.nearer.come_nearer`, with notes on a size that is not kept, and on a tolerance."""
+    """As :func:`~.nearer.come_nearer`, with notes on what failed, on a size that is not kept, and on a tolerance."""
     before: Found | None = None
+    said: list[str] = []
+
+    def told(asked: Asked) -> Judged[Made]:
+        try:
+            return make(asked)
+        except SurfaceMeshError as error:
+            said.append(f"finer quads for a nearer boundary could not be made: {error.message}")
+            raise
 
     def much_finer(last: Judged[Made], asked: Asked, rounds: int) -> Asked | None:
         nonlocal before
@@ -182,11 +191,14 @@ def nearest(
                 return wishes
         return finer(last, asked, rounds)
 
-    best, stop = come_nearer(first, asked, make=make, finer=much_finer)
+    best, stop = come_nearer(first, asked, make=told, finer=much_finer)
     reached = best.found.distance * part.scale
     if options.tolerance is not None:
-        return best, [missed_tolerance(reached, options, stop)] if reached > options.tolerance else []
-    return best, [] if best is first or options.size is None else [FINER.format(size=options.size)]
+        # What failed is why the tolerance is missed, and said once.
+        return best, [missed_tolerance(reached, options, stop)] if reached > options.tolerance else said
+    if best is not first and options.size is not None:
+        said.append(FINER.format(size=options.size))
+    return best, said
 
 
 def _as_it_falls(present: Found, before: Found) -> Found:
@@ -195,7 +207,7 @@ def _as_it_falls(present: Found, before: Found) -> Found:
     Counts are whole, and a mesher's quads seldom as small as asked for: to ask the same again takes many rounds.
     """
     brought = np.log(before.shortfall / present.shortfall) / np.log(before.most_needed)
-    power = 2.0 / np.clip(brought, 2.0 / MOST_MORE, 2.0)
+    power = 2.0 / np.clip(brought, 2.0 / MOST_POWER, 2.0)
     return replace(present, needed={place: float(needed**power) for place, needed in present.needed.items()})
 
 
