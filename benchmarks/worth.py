@@ -62,14 +62,20 @@ def mesh_apart(path: Path, without: str | None, limit: int) -> dict[str, Any]:
 
 def written_machined(n: int, folder: Path) -> list[Path]:
     """The first random machined parts as STEP files."""
+    paths = [folder / f"machined-{seed:03d}.step" for seed in range(n)]
+    # CadQuery starts threads of OpenCASCADE, which no copy of this process could ask anything of again.
+    child = multiprocessing.get_context("spawn").Process(target=_write_machined, args=(paths,))
+    child.start()
+    child.join()
+    return paths
+
+
+def _write_machined(paths: list[Path]) -> None:
     import cadquery as cq
     from machined import machined
 
-    paths = []
-    for seed in range(n):
-        paths.append(folder / f"machined-{seed:03d}.step")
-        cq.exporters.export(machined(seed), str(paths[-1]))
-    return paths
+    for seed, path in enumerate(paths):
+        cq.exporters.export(machined(seed), str(path))
 
 
 def say(row: str, before: list[dict[str, Any]], after: list[dict[str, Any]]) -> str:

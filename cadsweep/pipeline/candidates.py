@@ -52,6 +52,10 @@ MOST_CANDIDATES = 3
 """Sweeps of one solid that are tried before the first one's error is raised."""
 
 
+class PostponedError(NotSweepableError):
+    """A sweep is poor, and the run says that something else comes before its smoothing."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Made:
     """One candidate sweep, made and checked; its boundary is `shortfall` times as far off the CAD as it may be.
@@ -204,9 +208,15 @@ def checked(
         Multiplies out and measures.
     reached : float
         Worst scaled Jacobian of the best candidate so far.
+
+    Raises
+    ------
+    PostponedError
     """
     report = check(factored)
     if options.smoothing and may_gain(report, options, reached):
+        if run.postpones is not None and run.postpones(report.n_hexes):
+            raise PostponedError("the sweep is poor, and something else is tried before it is smoothed")
         with run.stage("smoothing"):
             factored = smoothed(factored, partial(run.ends_polishing, asked=options.size is not None))
         if factored.is_changed:

@@ -21,6 +21,7 @@ from ..arrays import FloatArray, IntArray
 from ..blends import Blend, find_blends
 from ..blends.carrying import carry
 from ..blends.patches import find_patches
+from ..blends.sheets import SHEET, DesignMesh, with_sheet
 from ..blends.united import patch_surfaces, unite
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.interface_slides import InterfaceSlides
@@ -133,8 +134,53 @@ def _mesh_without(
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, Origin | CellsOrigin), "one solid"
+    patch_of = find_patches(part.solids[0], blends, design.gone, design.model_faces)
+    plain = _on_design(part.solids[0], made.origin.entities)
+    sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
+    roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
+    best: HexMesh | None = None
+    refused: CadSweepError | None = None
+    for laid in (plain,) if sheeted is None else (sheeted, plain):
+        if best is not None and (_worst(best) >= _GOOD or run.is_over()):
+            break
+        try:
+            mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
+        except CadSweepError as error:
+            log.info("the mesh of the design%s: %s", "" if laid is plain else " with a sheet", error)
+            refused = error
+            continue
+        if best is None or _worst(mesh) > _worst(best):
+            best = mesh
+            if laid is sheeted:
+                rows.took([SHEET])
+    if best is None:
+        assert refused is not None
+        raise refused
+    if options.tolerance is not None and best.info["distance"] > options.tolerance:
+        raise NotSweepableError(f"the mesh of the design is {best.info['distance']:.3g} off the model's faces")
+    return replace(best, info={**best.info, "way": made.info["way"]})
+
+
+def _laid_on_model(  # noqa: PLR0917
+    part: Part,
+    design: cad.Design,
+    patch_of: IntArray,
+    made: DesignMesh,
+    roles: dict[str, str],
+    notes: list[str],
+    sweeps: list[dict[str, Any]],
+    options: SweepOptions,
+    run: Run,
+) -> HexMesh:
+    """A mesh on the design, on the model and checked.
+
+    Raises
+    ------
+    CadSweepError
+        It cannot be carried, or is not valid there.
+    """
     with run.stage("carrying"):
-        carrying = _carried(part, blends, design, _roles_of(made.origin), made.origin.entities)
+        carrying = _carried(part, design, patch_of, made, roles)
 
     def finished(joined: JoinedMesh) -> HexMesh | BlockMesh:
         return finish(
@@ -142,8 +188,8 @@ def _mesh_without(
             joined,
             options,
             replace(run, measure=None),
-            notes=[_NOTE.format(len(design.gone)), *design.left],
-            sweeps=made.info["sweeps"],
+            notes=notes,
+            sweeps=sweeps,
             slides=lambda: carrying.slides,
         )
 
@@ -153,12 +199,10 @@ def _mesh_without(
         if run.is_over():
             raise
         with run.stage("carrying"):
-            untangled = _untangled(carrying, edge_lengths(made.origin.entities.points, carrying.joined.hexes), run)
+            untangled = _untangled(carrying, edge_lengths(made.points, made.hexes), run)
         mesh = finished(untangled)
     assert isinstance(mesh, HexMesh), "it has no factors"
-    if options.tolerance is not None and mesh.info["distance"] > options.tolerance:
-        raise NotSweepableError(f"the mesh of the design is {mesh.info['distance']:.3g} off the model's faces")
-    return replace(mesh, info={**mesh.info, "way": made.info["way"]})
+    return mesh
 
 
 class _Carrying(NamedTuple):
@@ -169,7 +213,7 @@ class _Carrying(NamedTuple):
     slides: InterfaceSlides
 
 
-def _carried(part: Part, blends: list[Blend], design: cad.Design, roles: dict[str, str], made: Entities) -> _Carrying:
+def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMesh, roles: dict[str, str]) -> _Carrying:
     """Carry the mesh of a design.
 
     Raises
@@ -178,10 +222,8 @@ def _carried(part: Part, blends: list[Blend], design: cad.Design, roles: dict[st
         The mesh has not the edges of the model.
     """
     (solid,) = part.solids
-    patch_of = find_patches(solid, blends, design.gone, design.model_faces)
-    quads, faces = _skin(solid, made)
-    hexes = made.joined.hexes
-    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), made.points, hexes, quads, faces)
+    points, hexes, quads, faces = made
+    carried = carry(solid, design.gone, patch_of, patch_surfaces(solid, patch_of), points, hexes, quads, faces)
     united, quad_faces = unite(solid, patch_of, carried, quads)
     slides = InterfaceSlides(
         mask=(carried.surface >= 0) | (carried.curve >= 0),
@@ -203,8 +245,8 @@ def _carried(part: Part, blends: list[Blend], design: cad.Design, roles: dict[st
     return _Carrying(united, joined, slides)
 
 
-def _skin(solid: Solid, made: Entities) -> tuple[IntArray, IntArray]:
-    """Quads (q, 4) on faces of the design, outward, and the face of the model (q,) that each is on."""
+def _on_design(solid: Solid, made: Entities) -> DesignMesh:
+    """The mesh of a design; its quads are on faces of the model."""
     by_key = {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
     quads, faces = [], []
     for place, own in made.faces.items():
@@ -217,7 +259,7 @@ def _skin(solid: Solid, made: Entities) -> tuple[IntArray, IntArray]:
             found[patch.contains(middles)] = by_key[patch.key]
         quads.append(own)
         faces.append(found)
-    return np.concatenate(quads), np.concatenate(faces)
+    return DesignMesh(made.points, made.joined.hexes, np.concatenate(quads), np.concatenate(faces))
 
 
 def _untangled(carrying: _Carrying, lengths: FloatArray, run: Run) -> JoinedMesh:

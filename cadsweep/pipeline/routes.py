@@ -19,6 +19,7 @@ from __future__ import annotations
 import logging
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from math import pi
 from typing import Any
 
@@ -42,7 +43,16 @@ from ..options import SweepOptions
 from ..recognition.reasons import TANGENT
 from ..trial import noting
 from .attempts import find_candidates
-from .candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW, crossing_of, first_good, pointed_of, touching_of
+from .candidates import (
+    GOOD_ENOUGH,
+    SECOND_LOOK,
+    SMOOTH_BELOW,
+    PostponedError,
+    crossing_of,
+    first_good,
+    pointed_of,
+    touching_of,
+)
 from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
 from .parts import load
@@ -65,8 +75,12 @@ them have it: outlines seen along one direction may cross sharply, and the flank
 gets quads as long as the boss is high, however well they are smoothed."""
 FAIR_STACK = 0.5
 """The same where something round lies across them."""
+GOOD_DESIGN = 0.5
+"""Worst scaled Jacobian at which no design is tried: two quads of one hexahedron on a rounding leave less, mostly."""
 _MOST_CARRIED = 300_000
 """Hexahedra of a mesh beyond which its design is not tried: that is carried in memory, node by node."""
+_MOST_SMOOTHED = 50_000
+"""Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
 DESIGN_LOOK = 0.5
 """Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
@@ -178,14 +192,20 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     best: AnyMesh | None = None
     shares: set[str] = set()
     enough = False
-    for row, way in WAYS.items():
+    left = list(WAYS)
+    first = replace(run, postpones=partial(_postpones, part, options))
+    while left:
+        row = left.pop(0)
         if not _is_tried(row, part, options, run, best, enough=enough):
             continue
         if best is None and row == CELLS:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = way(part, options, run, refused, 0.0 if enough else share)
+                mesh = WAYS[row](part, options, first, refused, 0.0 if enough else share)
+        except PostponedError:
+            left, first = [DESIGN, *(other for other in WAYS if other != DESIGN)], run
+            continue
         except CadSweepError as error:
             if best is not None or row == DESIGN:  # a refusal of the design speaks of faces that nobody knows
                 log.info("no %s: %s", row.removeprefix("way: "), error)
@@ -216,7 +236,7 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMe
         return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
         return not enough
-    if run.is_over() or (best is not None and (_worst(best) >= SMOOTH_BELOW or best.n_hexes > _MOST_CARRIED)):
+    if run.is_over() or (best is not None and (_worst(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
         return False
     return _has_design(part, options)
 
@@ -343,6 +363,12 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
 def _said(mesh: AnyMesh, row: str) -> AnyMesh:
     """The mesh, with the way that it was made by in its record."""
     return replace(mesh, info={**mesh.info, "way": row.removeprefix("way: ")})
+
+
+def _postpones(part: Part, options: SweepOptions, n_hexes: int) -> bool:
+    """Whether the design of a part is tried before a poor sweep of it is smoothed, which takes longer for so many."""
+    many = _MOST_SMOOTHED < n_hexes <= _MOST_CARRIED
+    return many and rows.is_on(DESIGN) and _has_design(part, options)
 
 
 def _has_design(part: Part, options: SweepOptions) -> bool:

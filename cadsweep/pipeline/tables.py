@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..blends.sheets import SHEET
 from ..cad.edit.families import FAMILIES
 from ..errors import InputError, did_you_mean
 from ..smoothing.ladder import STEPS
@@ -29,6 +30,7 @@ def all_rows() -> tuple[str, ...]:
     return (
         *WAYS,
         FITTED,
+        SHEET,
         *(attempt.row for attempt in ATTEMPTS),
         *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),

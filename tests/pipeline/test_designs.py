@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.blends.sheets import SHEET
 from cadsweep.errors import InputError
 from cadsweep.pipeline import write_factors
 
@@ -92,6 +93,24 @@ def test_a_carried_mesh_is_refined_and_raised_to_order_2_on_the_model():
     assert DESIGN in curved.info["rows"]
     assert curved.info["quality"].valid
     assert abs(curved.info["quality"].volume / volume - 1) < 1e-3
+
+
+def rounded_box():
+    return cq.Workplane().box(20, 16, 12).edges().fillet(4)
+
+
+def test_a_sheet_under_a_smooth_skin_keeps_its_hexahedra_from_being_flat_however_fine_they_are():
+    worst = {}
+    for share in (2, 4):
+        mesh = cs.sweep_mesh(rounded_box(), size=4 / share)
+        assert SHEET in mesh.info["rows"]
+        assert mesh.info["quality"].volume == pytest.approx(rounded_box().val().Volume(), rel=0.15 / share**2)
+        worst[share] = mesh.info["quality"].min_scaled_jacobian
+    plain = cs.sweep_mesh(rounded_box(), size=1, without=[SHEET])
+    assert min(worst.values()) > 0.45 > plain.info["quality"].min_scaled_jacobian
+    curved = cs.sweep_mesh(rounded_box(), size=2, order=2)
+    assert curved.info["quality"].valid
+    assert SHEET in curved.info["rows"]
 
 
 def test_wishes_about_faces_of_the_model_are_not_left_to_its_design():
