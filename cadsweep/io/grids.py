@@ -129,9 +129,7 @@ def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
     counts = np.bincount(solid[order[first[:-1]]], minlength=len(mesh.volumes.members))
     if counts.max() > most:
         raise InputError(_not_mapped(mesh, int(counts.argmax()), int(counts.max()), most, singular))
-    _found[mesh] = Grids(
-        shapes=shapes, first=first, order=order, hexes=framed, across=_framed(across, steps)
-    )
+    _found[mesh] = Grids(shapes=shapes, first=first, order=order, hexes=framed, across=_framed(across, steps))
     return _found[mesh]
 
 

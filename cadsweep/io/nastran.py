@@ -38,7 +38,7 @@ HEX_ORDER = {8: np.arange(8), 20: np.array([*range(12), 16, 17, 18, 19, 12, 13, 
 """``nastran_nodes = vtk_nodes[:, HEX_ORDER[n]]``."""
 
 _MOST_SMALL = 99_999_999
-_TITLE = re.compile(rb"^\$ Femap (Property|Load Set|Set) +(\d+) : (\w+)", re.MULTILINE)
+_TITLE = re.compile(rb"\$ Femap (Property|Load Set|Set) +(\d+) : (\w+)")
 
 
 def write(
