@@ -33,6 +33,7 @@ from ..arrays import IntArray
 from ..compiled import compiled
 from ..errors import InputError, did_you_mean
 from ..mesh import HexMesh
+from .atomic import NewFolder
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
 from .pairing import neighbours
@@ -106,7 +107,7 @@ def patch_type(names: Collection[str], given: Mapping[str, str]) -> str:
     return "wall" if walls else "patch"
 
 
-def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> None:
+def write_folder(folder: NewFolder, mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> None:
     """Write a labelled mesh into an empty folder.
 
     Parameters
@@ -126,16 +127,16 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
     faces, owner, neighbour, patches = ordered_faces(mesh)
     cyclic_of = _pair_patches(mesh, faces, owner, patches)
     note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
-    with open(folder / "points", "wb") as stream:
+    with folder.open("points") as stream:
         stream.write(_head("vectorField", "points") + b"%d\n(\n" % len(mesh.points))
         write_rows(stream, "(%r %r %r)\n", mesh.points)
         stream.write(b")\n")
-    with open(folder / "faces", "wb") as stream:
+    with folder.open("faces") as stream:
         stream.write(_head("faceList", "faces") + b"%d\n(\n" % len(faces))
         write_rows(stream, "4(%d %d %d %d)\n", faces)
         stream.write(b")\n")
     for name, values in (("owner", owner), ("neighbour", neighbour)):
-        with open(folder / name, "wb") as stream:
+        with folder.open(name) as stream:
             stream.write(_head("labelList", name, note=note) + b"%d\n(\n" % len(values))
             write_rows(stream, "%d\n", values)
             stream.write(b")\n")
@@ -151,9 +152,10 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
             f"        nFaces          {count};\n        startFace       {first};\n    }}\n"
         )
     text = f"{len(rows)}\n(\n{''.join(rows)})\n"
-    (folder / "boundary").write_bytes(_head("polyBoundaryMesh", "boundary") + text.encode())
+    with folder.open("boundary") as stream:
+        stream.write(_head("polyBoundaryMesh", "boundary") + text.encode())
     zones = mesh.volumes.exclusive_names()
-    with open(folder / "cellZones", "wb") as stream:
+    with folder.open("cellZones") as stream:
         stream.write(_head("regIOobject", "cellZones") + b"%d\n(\n" % len(zones))
         for block, name in enumerate(zones):
             ids = mesh.volumes.cells(block)
@@ -183,9 +185,9 @@ def _pair_patches(
     return found
 
 
-def _write_face_zones(folder: Path, zones: Mapping[str, IntArray], inner: IntArray) -> None:
+def _write_face_zones(folder: NewFolder, zones: Mapping[str, IntArray], inner: IntArray) -> None:
     """Faces of the zones; a face that turns the other way than its quad is flipped."""
-    with open(folder / "faceZones", "wb") as stream:
+    with folder.open("faceZones") as stream:
         stream.write(_head("regIOobject", "faceZones") + b"%d\n(\n" % len(zones))
         for name, quads in zones.items():
             _, codes = corner_keys(np.concatenate([inner, quads[:, :4]]))
