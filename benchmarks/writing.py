@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import statistics
 import sys
 import tempfile
@@ -52,11 +53,12 @@ def measure(mesh: HexMesh, suffix: str, folder: Path, repeat: int) -> dict[str, 
     ours: list[float] = []
     flushed: list[float] = []
     cached: list[float] = []
-    path, bare = folder / f"mesh{suffix}", folder / "plain.bin"
-    mesh.write(path)  # compiles nothing, but fills the caches of both
-    values = np.random.default_rng(0).random(path.stat().st_size // 8)
+    path, bare = folder / ("polyMesh" if suffix == ".polymesh" else f"mesh{suffix}"), folder / "plain.bin"
+    mesh.write(path)  # loops that are compiled are, and the caches of both are filled
+    files = list(path.iterdir()) if path.is_dir() else [path]
+    values = np.random.default_rng(0).random(sum(file.stat().st_size for file in files) // 8)
     for _ in range(repeat):
-        path.unlink(missing_ok=True)
+        _remove(path)
         start = time.perf_counter()
         mesh.write(path)
         ours.append(time.perf_counter() - start)
@@ -84,6 +86,13 @@ def measure(mesh: HexMesh, suffix: str, folder: Path, repeat: int) -> dict[str, 
         **rates,
         "goal": goal,
     }
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def main() -> None:

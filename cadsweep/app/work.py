@@ -170,7 +170,7 @@ def write_mesh(mesh: HexMesh, path: str, *, command: str, on_progress: Progress)
         return
     from ..io import write
 
-    write(mesh, path)
+    write(mesh, path, on_progress=on_progress)
 
 
 def try_out(source: Any, options: Sequence[Mapping[str, Any]], *, on_progress: Progress) -> None:

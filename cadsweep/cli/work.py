@@ -61,7 +61,7 @@ def mesh_file(
     if output is not None:
         on_progress("write", None)
         start = time.perf_counter()
-        write(mesh, output, **(writing or {}))
+        write(mesh, output, on_progress=on_progress, **(writing or {}))
         seconds = {**mesh.info.get("seconds", {}), "write": time.perf_counter() - start}
         mesh = replace(mesh, info={**mesh.info, "seconds": seconds})
     if nodes is not None:
@@ -92,7 +92,7 @@ def _write_family(
     for level, one in enumerate(made.meshes):
         if level and output is not None:
             on_progress("write", None)
-            write(one, family_path(output, level), **writing)
+            write(one, family_path(output, level), on_progress=on_progress, **writing)
         figures = summarise(one)
         keys = ("n_nodes", "n_hexes", "min_scaled_jacobian", "mean_scaled_jacobian", "volume")
         rows.append({"file": output and family_path(output, level), **{key: figures[key] for key in keys}})
@@ -117,7 +117,7 @@ def expand_file(
     on_progress("expand", None)
     mesh = expand(factors)
     on_progress("write", 0.0)
-    write(mesh, output, **(writing or {}))
+    write(mesh, output, on_progress=on_progress, **(writing or {}))
     return summarise(mesh)
 
 

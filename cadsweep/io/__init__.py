@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from ..contacts import solids_of
 from ..errors import CadSweepError, InputError, no_such_file
+from ..progress import Progress, silent
 from .atomic import check_place, replaced_file, replaced_folder
 
 if TYPE_CHECKING:  # the command asks for formats before anything is loaded that takes time
@@ -105,7 +106,39 @@ def check_destination(path: str | PathLike[str]) -> Path:
     return path
 
 
-def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scale: float = 1.0, **options: Any) -> None:
+_BYTES = {
+    ".vtu": 107,
+    ".vtkhdf": 107,
+    ".msh": 107,
+    ".inp": 101,
+    ".bdf": 204,
+    ".k": 143,
+    ".cdb": 295,
+    ".rad": 168,
+    ".feb": 162,
+    ".unv": 314,
+    ".med": 116,
+    ".cgns": 58,
+    ".e": 61,
+    ".exo": 61,
+    ".mesh": 81,
+    ".re2": 204,
+    ".su2": 111,
+    ".xyz": 25,
+    ".polymesh": 163,
+}
+"""About how many bytes a hexahedron of order 1 has with its nodes, of which a large mesh has as many: for progress."""
+
+
+def write(
+    mesh: HexMesh,
+    path: str | PathLike[str],
+    *,
+    verify: bool = True,
+    scale: float = 1.0,
+    on_progress: Progress | None = None,
+    **options: Any,
+) -> None:
     """Write a mesh; the suffix of `path` names the format.
 
     The file appears whole or not at all: until it has been written, flushed to the disk, read back and compared, what
@@ -119,6 +152,10 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
         Read the file back and compare nodes, hexes, names and groups before it is put in place.
     scale : float
         Coordinates are written times this: 0.001 makes metres of a model in millimetres.
+    on_progress : callable, optional
+        Called while the file is written, every few megabytes, with ``"write"`` and about how much of it is done, then
+        with ``"read back"`` where it is, and with ``"write", 1.0`` once it is in place. What it raises ends the
+        writing, and what stood at `path` before still stands.
     options
         ``.msh``: ``version="4.1" | "2.2" | "fluent"``, ``binary``. ``.inp``: ``element="C3D8I"`` or another
         type of as many nodes, ``first_node``, ``first_element``, ``prefix``: several files go into one deck.
@@ -163,24 +200,27 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
         reserved=getattr(module, "RESERVED", ()),
         most_order=getattr(module, "MOST_ORDER", 2),
     )
+    voice = _Voice(on_progress, _BYTES.get(_suffix(path), 100) * mesh.n_hexes * mesh.hexes.shape[1] / 8)
     try:
         if _suffix(path) == _FOLDER:
             labelled = module.with_whole_boundary(labelled)
-            with replaced_folder(path, known_files=module.FILES) as folder:
+            with replaced_folder(path, known_files=module.FILES, on_bytes=voice.written) as folder:
                 module.write_folder(folder, labelled, **options)
                 if verify:
-                    _check(module, labelled, module.read_folder(folder), options)
+                    voice.say("read back", None)
+                    _check(module, labelled, module.read_folder(folder.path), options)
         else:
             with ExitStack() as stack:
                 if hasattr(module, "BESIDE"):  # a second file of the same name, put in place with the first
                     options["beside"] = stack.enter_context(replaced_file(path.with_suffix(module.BESIDE)))
-                stream = stack.enter_context(replaced_file(path))
+                stream = stack.enter_context(replaced_file(path, voice.written))
                 module.write(stream, labelled, **options)
                 stream.flush()
                 # The disk takes the bytes while they are compared.
                 with ThreadPoolExecutor(max_workers=1) as pool:
                     flushed = pool.submit(os.fsync, stream.fileno())
                     if verify:
+                        voice.say("read back", None)
                         _verify(module, labelled, stream, options)
                     flushed.result()
     except InputError:
@@ -188,7 +228,21 @@ def write(mesh: HexMesh, path: str | PathLike[str], *, verify: bool = True, scal
     except CadSweepError as error:
         said = str(error)
         raise CadSweepError(said if str(path) in said else f"{path} was not written: {said}") from error
+    voice.say("write", 1.0)
     logger.info("wrote %s: %d nodes, %d hexes", path, mesh.n_nodes, mesh.n_hexes)
+
+
+class _Voice:
+    """Says how much of a file is written."""
+
+    def __init__(self, on_progress: Progress | None, expected: float) -> None:
+        self.say = on_progress or silent
+        self._expected, self._n_written = max(1.0, expected), 0
+
+    def written(self, n_bytes: int) -> None:
+        """Count bytes that were written."""
+        self._n_written += n_bytes
+        self.say("write", min(0.99, self._n_written / self._expected))
 
 
 def check_options(path: str | PathLike[str], options: Collection[str]) -> None:

@@ -20,7 +20,7 @@ import os
 import shutil
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedRandom, FileIO
 from pathlib import Path
@@ -43,18 +43,23 @@ if _sync_file_range is not None:
 class _EarlyFile(FileIO):
     """An unbuffered file whose bytes are on their way to the disk while more are written.
 
-    Asking for that promises nothing and reports no error: both are left to the flush at the end.
+    Asking for that promises nothing and reports no error: both are left to the flush at the end. As often, whoever
+    wants to know how much was written (`on_bytes`) is told.
     """
 
-    def __init__(self, file: int | Path, mode: str) -> None:
+    def __init__(self, file: int | Path, mode: str, on_bytes: Callable[[int], None] | None = None) -> None:
         super().__init__(file, mode)
         self._n_waiting = 0
+        self._on_bytes = on_bytes
 
     def write(self, data: Any, /) -> int:
         n_written = super().write(memoryview(data)[:_PIECE])  # the buffer before it asks again for what is left
         self._n_waiting += n_written
-        if self._n_waiting >= _PIECE and _sync_file_range is not None:
-            _sync_file_range(self.fileno(), 0, 0, _SYNC_FILE_RANGE_WRITE)  # whatever is not yet under way
+        if self._n_waiting >= _PIECE:
+            if _sync_file_range is not None:
+                _sync_file_range(self.fileno(), 0, 0, _SYNC_FILE_RANGE_WRITE)  # whatever is not yet under way
+            if self._on_bytes is not None:
+                self._on_bytes(self._n_waiting)
             self._n_waiting = 0
         return n_written
 
@@ -91,8 +96,14 @@ def check_place(path: Path) -> Path:
 
 
 @contextmanager
-def replaced_file(path: Path) -> Iterator[BinaryIO]:
+def replaced_file(path: Path, on_bytes: Callable[[int], None] | None = None) -> Iterator[BinaryIO]:
     """Open a nameless file for reading and writing, and put it at `path` once the block has ended without an error.
+
+    Parameters
+    ----------
+    path : path
+    on_bytes : callable, optional
+        Called every few megabytes with how many bytes more were written. What it raises leaves nothing at `path`.
 
     Raises
     ------
@@ -105,7 +116,7 @@ def replaced_file(path: Path) -> Iterator[BinaryIO]:
     if place.is_dir():
         raise InputError(f"{path} is a folder; give a file name")
     try:
-        stream, hidden = _open_beside(place)
+        stream, hidden = _open_beside(place, on_bytes)
         try:
             yield stream
             _finish(stream, hidden, place)
@@ -119,13 +130,17 @@ def replaced_file(path: Path) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def replaced_folder(path: Path, *, known_files: frozenset[str]) -> Iterator[Path]:
+def replaced_folder(
+    path: Path, *, known_files: frozenset[str], on_bytes: Callable[[int], None] | None = None
+) -> Iterator[NewFolder]:
     """Make a hidden folder beside `path`, and put it at `path` once the block has ended without an error.
 
     Parameters
     ----------
     known_files : frozenset of str
         A folder at `path` is replaced only when it holds nothing but files of these names.
+    on_bytes : callable, optional
+        As in :func:`replaced_file`.
 
     Raises
     ------
@@ -143,7 +158,7 @@ def replaced_folder(path: Path, *, known_files: frozenset[str]) -> Iterator[Path
     try:
         hidden.mkdir()
         try:
-            yield hidden
+            yield NewFolder(hidden, on_bytes)
             for entry in hidden.iterdir():
                 _sync(entry)
             _sync(hidden)
@@ -155,22 +170,39 @@ def replaced_folder(path: Path, *, known_files: frozenset[str]) -> Iterator[Path
         raise _not_written(path, error) from error
 
 
+class NewFolder:
+    """A folder that is being written.
+
+    Attributes
+    ----------
+    path : path
+    """
+
+    def __init__(self, path: Path, on_bytes: Callable[[int], None] | None) -> None:
+        self.path = path
+        self._on_bytes = on_bytes
+
+    def open(self, name: str) -> BinaryIO:
+        """A new file in it, whose bytes are told of as they are written."""
+        return BufferedRandom(_EarlyFile(self.path / name, "x+", self._on_bytes))
+
+
 def _not_written(path: Path, error: OSError) -> CadSweepError:
     full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
     advice = "Free space there, or choose another place" if full else "Choose another place"
     return CadSweepError(f"cannot write {path}: {_reason(error)}; nothing was written. {advice}")
 
 
-def _open_beside(place: Path) -> tuple[BinaryIO, Path | None]:
+def _open_beside(place: Path, on_bytes: Callable[[int], None] | None) -> tuple[BinaryIO, Path | None]:
     if hasattr(os, "O_TMPFILE"):
         try:
             number = os.open(place.parent, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o666)
-            return BufferedRandom(_EarlyFile(number, "r+")), None
+            return BufferedRandom(_EarlyFile(number, "r+", on_bytes)), None
         except OSError as error:
             if error.errno not in _NO_NAMELESS_FILES:
                 raise
     hidden = place.parent / _hidden_name(place)
-    return BufferedRandom(_EarlyFile(hidden, "x+")), hidden
+    return BufferedRandom(_EarlyFile(hidden, "x+", on_bytes)), hidden
 
 
 def _finish(stream: BinaryIO, hidden: Path | None, place: Path) -> None:

@@ -12,6 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ..arrays import IntArray
+from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import CadSweepError
 from ..mesh import HexMesh
 from .labels import LabelledMesh
@@ -48,7 +49,7 @@ def check_same(
     tolerance : float
         Relative difference allowed of a coordinate; 0: bit for bit.
     turned : bool
-        A hex may begin at another corner; its volume must stay positive.
+        A hex may begin at another corner, of the same 24 rotations of a cube.
 
     Raises
     ------
@@ -64,10 +65,7 @@ def check_same(
             raise CadSweepError(f"reading it back gave other nodes, the first in rows {start} and after")
     for start in range(0, len(mesh.hexes), _CHUNK):
         sent, got = mesh.hexes[start : start + _CHUNK], back.hexes[start : start + _CHUNK]
-        if turned and np.array_equal(np.sort(sent, axis=1), np.sort(got, axis=1)):
-            if np.array_equal(_volume_signs(mesh, sent), _volume_signs(mesh, got)):
-                continue
-        elif np.array_equal(sent, got):
+        if np.array_equal(sent, got) or (turned and _turned_alike(sent, got)):
             continue
         raise CadSweepError(f"reading it back gave other hexes, the first in rows {start} and after")
     _check_groups(groups, back)
@@ -145,13 +143,25 @@ def disjoint_parts(mesh: LabelledMesh) -> dict[str, IntArray]:
     return {name: mesh.volumes.cells(j) for j, name in enumerate(mesh.volumes.exclusive_names())}
 
 
-def _volume_signs(mesh: LabelledMesh, hexes: IntArray) -> np.ndarray:
-    # The triple product of the edges at each corner, summed: positive for a hex that is not inside out.
-    p = mesh.points[hexes[:, :8]]
-    a = (p[:, [1, 2, 5, 6]] - p[:, [0, 3, 4, 7]]).sum(axis=1)
-    b = (p[:, [3, 2, 7, 6]] - p[:, [0, 1, 4, 5]]).sum(axis=1)
-    c = (p[:, 4:] - p[:, :4]).sum(axis=1)
-    return np.einsum("ij,ij->i", np.cross(a, b), c) > 0
+def _rotations() -> IntArray:
+    """Corners (8, 8, 8) of a hexahedron turned so that edge 0-1 is a-b, by a and b; -1 where that is no edge."""
+    table = np.full((8, 8, 8), -1, dtype=np.int64)
+    joined = {frozenset(edge) for edge in HEX_EDGES.tolist()}
+    for face in HEX_FACES[:, ::-1].tolist():
+        beyond = [next(c for c in range(8) if c not in face and frozenset((c, own)) in joined) for own in face]
+        for k in range(4):
+            table[face[k], face[(k + 1) % 4]] = [*face[k:], *face[:k], *beyond[k:], *beyond[:k]]
+    return table
+
+
+_ROTATIONS = _rotations()
+
+
+def _turned_alike(some: IntArray, others: IntArray) -> bool:
+    """Whether each of some hexahedra (m, 8) is the other one, turned."""
+    first, second = ((some == others[:, k : k + 1]).argmax(axis=1) for k in (0, 1))
+    corners = _ROTATIONS[first, second]
+    return bool((corners >= 0).all()) and np.array_equal(np.take_along_axis(some, corners, axis=1), others)
 
 
 def same_quads(some: IntArray, others: IntArray) -> bool:

@@ -211,9 +211,20 @@ def field_numbers(table: np.ndarray, columns: Sequence[tuple[int, int]], dtype: 
     InputError
         A field is empty, or no number.
     """
-    blank = np.full((len(table), 1), 32, dtype=np.uint8)
-    fields = [part for a, b in columns for part in (table[:, a:b], blank)]
-    values = parse_numbers(np.hstack(fields).tobytes(), dtype)
+    # A blank after every field: fields of one width that follow each other are copied at once.
+    runs: list[list[int]] = []  # begin, width, number of fields
+    for a, b in columns:
+        if runs and b - a == runs[-1][1] and a == runs[-1][0] + runs[-1][1] * runs[-1][2]:
+            runs[-1][2] += 1
+        else:
+            runs.append([a, b - a, 1])
+    spaced = np.full((len(table), sum((width + 1) * count for _, width, count in runs)), 32, dtype=np.uint8)
+    at = 0
+    for a, width, count in runs:
+        own = spaced[:, at : at + (width + 1) * count].reshape(len(table), count, width + 1)
+        own[..., :width] = table[:, a : a + width * count].reshape(len(table), count, width)
+        at += (width + 1) * count
+    values = parse_numbers(spaced.reshape(-1), dtype)
     if len(values) != len(table) * len(columns):
         raise InputError("a line has not as many numbers as it should have, or the file is cut short")
     return values.reshape(len(table), len(columns))

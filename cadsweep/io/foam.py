@@ -30,14 +30,16 @@ from pathlib import Path
 import numpy as np
 
 from ..arrays import IntArray
-from ..cells import HEX_FACES
+from ..compiled import compiled
 from ..errors import InputError, did_you_mean
 from ..mesh import HexMesh
+from .atomic import NewFolder
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
 from .labels import LabelledMesh, make_blocks
+from .pairing import neighbours
 from .periodic_faces import answering_quads
-from .sides import corner_keys, cyclic
-from .text import write_rows
+from .sides import corner_keys, cyclic, quads_of_sides
+from .text import parse_numbers, write_rows
 
 logger = logging.getLogger(__name__)
 
@@ -68,19 +70,18 @@ def kept_groups(mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = N
 
 def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
     """Take named quads inside the mesh for face zones, and give the boundary's quads without a name one."""
-    sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
-    first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
-    uses = np.bincount(codes[: len(sides)], minlength=len(first))
-    quad_codes = codes[len(sides) :]
-    inner = uses[quad_codes] != 1
+    across = neighbours(mesh.hexes, len(mesh.points))
+    of, row = mesh.sides if len(mesh.quads) else (np.empty(0, dtype=np.int64),) * 2
+    inner = across[6 * of + row] >= 0
     zones: dict[str, IntArray] = {}
     for name in mesh.faces.names if inner.any() else ():
         ids = mesh.faces.named(name)
         if inner[ids].any():
             zones[name] = mesh.quads[ids[inner[ids]]]
-    unnamed = uses == 1
-    unnamed[quad_codes] = False
-    extra = sides[np.sort(first[unnamed])]
+    unnamed = across < 0
+    unnamed[6 * of + row] = False
+    rest = np.flatnonzero(unnamed)
+    extra = quads_of_sides(mesh.hexes, rest // 6, rest % 6)
     number = np.cumsum(~inner) - 1
     sets = {name: mesh.faces.named(name) for name in mesh.faces.names}
     sets = {name: number[ids[~inner[ids]]] for name, ids in sets.items()}
@@ -106,7 +107,7 @@ def patch_type(names: Collection[str], given: Mapping[str, str]) -> str:
     return "wall" if walls else "patch"
 
 
-def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> None:
+def write_folder(folder: NewFolder, mesh: LabelledMesh, *, patch_types: Mapping[str, str] | None = None) -> None:
     """Write a labelled mesh into an empty folder.
 
     Parameters
@@ -126,16 +127,16 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
     faces, owner, neighbour, patches = ordered_faces(mesh)
     cyclic_of = _pair_patches(mesh, faces, owner, patches)
     note = f"nPoints:{len(mesh.points)} nCells:{len(mesh.hexes)} nFaces:{len(faces)} nInternalFaces:{len(neighbour)}"
-    with open(folder / "points", "wb") as stream:
+    with folder.open("points") as stream:
         stream.write(_head("vectorField", "points") + b"%d\n(\n" % len(mesh.points))
         write_rows(stream, "(%r %r %r)\n", mesh.points)
         stream.write(b")\n")
-    with open(folder / "faces", "wb") as stream:
+    with folder.open("faces") as stream:
         stream.write(_head("faceList", "faces") + b"%d\n(\n" % len(faces))
         write_rows(stream, "4(%d %d %d %d)\n", faces)
         stream.write(b")\n")
     for name, values in (("owner", owner), ("neighbour", neighbour)):
-        with open(folder / name, "wb") as stream:
+        with folder.open(name) as stream:
             stream.write(_head("labelList", name, note=note) + b"%d\n(\n" % len(values))
             write_rows(stream, "%d\n", values)
             stream.write(b")\n")
@@ -151,9 +152,10 @@ def write_folder(folder: Path, mesh: LabelledMesh, *, patch_types: Mapping[str, 
             f"        nFaces          {count};\n        startFace       {first};\n    }}\n"
         )
     text = f"{len(rows)}\n(\n{''.join(rows)})\n"
-    (folder / "boundary").write_bytes(_head("polyBoundaryMesh", "boundary") + text.encode())
+    with folder.open("boundary") as stream:
+        stream.write(_head("polyBoundaryMesh", "boundary") + text.encode())
     zones = mesh.volumes.exclusive_names()
-    with open(folder / "cellZones", "wb") as stream:
+    with folder.open("cellZones") as stream:
         stream.write(_head("regIOobject", "cellZones") + b"%d\n(\n" % len(zones))
         for block, name in enumerate(zones):
             ids = mesh.volumes.cells(block)
@@ -183,9 +185,9 @@ def _pair_patches(
     return found
 
 
-def _write_face_zones(folder: Path, zones: Mapping[str, IntArray], inner: IntArray) -> None:
+def _write_face_zones(folder: NewFolder, zones: Mapping[str, IntArray], inner: IntArray) -> None:
     """Faces of the zones; a face that turns the other way than its quad is flipped."""
-    with open(folder / "faceZones", "wb") as stream:
+    with folder.open("faceZones") as stream:
         stream.write(_head("regIOobject", "faceZones") + b"%d\n(\n" % len(zones))
         for name, quads in zones.items():
             _, codes = corner_keys(np.concatenate([inner, quads[:, :4]]))
@@ -214,50 +216,36 @@ def ordered_faces(
     mesh: LabelledMesh,
 ) -> tuple[IntArray, IntArray, IntArray, list[tuple[str, tuple[str, ...], int, int]]]:
     """All faces in OpenFOAM's order, owners, neighbours, and patches (name, groups, first face, number)."""
-    sides = mesh.hexes[:, HEX_FACES].reshape(-1, 4)
-    of = np.repeat(np.arange(len(mesh.hexes)), 6)
-    first, codes = corner_keys(np.concatenate([sides, mesh.quads]))
-    uses = np.bincount(codes[: len(sides)], minlength=len(first))
-    if np.max(uses) > 2 or np.min(uses) < 1:
-        raise InputError("a quad belongs to more than two hexes, or to none: OpenFOAM cannot read such a mesh")
-    # The key's first side belongs to the lower hex, because sides are listed hex by hex.
-    last = np.empty(len(first), dtype=np.int64)
-    last[codes[: len(sides)]] = np.arange(len(sides))
-    first = np.full(len(first), len(sides), dtype=np.int64)
-    np.minimum.at(first, codes[: len(sides)], np.arange(len(sides)))
-    inner = np.flatnonzero(uses == 2)
-    order = np.lexsort([of[last[inner]], of[first[inner]]])
-    inner = inner[order]
-    patch_of = np.full(len(first), -1, dtype=np.int64)
-    patch_of[codes[len(sides) :]] = mesh.faces.of_cell
-    outer = np.flatnonzero(uses == 1)
-    names = mesh.faces.exclusive_names()
+    across = neighbours(mesh.hexes, len(mesh.points))
+    beyond = np.where(across > np.arange(len(across)), across // 6, len(mesh.hexes)).reshape(-1, 6)
+    row = np.argsort(beyond, axis=1, kind="stable")
+    sides = (6 * np.arange(len(beyond))[:, None] + row)[np.take_along_axis(beyond, row, axis=1) < len(beyond)]
+    neighbour = across[sides] // 6
+    listed, start = [sides], len(sides)
     patches: list[tuple[str, tuple[str, ...], int, int]] = []
-    listed = [inner]
-    start = len(inner)
-    for block, name in enumerate(names):
-        these = outer[patch_of[outer] == block]
+    quads = 6 * mesh.sides[0] + mesh.sides[1]
+    if (across[quads] >= 0).any() or len(quads) != np.count_nonzero(across < 0):
+        raise InputError("a quad of the boundary is no side of just one hexahedron: OpenFOAM cannot read such a mesh")
+    for block, name in enumerate(mesh.faces.exclusive_names()):
+        these = np.sort(quads[mesh.faces.cells(block)])
         groups = tuple(n for n in mesh.faces.members[block] if n != name)
         patches.append((name, groups, start, len(these)))
-        listed.append(these[np.argsort(of[first[these]], kind="stable")])
+        listed.append(these)
         start += len(these)
-    order = np.concatenate(listed)
-    return sides[first[order]], of[first[order]], of[last[inner]], patches
+    faces = np.concatenate(listed)
+    return quads_of_sides(mesh.hexes, faces // 6, faces % 6), faces // 6, neighbour, patches
 
 
 def read_folder(folder: Path) -> HexMesh:
     """Read a mesh of hexes; the corners of a hex begin anywhere."""
-    points = np.array(_list(folder, "points").replace("(", " ").replace(")", " ").split(), dtype=np.float64).reshape(
-        -1, 3
-    )
-    rows = re.findall(r"(\d+)\s*\(([^()]*)\)", _list(folder, "faces"))
-    owner = np.array(_list(folder, "owner").split(), dtype=np.int64)
-    neighbour = np.array(_list(folder, "neighbour").split(), dtype=np.int64)
-    if len(rows) != len(owner) or len(neighbour) > len(owner):
+    points = _numbers(_list(folder, "points"), np.float64).reshape(-1, 3)
+    owner, neighbour = (_numbers(_list(folder, name)) for name in ("owner", "neighbour"))
+    rows = _numbers(_list(folder, "faces"))
+    if len(rows) == 0 or len(rows) % 5 or (rows[::5] != 4).any():
+        raise InputError("it has faces that are no quads, or is cut short; meshes of hexahedra are read")
+    if len(rows) != 5 * len(owner) or len(neighbour) > len(owner):
         raise InputError("its files do not fit together, or one is cut short")
-    if {n for n, _ in rows} != {"4"}:
-        raise InputError("it has faces that are no quads; meshes of hexahedra are read")
-    faces = np.array([row.split() for _, row in rows], dtype=np.int64)
+    faces = rows.reshape(-1, 5)[:, 1:]
     n_cells = int(np.max(np.concatenate([owner, neighbour]))) + 1  # the last cell of a ring may own no face
     inner = len(neighbour)
     of = np.concatenate([owner, neighbour])
@@ -267,7 +255,7 @@ def read_folder(folder: Path) -> HexMesh:
         raise InputError("it has cells without six faces; meshes of hexahedra are read")
     hexes = _corners(around[order].reshape(n_cells, 6, 4))
     boundaries: dict[str, list[IntArray]] = {}
-    text = _list(folder, "boundary")
+    text = _list(folder, "boundary").decode()
     for name, body in re.findall(r"(\S+)\s*\{([^{}]*)\}", text):
         count, start = (int(re.search(rf"{key}\s+(\d+)", body)[1]) for key in ("nFaces", "startFace"))  # type: ignore[index]
         groups = re.search(r"inGroups\s+(?:List<word>\s*)?\d*\s*\(([^()]*)\)", body)
@@ -275,48 +263,61 @@ def read_folder(folder: Path) -> HexMesh:
             boundaries.setdefault(key, []).append(faces[start : start + count])
     parts = {}
     if (folder / "cellZones").exists():
-        for name, ids in re.findall(r"(\w+)\s*\{[^{}]*?\d+\s*\(([\d\s]*)\)[^{}]*\}", _list(folder, "cellZones")):
-            parts[name] = np.array(ids.split(), dtype=np.int64)
+        for name, ids in re.findall(rb"(\w+)\s*\{[^{}]*?\d+\s*\(([\d\s]*)\)[^{}]*\}", _list(folder, "cellZones")):
+            parts[name.decode()] = _numbers(ids)
     if (folder / "faceZones").exists():
-        pattern = r"(\w+)\s*\{[^{}]*?faceLabels[^(]*\(([\d\s]*)\)[^{}]*?flipMap[^(]*\(([\w\s]*)\)[^{}]*\}"
+        pattern = rb"(\w+)\s*\{[^{}]*?faceLabels[^(]*\(([\d\s]*)\)[^{}]*?flipMap[^(]*\(([\w\s]*)\)[^{}]*\}"
         for name, ids, flips in re.findall(pattern, _list(folder, "faceZones")):
-            rows_of = faces[np.array(ids.split(), dtype=np.int64)]
-            turned = np.array([word in {"1", "true", "yes", "on"} for word in flips.split()], dtype=bool)
-            boundaries.setdefault(name, []).append(np.where(turned[:, None], rows_of[:, ::-1], rows_of))
+            rows_of = faces[_numbers(ids)]
+            turned = np.array([word in {b"1", b"true", b"yes", b"on"} for word in flips.split()], dtype=bool)
+            boundaries.setdefault(name.decode(), []).append(np.where(turned[:, None], rows_of[:, ::-1], rows_of))
     return HexMesh(
         points=points, hexes=hexes, boundaries={k: np.concatenate(v) for k, v in boundaries.items()}, parts=parts
     )
 
 
-def _list(folder: Path, name: str) -> str:
+_BRACKETS = bytes.maketrans(b"()", b"  ")
+
+
+def _numbers(text: bytes, dtype: type = np.int64) -> np.ndarray:
+    return parse_numbers(text.translate(_BRACKETS), dtype)
+
+
+def _list(folder: Path, name: str) -> bytes:
     """The text between the outer brackets of a file's list."""
-    try:
-        text = (folder / name).read_text("ascii")
-    except UnicodeDecodeError:
-        raise InputError(f"its file {name} is binary; write it as text (foamFormatConvert)") from None
-    if re.search(r"format\s+binary", text[:2000]):
+    text = (folder / name).read_bytes()
+    if not text.isascii() or re.search(rb"format\s+binary", text[:2000]):
         raise InputError(f"its file {name} is binary; write it as text (foamFormatConvert)")
-    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-    text = re.sub(r"//.*", "", text)
-    body = text[text.find("}") + 1 :]
-    begin, end = body.find("("), body.rfind(")")
-    if begin < 0 or end < begin:
+    text = re.sub(rb"/\*.*?\*/", b"", text, flags=re.DOTALL)
+    text = re.sub(rb"//.*", b"", text)
+    head = text.find(b"}") + 1
+    begin, end = text.find(b"(", head), text.rfind(b")")
+    if begin < head or end < begin:
         raise InputError(f"its file {name} holds no list, or is cut short")
-    return body[begin + 1 : end]
+    return text[begin + 1 : end]
 
 
 def _corners(around: IntArray) -> IntArray:
     """Corners (m, 8) in VTK's order of cells given by their outward faces (m, 6, 4)."""
-    base = around[:, 0, ::-1]
-    hexes = np.full((len(around), 8), -1, dtype=np.int64)
-    hexes[:, :4] = base
-    for face in range(1, 6):
-        for k in range(4):
-            tail, head = around[:, face, k], around[:, face, (k + 1) % 4]
-            upright = ~(head[:, None] == base).any(axis=1)
-            for j in range(4):
-                found = upright & (tail == base[:, j])
-                hexes[found, 4 + j] = head[found]
+    hexes = _upright(np.ascontiguousarray(around))
     if (hexes < 0).any():
         raise InputError("it has cells with six quads that are no hexahedra")
+    return hexes
+
+
+@compiled(cache=True, nogil=True)
+def _upright(around):  # type: ignore[no-untyped-def]
+    """The first face, turned inwards, and what each of its corners is joined to beyond it; -1: nothing."""
+    hexes = np.full((len(around), 8), -1, dtype=np.int64)
+    for h in range(len(around)):
+        hexes[h, :4] = around[h, 0, ::-1]
+        for face in range(1, 6):
+            for k in range(4):
+                tail, head = around[h, face, k], around[h, face, (k + 1) % 4]
+                at = -1
+                for j in range(4):
+                    at = j if hexes[h, j] == tail and at > -2 else at
+                    at = -2 if hexes[h, j] == head else at
+                if at >= 0:
+                    hexes[h, 4 + at] = head
     return hexes

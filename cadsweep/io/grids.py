@@ -30,13 +30,15 @@ from ..cells import HEX_EDGES, HEX_FACES
 from ..compiled import compiled
 from ..errors import InputError
 from .labels import LabelledMesh
-from .sides import side_keys
+from .pairing import edge_codes, neighbours
 
 MOST_BLOCKS = 64
 """Blocks of one solid, unless the caller says another number: a shaft with a cross bore has 9, a plate with four holes
 a dozen, a cap of 400 quads that was not mapped 140."""
 
 _OPPOSITE = np.array([1, 0, 4, 5, 2, 3])
+_TOWARDS = np.array([3, 4, 1])
+"""Sides towards i, j and k."""
 
 
 def _tables() -> tuple[IntArray, IntArray]:
@@ -119,7 +121,7 @@ def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
         edges = [j for j, edge in enumerate(HEX_EDGES.tolist()) if set(edge) <= set(face)]
         walls[side::6] |= singular[:, edges].any(axis=1)
     _spread(hexes, across, walls)
-    shapes, order, framed, fault = _walked(hexes, across, walls)
+    shapes, order, framed, steps, fault = _walked(hexes, across, walls)
     if fault >= 0:
         x, y, z = mesh.points[hexes[fault]].mean(axis=0)
         raise InputError(f"the block at ({x:.6g}, {y:.6g}, {z:.6g}) closes on itself with a twist: it has no i, j, k")
@@ -127,9 +129,7 @@ def find_grids(mesh: LabelledMesh, *, most: int = MOST_BLOCKS) -> Grids:
     counts = np.bincount(solid[order[first[:-1]]], minlength=len(mesh.volumes.members))
     if counts.max() > most:
         raise InputError(_not_mapped(mesh, int(counts.argmax()), int(counts.max()), most, singular))
-    _found[mesh] = Grids(
-        shapes=shapes, first=first, order=order, hexes=framed, across=neighbours(framed, len(mesh.points))
-    )
+    _found[mesh] = Grids(shapes=shapes, first=first, order=order, hexes=framed, across=_framed(across, steps))
     return _found[mesh]
 
 
@@ -150,26 +150,9 @@ def _not_mapped(mesh: LabelledMesh, solid: int, count: int, most: int, singular:
     )
 
 
-def neighbours(hexes: IntArray, n_points: int) -> IntArray:
-    """The side (6 m,) beyond each side of the hexahedra, ``6 h + row of HEX_FACES``; -1 where there is none."""
-    keys = side_keys(hexes, n_points)
-    order = np.argsort(keys, kind="stable")
-    ordered = keys[order]
-    same = np.flatnonzero(ordered[1:] == ordered[:-1])
-    across = np.full(len(keys), -1, dtype=np.int64)
-    one, other = order[same], order[same + 1]
-    sides = [np.sort(hexes[own[:, None] // 6, HEX_FACES[own % 6]], axis=1) for own in (one, other)]
-    if (np.diff(same) == 1).any() or (sides[0] != sides[1]).any():
-        raise InputError("three hexahedra have one side: the mesh has no structured blocks")
-    across[one], across[other] = other, one
-    return across
-
-
 def _singular(hexes: IntArray, walls: np.ndarray, n_points: int) -> np.ndarray:
     """Whether each edge (m, 12) is on no wall, and not one of four hexahedra."""
-    ends = np.sort(hexes[:, HEX_EDGES].reshape(-1, 2), axis=1)
-    _, code, count = np.unique(ends[:, 0] * n_points + ends[:, 1], return_inverse=True, return_counts=True)
-    code = code.reshape(-1, 12)
+    code, count = edge_codes(hexes, n_points)
     on_wall = np.zeros(len(count), dtype=bool)
     for side, face in enumerate(HEX_FACES.tolist()):
         edges = [j for j, edge in enumerate(HEX_EDGES.tolist()) if set(edge) <= set(face)]
@@ -238,7 +221,7 @@ def _step(hexes, across, walls, at, axis, sign):  # type: ignore[no-untyped-def]
 @compiled(cache=True, nogil=True)
 def _begun(hexes, across, walls, seed):  # type: ignore[no-untyped-def]
     """The first hexahedron of a seed's block, with its frame, and the block's shape."""
-    at = np.array([seed, 3, 4, 1])
+    at = np.array([seed, _TOWARDS[0], _TOWARDS[1], _TOWARDS[2]])
     for axis in range(3):
         begin = at[0]
         found = _step(hexes, across, walls, at, axis, -1)
@@ -256,7 +239,7 @@ def _begun(hexes, across, walls, seed):  # type: ignore[no-untyped-def]
 
 @compiled(cache=True, nogil=True)
 def _walked(hexes, across, walls):  # type: ignore[no-untyped-def]
-    """Blocks: shapes (b, 3), hexahedra in their order, turned hexahedra, and one that is in no block, else -1."""
+    """Blocks: shapes (b, 3), hexahedra in their order, turned, their frames, and one that is in no block, else -1."""
     m = len(hexes)
     done = np.zeros(m, dtype=np.bool_)
     order, turned = np.empty(m, dtype=np.int64), np.empty((m, 8), dtype=np.int64)
@@ -268,7 +251,7 @@ def _walked(hexes, across, walls):  # type: ignore[no-untyped-def]
         at, shape = _begun(hexes, across, walls, seed)
         ni, nj = shape[0], shape[1]
         if n + shape.prod() > m:
-            return shapes[:n_blocks], order, turned, seed
+            return shapes[:n_blocks], order, turned, steps, seed
         for place in range(shape.prod()):
             if place % ni > 0:
                 at = _step(hexes, across, walls, steps[n + place - 1], 0, 1)
@@ -277,7 +260,7 @@ def _walked(hexes, across, walls):  # type: ignore[no-untyped-def]
             elif place > 0:
                 at = _step(hexes, across, walls, steps[n + place - ni * nj], 2, 1)
             if at[0] < 0 or done[at[0]]:
-                return shapes[:n_blocks], order, turned, seed
+                return shapes[:n_blocks], order, turned, steps, seed
             done[at[0]] = True
             order[n + place] = at[0]
             steps[n + place] = at
@@ -289,4 +272,27 @@ def _walked(hexes, across, walls):  # type: ignore[no-untyped-def]
         shapes[n_blocks] = shape
         n_blocks += 1
         n += shape.prod()
-    return shapes[:n_blocks], order, turned, -1
+    return shapes[:n_blocks], order, turned, steps, -1
+
+
+@compiled(cache=True, nogil=True)
+def _framed(across, steps):  # type: ignore[no-untyped-def]
+    """What is beyond each side (6 m,) of hexahedra that stand in the order, and are turned, as their frames say."""
+    m = len(steps)
+    place, row = np.empty(m, dtype=np.int64), np.empty((m, 6), dtype=np.int64)
+    own = np.empty((m, 6), dtype=np.int64)
+    for n in range(m):
+        place[steps[n, 0]] = n
+        for axis in range(3):
+            for away in range(2):
+                now = _OPPOSITE[_TOWARDS[axis]] if away else _TOWARDS[axis]
+                before = _OPPOSITE[steps[n, 1 + axis]] if away else steps[n, 1 + axis]
+                own[n, now], row[n, before] = before, now
+    found = np.full(6 * m, -1, dtype=np.int64)
+    for n in range(m):
+        for side in range(6):
+            beyond = across[6 * steps[n, 0] + own[n, side]]
+            if beyond >= 0:
+                other = place[beyond // 6]
+                found[6 * n + side] = 6 * other + row[other, beyond % 6]
+    return found

@@ -38,7 +38,7 @@ HEX_ORDER = {8: np.arange(8), 20: np.array([*range(12), 16, 17, 18, 19, 12, 13, 
 """``nastran_nodes = vtk_nodes[:, HEX_ORDER[n]]``."""
 
 _MOST_SMALL = 99_999_999
-_TITLE = re.compile(rb"^\$ Femap (Property|Load Set|Set) +(\d+) : (\w+)", re.MULTILINE)
+_TITLE = re.compile(rb"\$ Femap (Property|Load Set|Set) +(\d+) : (\w+)")
 
 
 def write(
@@ -185,9 +185,11 @@ def _take(
     kind = name.rstrip("*")
     if kind == "GRID":
         found.node_tags.append(decks.field_numbers(fields, [(0, width)]).ravel())
-        found.points.append(
-            decks.field_numbers(_with_exponents(fields, width), decks.slots(2 * width, width, 3), np.float64)
-        )
+        try:
+            found.points.append(decks.field_numbers(fields, decks.slots(2 * width, width, 3), np.float64))
+        except InputError:
+            _refuse_bare_exponents(fields, width)
+            raise
     elif kind == "CHEXA":
         blank = (fields[:, : 22 * width].reshape(len(fields), -1, width) == 32).all(axis=2)
         sizes = np.unique((~blank).sum(axis=1) - 2).tolist()
@@ -206,16 +208,12 @@ def _take(
         raise InputError(f"it has elements of type {kind}; only CHEXA is read")
 
 
-def _with_exponents(fields: np.ndarray, width: int) -> np.ndarray:
-    """Numbers such as ``1.5-3`` with the letter that they leave out, where there are any."""
-    if not np.isin(fields[:, 1:], np.frombuffer(b"+-", dtype=np.uint8)).any():
-        return fields
+def _refuse_bare_exponents(fields: np.ndarray, width: int) -> None:
+    """Say so where numbers leave out the letter of their exponent."""
     # A number that fills its field stands right before the sign of the next one: fields are looked at one by one.
     blanks = np.full((fields.size // width, 1), 32, dtype=np.uint8)
-    text = np.hstack([fields.reshape(-1, width), blanks]).tobytes()
-    if re.search(rb"[\d.][+-]\d", text) is None:
-        return fields
-    raise InputError("it has numbers without the letter of their exponent (1.5-3); write them as 1.5E-3")
+    if re.search(rb"[\d.][+-]\d", np.hstack([fields.reshape(-1, width), blanks]).tobytes()):
+        raise InputError("it has numbers without the letter of their exponent (1.5-3); write them as 1.5E-3")
 
 
 def _sides_across(corners: IntArray, first: IntArray, third: IntArray) -> IntArray:

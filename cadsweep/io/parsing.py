@@ -123,7 +123,12 @@ def _scaled(value, power):  # type: ignore[no-untyped-def]
     return found, np.abs(np.abs(gap) - half) > _NEAR_HALF * unit and np.abs(gap) < half
 
 
-def floats(text: bytes) -> FloatArray:
+def _letters(text: bytes | np.ndarray) -> np.ndarray:
+    """Characters that may be written to: one type for the compiled loops."""
+    return text if isinstance(text, np.ndarray) else np.frombuffer(text, dtype=np.uint8).copy()
+
+
+def floats(text: bytes | np.ndarray) -> FloatArray:
     """Floats (n,) of a text, between blanks, commas and line ends.
 
     Raises
@@ -131,20 +136,20 @@ def floats(text: bytes) -> FloatArray:
     ValueError
         A word is no number.
     """
-    letters = np.frombuffer(text, dtype=np.uint8).copy()  # of one type with what may be written to
+    letters = _letters(text)
     numbers = np.empty(len(letters) // 2 + 1)
     left = np.empty((len(numbers), 3), dtype=np.int64)
     count, n_left = parse_floats(letters, numbers, left)
     for place, begin, end in left[:n_left].tolist():
-        numbers[place] = float(text[begin:end].replace(b"D", b"E").replace(b"d", b"e").replace(b"_", b"?"))
+        numbers[place] = float(letters[begin:end].tobytes().replace(b"D", b"E").replace(b"d", b"e").replace(b"_", b"?"))
     return numbers[:count].copy()
 
 
-def whole_numbers(text: bytes) -> IntArray:
+def whole_numbers(text: bytes | np.ndarray) -> IntArray:
     """Whole numbers (n,) of a text, alike."""
-    letters = np.frombuffer(text, dtype=np.uint8).copy()  # of one type with what may be written to
+    letters = _letters(text)
     numbers = np.empty(len(letters) // 2 + 1, dtype=np.int64)
     count = parse_whole(letters, numbers)
     if count < 0:
-        raise ValueError(f"no whole number at {text[max(0, -count - 20) : 20 - count]!r}")
+        raise ValueError(f"no whole number at {letters[max(0, -count - 20) : 20 - count].tobytes()!r}")
     return numbers[:count].copy()

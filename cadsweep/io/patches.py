@@ -20,6 +20,7 @@ from ..errors import InputError
 from ..mesh import HexMesh
 from .grids import Grids
 from .labels import LabelledMesh
+from .pairing import first_rows
 from .sides import find_sides
 
 NORMALS = (2, 2, 0, 0, 1, 1)
@@ -113,8 +114,8 @@ def find_patches(mesh: LabelledMesh, grids: Grids) -> list[Patch]:
             there = across[meets]
             codes[meets, 2] = label[there]
             codes[meets, 3:] = _meeting(grids, places, (quads[meets], there), side=side, at=np.argwhere(meets)[:, ::-1])
-            kinds, kind = np.unique(codes.reshape(-1, 10), axis=0, return_inverse=True)
-            for (u0, v0), (u1, v1), which in _rectangles(kind.reshape(own.shape)):
+            kinds = codes.reshape(-1, 10)
+            for (u0, v0), (u1, v1), which in _rectangles(first_rows(kinds).reshape(own.shape)):
                 met, name, other_name, other, at, *motion = kinds[which].tolist()
                 if met == 2:
                     continue

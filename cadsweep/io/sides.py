@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import IntArray
 from ..cells import HEX_EDGES, HEX_FACES
 from ..errors import InputError
+from .pairing import mix
 
 _CHUNK = 1 << 14
 
@@ -164,7 +165,7 @@ def unnamed_sides(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
     of their corners and folded by exclusive or, in which what two hexes share vanishes.
     """
     outer = quads[count_users(hexes, quads, n_points) == 1] if len(quads) else quads
-    mixed = _mixed(np.arange(n_points, dtype=np.uint64))
+    mixed = mix(np.arange(n_points, dtype=np.uint64))
     folded = np.bitwise_xor.reduce(_keys(mixed, outer), initial=np.uint64(0))
     for face in HEX_FACES:
         folded ^= np.bitwise_xor.reduce(_keys(mixed, hexes[:, face]))
@@ -177,23 +178,9 @@ def unnamed_sides(hexes: IntArray, quads: IntArray, n_points: int) -> IntArray:
     return sides[np.sort(first[counts == 1])]
 
 
-def side_keys(hexes: IntArray, n_points: int) -> np.ndarray:
-    """A number (6 m,) uint64 of every side ``6 h + row of HEX_FACES``: one of two sides with the same corners."""
-    mixed = _mixed(np.arange(n_points, dtype=np.uint64))
-    return np.stack([_keys(mixed, hexes[:, face]) for face in HEX_FACES], axis=1).reshape(-1)
-
-
 def _keys(mixed: np.ndarray, corners: IntArray) -> np.ndarray:
     """A number of every quad (q, 4 or more), in whatever order its corners come; two have one by chance of 2**-64."""
     sums = mixed[corners[:, 0]]
     for k in (1, 2, 3):
         sums += mixed[corners[:, k]]
-    return _mixed(sums)
-
-
-def _mixed(values: np.ndarray) -> np.ndarray:
-    """Numbers (n,) uint64 whose every bit hangs on every bit of the value (Steele, Lea, Flood, SplitMix64, 2014)."""
-    values = values + np.uint64(0x9E3779B97F4A7C15)
-    values = (values ^ (values >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    values = (values ^ (values >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return values ^ (values >> np.uint64(31))
+    return mix(sums)

@@ -106,8 +106,8 @@ def _texts(
         raise InputError(f"a number is too long for the format: {error}; write another format") from None
 
 
-def parse_numbers(text: bytes, dtype: Any = np.float64) -> np.ndarray:
-    """Numbers (n,) of a text that has nothing else, between commas, spaces or line ends.
+def parse_numbers(text: bytes | np.ndarray, dtype: Any = np.float64) -> np.ndarray:
+    """Numbers (n,) of a text, or its characters (k,) uint8, that has nothing else, between commas, spaces or line ends.
 
     Raises
     ------

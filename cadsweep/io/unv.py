@@ -15,16 +15,16 @@ element lists corners and middles in turn, ring by ring.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import BinaryIO
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import IntArray, distinct
 from ..errors import InputError
 from ..mesh import HexMesh
 from .labels import LabelledMesh
-from .text import parse_numbers, write_rows
+from .text import parse_numbers, write_list, write_rows
 
 MAX_NAME = 40
 HEX_TYPES = {8: 115, 20: 116}
@@ -58,11 +58,10 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
     for name in mesh.faces.names:
         number += 1
         ids = mesh.faces.named(name)
-        members = [(8, e) for e in (ids + m + 1).tolist()] + [(7, v) for v in (np.unique(mesh.quads[ids]) + 1).tolist()]
-        _write_group(stream, number, name, members)
+        _write_group(stream, number, name, {8: ids + m + 1, 7: distinct(mesh.quads[ids]) + 1})
     for name in mesh.volumes.names:
         number += 1
-        _write_group(stream, number, name, [(8, e) for e in (mesh.volumes.named(name) + 1).tolist()])
+        _write_group(stream, number, name, {8: mesh.volumes.named(name) + 1})
     stream.write(_MARK)
 
 
@@ -73,15 +72,20 @@ def _write_elements(stream: BinaryIO, first: int, kind: int, nodes: IntArray) ->
     write_rows(stream, row, np.arange(first, first + len(nodes)), nodes)
 
 
-def _write_group(stream: BinaryIO, number: int, name: str, members: list[tuple[int, int]]) -> None:
-    stream.write(f"{number:10d}{0:10d}{0:10d}{0:10d}{0:10d}{0:10d}{0:10d}{len(members):10d}\n{name}\n".encode())
-    cells = [f"{kind:10d}{tag:10d}{0:10d}{0:10d}" for kind, tag in members]
-    stream.write("".join("".join(cells[j : j + 2]) + "\n" for j in range(0, len(cells), 2)).encode())
+def _write_group(stream: BinaryIO, number: int, name: str, members: Mapping[int, IntArray]) -> None:
+    """Write a group of entities by kind: 8 elements, 7 nodes."""
+    n = sum(map(len, members.values()))
+    stream.write(f"{number:10d}{0:10d}{0:10d}{0:10d}{0:10d}{0:10d}{0:10d}{n:10d}\n{name}\n".encode())
+    cells = np.zeros((n, 4), dtype=np.int64)
+    cells[:, 0] = np.repeat([*members], [len(own) for own in members.values()])
+    cells[:, 1] = np.concatenate([*members.values()])
+    write_list(stream, "%10d", cells.reshape(-1), per_line=8)
 
 
 def read(stream: BinaryIO) -> HexMesh:
     """Read bricks, shells, and permanent groups."""
-    text = stream.read().replace(b"\r\n", b"\n")
+    text = stream.read()
+    text = text.replace(b"\r\n", b"\n") if b"\r" in text else text
     sections: dict[int, list[bytes]] = {}
     ends = re.finditer(rb"-1[ \t]*(?:\n|\Z)", text)
     marks = [match for match in ends if not text[text.rfind(b"\n", 0, match.start()) + 1 : match.start()].strip()]

@@ -18,7 +18,7 @@ from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
 from ..estimate import Estimate, check_budget
 from ..options import SweepOptions
-from ..progress import Progress
+from ..progress import Progress, silent
 from ..quality import CadReference, QualityAccumulator, QualityReport
 
 SECONDS = 45.0
@@ -138,10 +138,6 @@ def make_run(
         decompose_time=search,
         total=SECONDS + max(0.0, search - SEARCH),
     )
-
-
-def silent(stage: str, fraction: float | None) -> None:
-    """Progress for those who did not ask."""
 
 
 def measured(mesh: BlockMesh, cad: CadReference | Mapping[str, CadReference] | None, run: Run) -> QualityReport:

@@ -19,7 +19,7 @@ from cadsweep.errors import CadSweepError, InputError
 from cadsweep.io import atomic
 from cadsweep.mesh import HexMesh
 
-from .io_meshes import TOLERANCES, box, two_parts
+from .io_meshes import TOLERANCES, box, twisted_box, two_parts
 
 SUFFIXES = [s for s in io.FORMATS if s not in {".exo", ".pvtu"}]
 FILE_SUFFIXES = [s for s in SUFFIXES if s != ".polymesh"]
@@ -381,3 +381,26 @@ def test_arrays_larger_than_their_file_are_refused_at_once(tmp_path):
         file.create_dataset("huge", (1 << 40,), dtype="f8")  # never written: the file stays small
         with pytest.raises(InputError, match="claims 1099511627776"):
             load(file["huge"])
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_while_a_file_is_written_it_says_how_much_of_it_is_and_can_be_stopped(tmp_path, monkeypatch, suffix):
+    monkeypatch.setattr(atomic, "_PIECE", 1 << 12)
+    path = tmp_path / ("polyMesh" if suffix == ".polymesh" else f"mesh{suffix}")
+    mesh = twisted_box(nx=12, ny=12, nz=12)
+    said: list[tuple[str, float | None]] = []
+    io.write(mesh, path, on_progress=lambda *one: said.append(one))
+    assert said[-2:] == [("read back", None), ("write", 1.0)]
+    shares = [share for stage, share in said[:-2] if stage == "write"]
+    assert len(shares) == len(said) - 2
+    assert len(shares) >= 3
+    assert shares == sorted(shares)
+    assert shares[0] < 0.5 <= shares[-1] < 1.0
+
+    def stop(stage: str, share: float | None) -> None:
+        raise KeyboardInterrupt
+
+    kept = left(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        io.write(mesh, path.with_name(f"other{suffix}") if suffix != ".polymesh" else path, on_progress=stop)
+    assert left(tmp_path) == kept

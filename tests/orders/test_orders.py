@@ -219,6 +219,24 @@ def test_mfem_reads_the_same_volume(order, tmp_path):
     assert volume == pytest.approx(positive_inside(mesh.points, mesh.hexes)[1].sum(), rel=1e-9)
 
 
+@pytest.mark.parametrize("order", [2, 3, 5])
+def test_mfem_sees_the_same_polynomial_between_the_nodes(order, tmp_path):
+    mfem = pytest.importorskip("mfem.ser")
+    mesh, _ = _rolled(order)
+    mesh.write(tmp_path / "ring.mesh")
+    read = mfem.Mesh(str(tmp_path / "ring.mesh"), 1, 1)
+    nodes = np.arange(order + 1) / order
+    at = (0.21, 0.57, 0.83)
+    along = [[np.prod([(x - b) / (a - b) for b in nodes if b != a]) for a in nodes] for x in at]
+    weights = np.einsum("k,j,i->kji", along[2], along[1], along[0]).ravel()
+    point = mfem.IntegrationPoint()
+    point.Set3(*at)
+    for element in range(mesh.n_hexes):
+        place = read.GetElementTransformation(element).Transform(point)
+        expected = weights @ mesh.points[mesh.hexes[element, lexicographic(order)]]
+        np.testing.assert_allclose(place, expected, rtol=0, atol=1e-13 * np.abs(mesh.points).max())
+
+
 def test_numbers_of_one_hex_are_a_permutation():
     lattice = number_lattice(np.arange(8)[None], 8, 4)
     assert sorted(lattice.hexes[0].tolist()) == list(range(125))
