@@ -31,7 +31,7 @@ _STEPS = 40
 _IDLE = 4
 """Rounds without fewer inverted hexahedra after which it ends."""
 _REACH = 3
-"""Hexahedra around a poor one whose nodes are moved for it once none is inverted: what is farther off hardly matters."""
+"""Hexahedra around a poor one whose nodes move for it once none is inverted: what is farther off hardly matters."""
 
 
 class Untangled(NamedTuple):
