@@ -64,7 +64,7 @@ def label_quads(solid: Solid, facets: Facets, points: FloatArray, quads: IntArra
     columns: list[FloatArray] = []
     along = np.linspace(0.0, 1.0, 65)
     for edge in solid.edges:
-        away = cKDTree(edge.curve.evaluate(along)).query(places)[0] / size
+        away = cKDTree(edge.curve.evaluate(along)).query(places, distance_upper_bound=_FAR * size)[0] / size
         f, g = edge.faces
         if between[f, g] < 0:
             between[f, g] = between[g, f] = len(columns)

@@ -5,6 +5,7 @@ nothing yet about how long they should be; what it leaves is polished by :func:`
 
 Method: the regularised shape energy of :mod:`.energy`, its regularisation fading with what is inverted, over all nodes.
 Between rounds nodes go back to their entities exactly, and the directions in which they may move are found again.
+Once none is inverted, only what is around poor hexahedra is polished.
 
 What it does not handle: a quad of the boundary that its own nodes cannot make convex.
 """
@@ -29,6 +30,8 @@ _STEPS = 40
 """Steps of the minimiser a round: directions along faces hold for about as far."""
 _IDLE = 4
 """Rounds without fewer inverted hexahedra after which it ends."""
+_REACH = 3
+"""Hexahedra around a poor one whose nodes move for it once none is inverted: what is farther off hardly matters."""
 
 
 class Untangled(NamedTuple):
@@ -101,24 +104,26 @@ def untangle(
     on_round : callable
         Told how many hexahedra are inverted; what it returns ends the rounds.
     """
-    nodes, n = np.flatnonzero(free), len(points)
+    n = len(points)
     every = np.concatenate([hexes, guards.hexes])
     lengths = np.concatenate([lengths, np.repeat(np.median(lengths, axis=0)[None], len(guards.hexes), axis=0)])
 
     def guarded(points: FloatArray) -> FloatArray:
         return np.concatenate([points, guards.outer(points)])
 
-    def patch_at(points: FloatArray) -> Patch:
+    def patch_at(points: FloatArray, free: BoolArray, chosen: BoolArray) -> Patch:
+        nodes = np.flatnonzero(free)
+
         def snap(moved: FloatArray) -> FloatArray:
             moved[nodes] = slides.snapped(nodes, moved[nodes], points[nodes])
             return moved
 
         return Patch(
             points=points,
-            hexes=every,
+            hexes=every[chosen],
             free=np.concatenate([free, np.zeros(len(points) - n, dtype=bool)]),
-            lengths=lengths,
-            goals=np.full(len(every), goal),
+            lengths=lengths[chosen],
+            goals=np.full(int(chosen.sum()), goal),
             projectors=slides.projectors(nodes, points[nodes]),
             snap=snap,
         )
@@ -131,7 +136,7 @@ def untangle(
     for _ in range(_ROUNDS):
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
-        patch = patch_at(guarded(points))
+        patch = patch_at(guarded(points), free, np.ones(len(every), dtype=bool))
         energy = MovedEnergy(patch, patch.points)
         x = energy.x[patch.free]
         energy(x)
@@ -144,7 +149,13 @@ def untangle(
         if key < best_key:
             best, best_key = points, key
     if best_key[0] == 0 and -best_key[1] < goal:
-        patch = patch_at(guarded(best))
+        near = np.zeros(n, dtype=bool)
+        near[hexes[proven_values(best, hexes) < goal]] = True
+        for _ in range(_REACH):
+            near[hexes[near[hexes].any(axis=1)]] = True
+        near &= free
+        touched = np.concatenate([near, np.zeros(int(every.max()) + 1 - n, dtype=bool)])[every].any(axis=1)
+        patch = patch_at(guarded(best), near, touched)
         polished_too = polished(patch, patch.points)[:n]
         if key_of(polished_too) < best_key:
             best, best_key = polished_too, key_of(polished_too)
