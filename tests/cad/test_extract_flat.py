@@ -47,7 +47,7 @@ def crescents():
 
 def test_loops_that_touch_in_a_vertex_are_one_border():
     for shape in crescents():
-        (solid,) = load(shape).solids
+        (solid,) = cs.load(shape).solids
         touching = [face for face in solid.faces if len(face.loops) == 2]
         assert [face.euler for face in touching] == [1], "an open crescent is a disc, not a ring"
         # Bodies without a tunnel are balls.
