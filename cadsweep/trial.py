@@ -82,12 +82,18 @@ def survives(step: Callable[[], object], what: str, *, library: str = "OpenCASCA
         _, status = os.waitpid(child, 0)
     if not done:
         how = f"took more than {seconds:g} s" if not ready else f"ended its process ({_ending(status)})"
-        said = f"{what} was given up: {library} {how}"
-        log.info("%s", said)
         told.waited[what] += 0.0 if ready else seconds
-        if said not in told.notes:
-            told.notes.append(said)
+        give_up(what, f"{library} {how}")
     return done
+
+
+def give_up(what: str, why: str) -> None:
+    """Note that a step was given up, once."""
+    said = f"{what} was given up: {why}"
+    log.info("%s", said)
+    told = _given_up.get() or _GivenUp()
+    if said not in told.notes:
+        told.notes.append(said)
 
 
 @contextlib.contextmanager

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..trial import SECONDS, survives
+from ..trial import SECONDS, give_up, survives
 from .shapes import is_plain
 
 
@@ -19,20 +19,28 @@ def attempted(
 ) -> bool:
     """Do a step of OpenCASCADE; whether it was done: not where a copy of this process does not come to its end.
 
+    Where there is no copy, an exception of OpenCASCADE is no end either.
+
     Parameters
     ----------
     step : callable
-        As for :func:`cadsweep.trial.survives`; an exception of its own is the caller's.
+        As for :func:`cadsweep.trial.survives`.
     what : str
     on : sequence of TopoDS_Shape or None
         What it works on, where it is harmless on planes and cylinders; None: it is tried whatever it works on.
     seconds : float
     """
     plain = on is not None and all(map(is_plain, on))
-    done = plain or survives(step, what, seconds=seconds)
-    if done:
+    if not plain and not survives(step, what, seconds=seconds):
+        return False
+    try:
         step()
-    return done
+    except Exception as error:  # OpenCASCADE's own have no base in common
+        if not type(error).__module__.startswith("OCP"):
+            raise
+        give_up(what, f"OpenCASCADE says '{error}'")
+        return False
+    return True
 
 
 __all__ = ["SECONDS", "attempted", "survives"]

@@ -82,7 +82,7 @@ _MOST_CARRIED = 300_000
 _MOST_SMOOTHED = 50_000
 """Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
 DESIGN_LOOK = 0.5
-"""Share of the budget of a search for cells of the design: the rest is for the solid as it is."""
+"""Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
 _MOST_LOOKED_AT = 60
 """Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
 whether cells are better than columns; both take seconds for more."""
@@ -383,7 +383,8 @@ def _mesh_design(part: Part, options: SweepOptions, run: Run, refused: CadSweepE
 
     def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
         with rows.without([DESIGN] if share else [DESIGN, CELLS]):  # no search where a mesh is there
-            return _by_ways(design, options, run, DESIGN_LOOK * share)
+            own = replace(run, decompose_time=DESIGN_LOOK * run.decompose_time)
+            return _by_ways(design, options, own, DESIGN_LOOK * share)
 
     return mesh_design(part, options, run, mesh_it)
 

@@ -114,6 +114,10 @@ class Run:
         """Whether a mesh that is valid stays as it is: but for one of a size that is asked for."""
         return not asked and self.is_over()
 
+    def ends_refining(self, options: SweepOptions) -> bool:
+        """Whether a boundary stays as far off as it is: but for one of a tolerance or a size that is asked for."""
+        return options.tolerance is None and options.size is None and self.is_over()
+
     @staticmethod
     def within(seconds: float) -> Run:
         """A silent run for something that is tried."""

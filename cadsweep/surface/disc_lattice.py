@@ -51,6 +51,8 @@ _ENOUGH = 0.75
 """Worst corner sine from which on no other number of circles is tried."""
 _FINEST = 0.25
 """Least edge inside over the typical one of the outline: below it the core is too fine to be worth its regularity."""
+_ROOM = 0.2
+"""Least part of the area within the rim that the face is: of less, holes are nearly all, and a core is laid in vain."""
 _KEPT = 3
 """Best tries, as they lie in the plane, that are brought onto the surface and relaxed."""
 
@@ -63,6 +65,9 @@ def fill_disc(outline: Outline) -> FaceQuads | None:
         return None
     chart = next(outline.charts(outline.nodes), None)
     if chart is None or len(chart.boundary[0]) % 2:
+        return None
+    within, *holes = (abs(signed_area(loop)) for loop in chart.boundary)
+    if within - sum(holes) < _ROOM * within:
         return None
     rim = np.concatenate(chart.boundary)
     wedges = find_wedges(chart.boundary) if chart.isometric else []

@@ -35,3 +35,20 @@ def test_ellipse_and_volume():
     caps = [f for f in solid.faces if f.kind == "plane"]
     assert [f.area for f in caps] == pytest.approx([10 * math.pi] * 2, rel=1e-13)
     assert solid.volume == pytest.approx(30 * math.pi, rel=1e-9)
+
+
+def crescents():
+    """A disc whose boss, or whose hole, reaches its rim from inside: the face between them runs out to a point."""
+    disc = cq.Workplane().circle(10).extrude(5)
+    yield disc.union(cq.Workplane(origin=(4, 0, 5)).circle(6).extrude(6))
+    flat = cq.Workplane().circle(8).extrude(30).union(cq.Workplane(origin=(0, 0, 30)).circle(11).extrude(10))
+    yield flat.cut(cq.Workplane(origin=(18, 0, 35)).box(20, 40, 10))
+
+
+def test_loops_that_touch_in_a_vertex_are_one_border():
+    for shape in crescents():
+        (solid,) = cs.load(shape).solids
+        touching = [face for face in solid.faces if len(face.loops) == 2]
+        assert [face.euler for face in touching] == [1], "an open crescent is a disc, not a ring"
+        # Bodies without a tunnel are balls.
+        assert len(solid.vertices) - len(solid.edges) + sum(face.euler for face in solid.faces) == 2

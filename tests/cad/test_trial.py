@@ -8,6 +8,7 @@ from pathlib import Path
 
 import cadquery as cq
 import pytest
+from OCP.gp import gp_Dir2d
 
 import cadsweep as cs
 import cadsweep.trial as trials
@@ -111,3 +112,14 @@ def test_a_run_goes_on_without_the_step_and_says_so(monkeypatch):
     mesh = cs.sweep_mesh(halves, size=5.0)
     assert mesh.quality().valid
     assert not any("merged" in note for note in mesh.info["notes"])
+
+
+def test_an_exception_of_opencascade_is_a_step_given_up_and_any_other_the_callers():
+    plain = cq.Workplane().box(1, 1, 1).val().wrapped
+    with noting() as notes:
+        assert not attempted(lambda: gp_Dir2d(0.0, 0.0), "a step", on=[plain])
+        assert not attempted(lambda: gp_Dir2d(0.0, 0.0), "a step")
+        with pytest.raises(ZeroDivisionError):
+            attempted(lambda: 1 / 0, "another", on=[plain])
+    assert len(notes) == 1
+    assert "zero norm" in notes[0]

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+import cadsweep as cs
 from cadsweep.cad import load
 from cadsweep.intervals import assign_intervals
 from cadsweep.recognition import find_sweeps
-from cadsweep.surface import mesh_surfaces
+from cadsweep.surface import disc_lattice, mesh_surfaces
 from cadsweep.surface.relax import corner_sines
 
 pytestmark = pytest.mark.cad
@@ -151,3 +152,10 @@ def test_split_caps_on_both_ends_give_the_targets_inner_edges():
     above = mesh.source.points[mesh.source.edge_nodes[inner[0]]][:: 1 if same else -1]
     shift = points - above
     assert np.abs(shift - shift[0]).max() < 1e-12
+
+
+def test_a_ring_of_thin_wall_gets_no_core_in_its_bore(monkeypatch):
+    # A core of 100 x 100 quads within a wall of one: laid a dozen times, and taken out again.
+    monkeypatch.setattr(disc_lattice, "_lattices", lambda *_: pytest.fail("a core was laid"))
+    mesh = cs.sweep_mesh(cq.Workplane().circle(10).circle(9.6).extrude(1))
+    assert mesh.quality().min_scaled_jacobian > 0.9

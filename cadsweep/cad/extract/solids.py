@@ -26,7 +26,7 @@ from OCP.TopAbs import TopAbs_Orientation
 from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
-from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles
+from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles, n_touching
 from ..geometry.convert import surface_kind
 from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
@@ -162,6 +162,7 @@ def extract_solid(
             loops=loops[j],
             measure=measures[j],
             label=labels.faces[j],
+            handles=-n_touching(loops[j], ends),
             units=units,
         )
         for j in range(n_faces)
@@ -381,6 +382,7 @@ def _face(
     loops: tuple[Loop, ...],
     measure: Measure,
     label: FaceLabel,
+    handles: int,
     units: Units,
 ) -> Face:
     flat = isinstance(surface.geometry, Plane)
@@ -398,6 +400,7 @@ def _face(
         key=label.key,
         number=label.number,
         units=units,
+        handles=handles,
     )
 
 

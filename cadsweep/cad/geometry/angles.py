@@ -14,7 +14,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, IntArray
+from ...brep import Loop
 from ...sweep import DirectedEdge
 from .curves import EdgeCurve
 
@@ -74,6 +75,22 @@ def chain_loops(
             loop.append(best)
         loops.append(loop)
     return loops
+
+
+def n_touching(loops: Sequence[Loop], ends: IntArray) -> int:
+    """How many pieces fewer than loops the border of a face has: loops that touch in a vertex are one piece.
+
+    Parameters
+    ----------
+    ends : (n_edges, 2) int64
+        Start and end vertex of every edge.
+    """
+    pieces: list[set[int]] = []
+    for loop in loops:
+        own = set(ends[list(loop.edges)].ravel().tolist())
+        touched = [piece for piece in pieces if piece & own]
+        pieces = [*(piece for piece in pieces if piece not in touched), own.union(*touched)]
+    return len(loops) - len(pieces)
 
 
 def corner_angles(

@@ -157,13 +157,13 @@ def mesh_decomposed(
     for row in searches:
         if best is not None and (_worst(best) >= SMOOTH_BELOW or run.is_over()):
             break
-        searched = SEARCHES[row](part, recognise_piece, run, share if best is None else SECOND_LOOK * share)
+        searched = SEARCHES[row](part, recognise_piece, run, share if best is None else min(share, SECOND_LOOK))
         solutions = searched.solutions
-        if best is not None:  # what is much better is found first, and not by many more hexahedra
+        if best is not None:  # what is much better is so not by many more hexahedra
             most = MOST_MORE * best.n_hexes
-            solutions = (one for one in islice(solutions, 1) if _expected(one, options) <= most)
+            solutions = (one for one in islice(solutions, MOST_MESHED) if _expected(one, options) <= most)
         with rows.share() as own:
-            mesh, error = _best_of(solutions, options, run, slides=best is None)
+            mesh, error = _best_of(solutions, options, run, -np.inf if best is None else _worst(best))
         failure = failure or error
         if mesh is not None and (best is None or _worst(mesh) > _worst(best)):
             best, shares = _ended_early(mesh, run) if searched.ended_early() else mesh, {*own, row}
@@ -186,12 +186,12 @@ def _planned(part: Part, search: decomposition.Search, state: decomposition.Stat
 
 
 def _best_of(
-    solutions: Iterator[Complex], options: SweepOptions, run: Run, *, slides: bool = True
+    solutions: Iterator[Complex], options: SweepOptions, run: Run, reached: float
 ) -> tuple[AnyMesh | None, CadSweepError | None]:
     """The first mesh that does well, or the best of a few, and why the first that was given up was.
 
-    Once chosen, what is poor has its nodes moved on the model's faces if `slides`; where none is valid, the first is
-    tried so.
+    Once chosen, what is poor has its nodes moved on the model's faces if it is better than the worst scaled Jacobian
+    that was `reached` before; where none is valid, and there was none before, the first is tried so.
     """
     best: AnyMesh | None = None
     chosen: Complex | None = None
@@ -226,7 +226,8 @@ def _best_of(
             best, chosen, shares = mesh, found, own
         if _worst(best) >= GOOD_ENOUGH:
             break
-    poor = slides and options.smoothing and (best is None or _worst(best) < SMOOTH_BELOW)
+    worst = -np.inf if best is None else _worst(best)
+    poor = options.smoothing and reached <= worst < SMOOTH_BELOW
     if chosen is not None and poor and not run.is_over():
         try:
             with rows.share() as own:

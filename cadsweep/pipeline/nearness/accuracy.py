@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -95,12 +96,15 @@ def accurate_boundary(part: Part, sweep: Sweep, options: SweepOptions, run: Run,
             curved=np.isfinite(limit.distance) and not (options.wall_layers or options.periodic),
         )
 
+    def nearest() -> tuple[Boundary, str]:
+        return come_nearer(first, hints, make=make, finer=finer, is_over=partial(run.ends_refining, options))
+
     first = make(hints, None)
     if options.tolerance is None and options.size is not None:  # near enough, or refused
-        best = first if is_loose(options) else come_nearer(first, hints, make=make, finer=finer)[0]
+        best = first if is_loose(options) else nearest()[0]
         said = [] if best is first else [FINER.format(size=options.size)]
         return replace(best, notes=(*best.notes, *said), shortfall=0.0)
-    best, stop = come_nearer(first, hints, make=make, finer=finer)
+    best, stop = nearest()
     return replace(best, notes=(*best.notes, *_unmet(part, best, options, stop)))
 
 

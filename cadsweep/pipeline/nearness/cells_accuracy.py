@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from math import ceil
 from typing import Generic, NamedTuple, TypeVar
 
@@ -146,6 +147,7 @@ def accurate_cells(  # noqa: PLR0917
         judged(first),
         asked,
         options,
+        run,
         make=lambda asked: judged(mesh_cells(part, plan, options, run, asked[0], model, asked[1])),
         finer=finer,
     )
@@ -165,6 +167,7 @@ def nearest(
     first: Judged[Made],
     asked: Asked,
     options: SweepOptions,
+    run: Run,
     *,
     make: Callable[[Asked], Judged[Made]],
     finer: Callable[[Judged[Made], Asked, int], Asked | None],
@@ -191,7 +194,7 @@ def nearest(
                 return wishes
         return finer(last, asked, rounds)
 
-    best, stop = come_nearer(first, asked, make=told, finer=much_finer)
+    best, stop = come_nearer(first, asked, make=told, finer=much_finer, is_over=partial(run.ends_refining, options))
     reached = best.found.distance * part.scale
     if options.tolerance is not None:
         # What failed is why the tolerance is missed, and said once.

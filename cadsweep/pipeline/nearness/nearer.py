@@ -90,6 +90,7 @@ def come_nearer(
     *,
     make: Callable[[Asked], Made],
     finer: Callable[[Made, Asked, int], Asked | None],
+    is_over: Callable[[], bool],
 ) -> tuple[Made, str]:
     """Mesh anew with finer wishes until a mesh is near enough, or they bring it no nearer.
 
@@ -102,6 +103,8 @@ def come_nearer(
     finer : callable
         Wishes for finer quads where a mesh is too far off, the more so the more rounds were in vain; None where
         nothing can be divided.
+    is_over : callable
+        Whether there is no time for a nearer mesh: asked before each.
 
     Returns
     -------
@@ -114,6 +117,8 @@ def come_nearer(
     for rounds in range(MOST_ROUNDS):
         if best.shortfall <= 1.0:
             break
+        if is_over():
+            return best, "there was no time for finer segments and quads; say a tolerance or a size"
         try:
             shorter = finer(last, asked, max(in_vain, rounds - 1))
             if shorter is None:

@@ -67,7 +67,7 @@ def accurate_stack(  # noqa: PLR0917
             return None
         return replace(hints, sizes=hints.sizes | known, most_sizes=hints.most_sizes | others)
 
-    best, notes = nearest(part, judged(first), hints, options, make=lambda hints: judged(make(hints)), finer=finer)
+    best, notes = nearest(part, judged(first), hints, options, run, make=lambda hints: judged(make(hints)), finer=finer)
     return replace(best.made, notes=[*best.made.notes, *notes]), best.found
 
 
