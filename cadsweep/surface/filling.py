@@ -125,16 +125,16 @@ def _with_rest(
         yield np.concatenate([inner, more]), np.concatenate([quads, number[others]]), setting
 
 
-def fill_around_hole(outline: Outline, *, thin: bool) -> FaceQuads | None:
+def fill_around_hole(outline: Outline) -> FaceQuads | None:
     """Strips or rings around the only hole of a face; None where there is not one, or they do not go.
 
-    A wall is `thin` where few quads go across it, or where rings go around it; each call takes only its own kind.
+    They go where few quads lie across the wall, or where both loops have as many segments.
     """
     if len(outline.loops) != 2:
         return None
     outer, hole = outline.nodes
     for chart in outline.charts(outline.nodes):
-        if thin != (wall_thickness(chart.boundary) < THIN or len(outer) == len(hole)):
+        if wall_thickness(chart.boundary) >= THIN and len(outer) != len(hole):
             return None
         boundary = np.concatenate(outline.nodes)
         filled = fill_wall(chart.boundary, outline.opposite_of(boundary))
@@ -296,11 +296,10 @@ FILLINGS = (
     Filling("cap: ring", fill_ring, lambda _: 0.65, _REGULAR),
     Filling("cap: disc", fill_disc, lambda _: 0.65, _REGULAR),
     # Strips of 0.7 are as good as gmsh's in the mean, and cost nothing.
-    Filling("cap: around a thin hole", partial(fill_around_hole, thin=True), lambda _: 0.7),
+    Filling("cap: around a thin hole", fill_around_hole, lambda _: 0.7),
     # In a sharp corner gmsh leaves a folded quad, or one much worse than the corner.
     Filling("cap: sharp tips", lay_sharp_tips, _enough_at_tips),
     Filling("cap: gmsh, with mirrors", mesh_with_mirrors, lambda _: GOOD_ENOUGH),
-    Filling("cap: around a hole", partial(fill_around_hole, thin=False), lambda _: 0.0),
 )
 
 
