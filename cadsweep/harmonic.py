@@ -1,4 +1,4 @@
-"""The skin of a mesh whose nodes are put somewhere else: its segments, and what follows what was moved.
+"""The skin of a mesh whose nodes are put somewhere else: its segments, what is under it, and what follows what moved.
 
 Place in the flow: foundation, for whoever lays a mesh on the model afterwards (``fitted``, ``blends``).
 """
@@ -10,6 +10,7 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import cg, spsolve
 
 from .arrays import BoolArray, FloatArray, IntArray
+from .cells import HEX_FACES
 from .errors import SurfaceMeshError
 
 _DIRECT = 20_000
@@ -62,4 +63,26 @@ def followed(rest: FloatArray, points: FloatArray, sides: IntArray, is_set: Bool
     return found
 
 
-__all__ = ["followed", "sides_of"]
+def find_hexes(hexes: IntArray, quads: IntArray) -> IntArray:
+    """The hexahedron (q,) that each quad (q, 4) of the boundary is of."""
+    on_skin = np.zeros(int(hexes.max()) + 1, dtype=bool)
+    on_skin[quads] = True
+    near = np.flatnonzero(on_skin[hexes[:, HEX_FACES]].all(axis=2).ravel())  # few of all
+    every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4)[near], axis=1)
+    _, numbers = np.unique(np.concatenate([every, np.sort(quads, axis=1)]), axis=0, return_inverse=True)
+    numbers = numbers.ravel()
+    at = np.full(int(numbers.max()) + 1, -1)
+    at[numbers[: len(every)]] = near
+    return at[numbers[len(every) :]] // 6
+
+
+def mean_around(points: FloatArray, cells: IntArray) -> FloatArray:
+    """Mean (n, 3) of the middles of the cells (quads or hexahedra) around every node; zero where there are none."""
+    middles = np.repeat(points[cells].mean(axis=1), cells.shape[1], axis=0)
+    total, counts = np.zeros_like(points), np.zeros(len(points))
+    np.add.at(total, cells.ravel(), middles)
+    np.add.at(counts, cells.ravel(), 1.0)
+    return total / np.maximum(counts, 1.0)[:, None]
+
+
+__all__ = ["find_hexes", "followed", "mean_around", "sides_of"]

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray
-from ..harmonic import sides_of
+from ..harmonic import find_hexes, mean_around, sides_of
 from .finding import Blend
 
 SHEET = "design: sheet under patches"
@@ -63,7 +63,7 @@ def _needing(
     mesh: DesignMesh, segments: IntArray, pairs: IntArray, patch_of: IntArray, blends: Collection[Blend]
 ) -> IntArray:
     """Patches with a segment of a bent convex edge that one hexahedron has both quads of, and is narrow across."""
-    hex_of = _hexes_under(mesh)
+    hex_of = find_hexes(mesh.hexes, mesh.quads)
     radii = {
         tuple(sorted((one, other))): blend.radii[0]
         for blend in blends if blend.convex and blend.kind == "edge"
@@ -81,19 +81,6 @@ def _needing(
         if across.min() < radius:
             found.add(int(patch_of[beside[s, 0]]))
     return np.array(sorted(found), dtype=np.int64)
-
-
-def _hexes_under(mesh: DesignMesh) -> IntArray:
-    """The hexahedron (q,) of every quad of the skin."""
-    n = len(mesh.points)
-    by_corner = np.argsort(mesh.hexes.ravel(), kind="stable")
-    starts = np.searchsorted(mesh.hexes.ravel()[by_corner], np.arange(n + 1))
-    found = np.empty(len(mesh.quads), dtype=np.int64)
-    for q, quad in enumerate(mesh.quads):
-        around = [by_corner[starts[v] : starts[v + 1]] // 8 for v in quad.tolist()]
-        common = set(around[0].tolist()).intersection(*(own.tolist() for own in around[1:]))
-        (found[q],) = common
-    return found
 
 
 def _spread(mesh: DesignMesh, segments: IntArray, pairs: IntArray, patch_of: IntArray, covered: IntArray) -> BoolArray:
@@ -122,7 +109,7 @@ def _angles(mesh: DesignMesh, segments: IntArray, pairs: IntArray) -> FloatArray
 def _laid(mesh: DesignMesh, segments: IntArray, pairs: IntArray, on: BoolArray) -> DesignMesh | None:
     """The mesh with a sheet under the quads (q,) that are `on` it."""
     n = len(mesh.points)
-    own, others = mesh.quads[on], ~on
+    own = mesh.quads[on]
     nodes = np.unique(own)
     rim = segments[on[pairs].sum(axis=1) == 1]
     at_rim, n_ways = np.unique(rim, return_counts=True)
@@ -130,11 +117,8 @@ def _laid(mesh: DesignMesh, segments: IntArray, pairs: IntArray, on: BoolArray) 
         return None  # it touches itself there
     inner = np.arange(n)
     inner[nodes] = n + np.arange(len(nodes))
-    middles = mesh.points[mesh.hexes].mean(axis=1)
-    inside = _means(n, mesh.hexes, middles)
-    beside = _means(n, mesh.quads[others], mesh.points[mesh.quads[others]].mean(axis=1))
-    towards = inside
-    towards[at_rim] = beside[at_rim]
+    towards = mean_around(mesh.points, mesh.hexes)
+    towards[at_rim] = mean_around(mesh.points, mesh.quads[~on])[at_rim]
     # Edges of the design that end at the rim have its copies on them.
     leaving = segments[(~on[pairs]).all(axis=1) & (mesh.faces[pairs[:, 0]] != mesh.faces[pairs[:, 1]])]
     leaving = np.concatenate([leaving, leaving[:, ::-1]])
@@ -150,16 +134,9 @@ def _laid(mesh: DesignMesh, segments: IntArray, pairs: IntArray, on: BoolArray) 
     return DesignMesh(
         points=np.concatenate([mesh.points, copies]),
         hexes=np.concatenate([inner[mesh.hexes], np.concatenate([inner[own], own], axis=1)]),
-        quads=np.concatenate([own, inner[mesh.quads[others]], np.stack([a, b, inner[b], inner[a]], axis=1)]),
-        faces=np.concatenate([mesh.faces[on], mesh.faces[others], mesh.faces[outer]]),
+        quads=np.concatenate([own, inner[mesh.quads[~on]], np.stack([a, b, inner[b], inner[a]], axis=1)]),
+        faces=np.concatenate([mesh.faces[on], mesh.faces[~on], mesh.faces[outer]]),
     )
-
-
-def _means(n: int, cells: IntArray, middles: FloatArray) -> FloatArray:
-    """Mean (n, 3) of the middles of the cells around every node; zero where there are none."""
-    found, count = np.zeros((n, 3)), np.bincount(cells.ravel(), minlength=n)
-    np.add.at(found, cells.ravel(), np.repeat(middles, cells.shape[1], axis=0))
-    return found / np.maximum(count, 1)[:, None]
 
 
 def _as_in(quads: IntArray, segments: IntArray) -> IntArray:

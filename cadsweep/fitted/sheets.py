@@ -28,8 +28,9 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Solid
 from ..cells import HEX_FACES
+from ..harmonic import find_hexes, mean_around
 from .rings import Ring
-from .skin import find_hexes, keys_of, outward_at, sides_around
+from .skin import keys_of, outward_at, sides_around
 from .topology import divide_ring
 
 _THICK = 0.3
@@ -179,9 +180,9 @@ def with_rim(mesh: Fitted, face: int, beyond: Mapping[tuple[int, int], int] | No
     nodes = np.unique(walls)
     copy = np.arange(len(mesh.points))
     copy[nodes] = len(mesh.points) + np.arange(len(nodes))
-    copies = 0.5 * (mesh.points + _mean_around(mesh.points, mesh.hexes[inside]))
+    copies = 0.5 * (mesh.points + mean_around(mesh.points, mesh.hexes[inside]))
     on_skin = np.unique(own)
-    copies[on_skin] = 0.5 * (mesh.points + _mean_around(mesh.points, own))[on_skin]
+    copies[on_skin] = 0.5 * (mesh.points + mean_around(mesh.points, own))[on_skin]
     sides, n = sides_around(own), len(mesh.points)
     sides = sides[np.isin(keys_of(sides, n), keys_of(sides_around(mesh.quads[~on])[:, ::-1], n))]
     a, b = sides.T
@@ -196,15 +197,6 @@ def with_rim(mesh: Fitted, face: int, beyond: Mapping[tuple[int, int], int] | No
         has_skin=mesh.has_skin,
     )
     return Rim(found, copy, sides)
-
-
-def _mean_around(points: FloatArray, cells: IntArray) -> FloatArray:
-    """Mean (n, 3) of the middles of the cells (quads or hexahedra) around every node; zero where there are none."""
-    middles = np.repeat(points[cells].mean(axis=1), cells.shape[1], axis=0)
-    total, counts = np.zeros_like(points), np.zeros(len(points))
-    np.add.at(total, cells.ravel(), middles)
-    np.add.at(counts, cells.ravel(), 1.0)
-    return total / np.maximum(counts, 1.0)[:, None]
 
 
 def _walls(mesh: Fitted, inside: BoolArray) -> IntArray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..cells import HEX_FACES
 
 
 def sides_around(quads: IntArray) -> IntArray:
@@ -16,19 +15,6 @@ def sides_around(quads: IntArray) -> IntArray:
 def keys_of(sides: IntArray, n: int) -> IntArray:
     """A number for each directed side (s, 2) between n nodes."""
     return sides[:, 0] * n + sides[:, 1]
-
-
-def find_hexes(hexes: IntArray, quads: IntArray) -> IntArray:
-    """The hexahedron (q,) that each quad (q, 4) of the boundary is of."""
-    on_skin = np.zeros(int(hexes.max()) + 1, dtype=bool)
-    on_skin[quads] = True
-    near = np.flatnonzero(on_skin[hexes[:, HEX_FACES]].all(axis=2).ravel())  # few of all
-    every = np.sort(hexes[:, HEX_FACES].reshape(-1, 4)[near], axis=1)
-    _, numbers = np.unique(np.concatenate([every, np.sort(quads, axis=1)]), axis=0, return_inverse=True)
-    numbers = numbers.ravel()
-    at = np.full(int(numbers.max()) + 1, -1)
-    at[numbers[: len(every)]] = near
-    return at[numbers[len(every) :]] // 6
 
 
 def outward_at(points: FloatArray, quads: IntArray) -> FloatArray:

@@ -10,8 +10,9 @@ is inverted then is untangled. Borders of blends are no lines of the mesh: a ble
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,17 +78,29 @@ def mesh_design(
     """
     (solid,) = part.solids
     blends = find_blends(solid)
+    views = _views(solid, blends, options.size)
+    return _best_of((partial(_mesh_without, part, view, options, run, mesh_it) for view in views), run)
+
+
+def _best_of(tries: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
+    """The first mesh that does well, or the best of all.
+
+    Raises
+    ------
+    CadSweepError
+        None can be made; why the last could not.
+    """
     best: HexMesh | None = None
     shares: set[str] = set()
     refused: CadSweepError = NotSweepableError("the solid has no blends")
-    for view in _views(solid, blends, options.size):
+    for make in tries:
         if best is not None and (_worst(best) >= _GOOD or run.is_over()):
             break
         try:
             with rows.share() as own:
-                mesh = _mesh_without(part, view, options, run, mesh_it)
+                mesh = make()
         except CadSweepError as error:
-            log.info("the design without %d blends: %s", len(view), error)
+            log.info("a design was given up: %s", error)
             refused = error
             continue
         if best is None or _worst(mesh) > _worst(best):
@@ -138,24 +151,14 @@ def _mesh_without(
     plain = _on_design(part.solids[0], made.origin.entities)
     sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
     roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
-    best: HexMesh | None = None
-    refused: CadSweepError | None = None
-    for laid in (plain,) if sheeted is None else (sheeted, plain):
-        if best is not None and (_worst(best) >= _GOOD or run.is_over()):
-            break
-        try:
-            mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
-        except CadSweepError as error:
-            log.info("the mesh of the design%s: %s", "" if laid is plain else " with a sheet", error)
-            refused = error
-            continue
-        if best is None or _worst(mesh) > _worst(best):
-            best = mesh
-            if laid is sheeted:
-                rows.took([SHEET])
-    if best is None:
-        assert refused is not None
-        raise refused
+
+    def lay(laid: DesignMesh) -> HexMesh:
+        mesh = _laid_on_model(part, design, patch_of, laid, roles, notes, made.info["sweeps"], options, run)
+        if laid is sheeted:
+            rows.took([SHEET])
+        return mesh
+
+    best = _best_of((partial(lay, laid) for laid in (sheeted, plain) if laid is not None), run)
     if options.tolerance is not None and best.info["distance"] > options.tolerance:
         raise NotSweepableError(f"the mesh of the design is {best.info['distance']:.3g} off the model's faces")
     return replace(best, info={**best.info, "way": made.info["way"]})

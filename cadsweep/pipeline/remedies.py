@@ -11,13 +11,15 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from math import pi
 from typing import Any
 
 from .. import cad
 from ..brep import Part
 from ..errors import CadSweepError, NotSweepableError
 from ..options import SweepOptions
-from ..recognition.reasons import planes_beside
+from ..recognition.reasons import TANGENT, planes_beside
+from .candidates import pointed_of
 from .run import Run
 
 log = logging.getLogger(__name__)
@@ -34,7 +36,30 @@ MOST_HEXES = 60_000
 COARSE = 1 / 15
 """Size, in sizes of the part, that is tried half of where none was asked for."""
 
+NO_REMEDY = "leave the feature with that face out of the model; cuts and suppressing it were tried, and do not help"
+"""What a refusal says where nothing helps that could be tried."""
+NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
+"""The same of a solid without an inner corner."""
+
 Mesh = Callable[[Part, SweepOptions, Run], Any]
+
+
+def proposing(part: Part, options: SweepOptions, refused: NotSweepableError, mesh: Mesh) -> NotSweepableError:
+    """The refusal of a part of one solid, with the corner that no hexahedron fits into, and what helps.
+
+    Parameters are those of :func:`find_remedy`.
+    """
+    pointed = pointed_of(part.solids[0])
+    helps = find_remedy(part, options, refused, mesh)
+    known = refused.about(where=pointed, reasons=[refused.where]) if pointed else refused
+    if helps:
+        return known.about(try_=helps)
+    if refused.try_:
+        return known
+    if pointed:
+        return known.about(try_="move one of the features there, so that they cross or keep apart")
+    is_convex = max(edge.dihedral for edge in part.solids[0].edges) < pi + TANGENT
+    return known.about(try_=NO_FEATURE if is_convex else NO_REMEDY)
 
 
 def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh: Mesh) -> str:

@@ -20,7 +20,6 @@ import logging
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from math import pi
 from typing import Any
 
 import numpy as np
@@ -40,7 +39,6 @@ from ..errors import (
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
-from ..recognition.reasons import TANGENT
 from ..trial import noting
 from .attempts import find_candidates
 from .candidates import (
@@ -50,7 +48,6 @@ from .candidates import (
     PostponedError,
     crossing_of,
     first_good,
-    pointed_of,
     touching_of,
 )
 from .making import make_blocks, make_mesh
@@ -60,11 +57,6 @@ from .run import Run
 from .wishes.local_sizes import with_largest_size
 
 log = logging.getLogger(__name__)
-
-NO_REMEDY = "leave the feature with that face out of the model; cuts and suppressing it were tried, and do not help"
-"""What a refusal says where nothing helps that could be tried."""
-NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
-"""The same of a solid without an inner corner."""
 
 SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "design", "cells", "fitted"))
 """The ways to a mesh of one solid by name; the last is tried where the others are all refused."""
@@ -174,7 +166,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         mesh = _fitted_instead(part, options, run, refused)
         if mesh is not None:
             return mesh
-        raise _proposing(part, options, refused) from refused
+        from .remedies import proposing
+
+        looked_at = len(part.solids[0].faces) <= _MOST_LOOKED_AT
+        crossed = crossing_of(part.solids[0], refused) if looked_at else None
+        raise crossed or proposing(part, options, refused, _mesh_plainly) from refused
     except (InvertedHexError, SurfaceMeshError) as refused:
         mesh = _fitted_instead(part, options, run, refused)
         if mesh is not None:
@@ -272,26 +268,6 @@ def _foremost(refused: CadSweepError | None, error: CadSweepError) -> CadSweepEr
     if at_fault:
         raise refused from error
     return refused
-
-
-def _proposing(part: Part, options: SweepOptions, refused: NotSweepableError) -> CadSweepError:
-    """The refusal, with the corner that no hexahedron fits into and what helps; or that the model is at fault."""
-    from .remedies import find_remedy
-
-    crossed = crossing_of(part.solids[0], refused) if len(part.solids[0].faces) <= _MOST_LOOKED_AT else None
-    if crossed is not None:
-        return crossed
-    pointed = pointed_of(part.solids[0])
-    helps = find_remedy(part, options, refused, _mesh_plainly)
-    known = refused.about(where=pointed, reasons=[refused.where]) if pointed else refused
-    if helps:
-        return known.about(try_=helps)
-    if refused.try_:
-        return known
-    if pointed:
-        return known.about(try_="move one of the features there, so that they cross or keep apart")
-    is_convex = max(edge.dihedral for edge in part.solids[0].edges) < pi + TANGENT
-    return known.about(try_=NO_FEATURE if is_convex else NO_REMEDY)
 
 
 def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
