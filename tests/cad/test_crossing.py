@@ -9,6 +9,7 @@ import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_ring, find_crossing, find_touching, load  # noqa: E402
 from cadsweep.options import SweepOptions  # noqa: E402
 from cadsweep.pipeline import candidates, routes  # noqa: E402
+from cadsweep.pipeline.remedies import proposing  # noqa: E402
 
 pytestmark = pytest.mark.cad
 
@@ -126,7 +127,8 @@ def test_a_face_that_runs_out_to_a_point_is_told_with_the_place(above, is_pointe
     """The wall of a blind hole, where the round end of a slot goes out of it along its floor."""
     slot = cq.Workplane("YZ", (-20, 0, 0)).center(4, above + 6).slot2D(12, 4, 90).extrude(40)
     block = cq.Workplane().box(40, 40, 30).cut(cq.Workplane().circle(6).extrude(15)).cut(slot)
-    said = str(routes._proposing(load(block), SweepOptions(), cs.NotSweepableError("no sweep", where="a face")))
+    refused = cs.NotSweepableError("no sweep", where="a face")
+    said = str(proposing(load(block), SweepOptions(), refused, routes._mesh_plainly))
     assert "no sweep" in said
     assert ("runs out to a point at" in said) == is_pointed
     # On the floor, and on the hole's wall above the slot's middle line.
