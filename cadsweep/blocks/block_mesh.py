@@ -16,15 +16,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray, distinct, others
-from ..cells import SweptStructure
+from ..arrays import FloatArray, IntArray, distinct
 from ..io.sides import find_sides
 from ..mesh import HexMesh
 from ..quality import part_surfaces
 from ..quality.conformity import row_keys
 from ..record import MeshRecord
-from .block import FactoredMesh, unite_quads
-from .slabs import ArrayBlock, Block, FactoredBlock
+from .naming import unite_quads
+from .slabs import ArrayBlock, Block
 
 
 class Faces(NamedTuple):
@@ -81,17 +80,6 @@ class BlockMesh:
         return sum(block.n_layers * block.per_layer for block in self.blocks)
 
     @property
-    def factored(self) -> FactoredMesh | None:
-        """The one sweep that the mesh is; None where it is more."""
-        block = self.blocks[0]
-        return block.factored if len(self.blocks) == 1 and isinstance(block, FactoredBlock) else None
-
-    @property
-    def structure(self) -> SweptStructure | None:
-        """Quads times layers, where the mesh is one sweep."""
-        return None if self.factored is None else self.factored.structure
-
-    @property
     def faces(self) -> dict[str, Faces]:
         """Boundaries and interfaces, as files have them."""
         return {**self.boundaries, **self.interfaces}
@@ -139,35 +127,6 @@ class BlockMesh:
 
         boundaries = {name: faces(quads) for name, quads in skin.boundaries.items()}
         return replace(self, boundaries=boundaries, info=skin.info)
-
-
-def mesh_of_sweep(factored: FactoredMesh) -> BlockMesh:
-    """One sweep as a mesh of one block."""
-    structure = factored.structure
-    n, ring = structure.n_nodes, np.concatenate(structure.loops)
-    points = [factored.to_model(factored.sweep.rings[: factored.n_node_layers].copy()).reshape(-1, 3)]
-    nodes = [(np.arange(factored.n_node_layers)[:, None] * n + ring).reshape(-1)]
-    if not structure.periodic:
-        inside = others(n, ring)
-        for k in (0, structure.n_layers):
-            points.append(factored.points(k, k + 1)[0, inside])
-            nodes.append(k * n + inside)
-    surface_nodes = np.concatenate(nodes)
-    order = np.argsort(surface_nodes)
-    quads, hexes = factored.owned_quads(), factored.owned_hexes()
-    return BlockMesh(
-        blocks=(FactoredBlock(factored=factored),),
-        block_parts=(0,),
-        parts=(factored.part,),
-        n_nodes=factored.n_node_layers * n,
-        kept_nodes=np.empty(0, dtype=np.int64),
-        kept_points=np.empty((0, 3)),
-        surface_nodes=surface_nodes[order],
-        surface_points=np.concatenate(points)[order],
-        part_quads=(np.concatenate([own for _, own in quads]),),
-        boundaries=united(quads, hexes),
-        info=factored.info,
-    )
 
 
 def united(

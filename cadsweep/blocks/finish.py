@@ -17,12 +17,11 @@ from ..brep import Part, Units
 from ..io.sides import find_sides
 from ..mesh import HexMesh
 from ..quality import fit_surfaces
-from .block import unite_quads
 from .block_mesh import BlockMesh, Faces
 from .cells import CellBlocks, SweptCell
 from .former_faces import own_quads
 from .joined import JoinedMesh
-from .naming import NamedFaces, Place
+from .naming import NamedFaces, Place, unite_quads
 from .slabs import ArrayBlock, Block
 
 

@@ -6,12 +6,14 @@ against and its pictures know a boundary by the names of its faces.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from ..arrays import IntArray
 from ..brep import Part
-from ..sweep import Sweep
 from .joined import neighbours_of
 
 Place = tuple[int, int]
@@ -125,12 +127,13 @@ def _take(named: NamedFaces, piece: Piece, names: tuple[str, ...]) -> None:
         named.patches[piece] = names
 
 
-def name_sweep(sweep: Sweep) -> NamedFaces:
-    """Name the faces of a solid that is swept by itself; those where a ring was cut open have no names."""
-    caps = {"source": sweep.source, "target": sweep.target}
-    roles = {(0, f): CUT if sweep.closed else role for role, own in caps.items() for f in own}
-    roles |= {(0, side.face): "side" for side in sweep.linking_sides}
-    return name_faces(Part(solids=(sweep.solid,)), roles)
+def unite_quads(owned: Iterable[tuple[tuple[str, ...], IntArray]]) -> dict[str, IntArray]:
+    """Quads of every name, from the names and quads of owners."""
+    groups: dict[str, list[IntArray]] = {}
+    for names, quads in owned:
+        for name in names:
+            groups.setdefault(name, []).append(quads)
+    return {name: np.concatenate(pieces) for name, pieces in groups.items()}
 
 
 def find_colors(part: Part, names: NamedFaces) -> dict[str, dict[str, str]]:

@@ -9,28 +9,16 @@ import numpy as np
 from ..arrays import FloatArray
 from ..brep import Curve, Face, Part, Solid, volume_doubt
 from ..quality import CadReference
-from ..sweep import Sweep
-from .naming import NamedFaces, Piece, Place, name_sweep
+from .naming import NamedFaces, Piece, Place
 
 Names = frozenset[str]
 """All names of a piece of a face."""
 
 
-def make_reference(part: Part, sweep: Sweep) -> CadReference:
-    """What the CAD model says of a solid that is swept by itself, in model units."""
-    alone = Part(solids=(sweep.solid,), scale=part.scale, offset=part.offset)
-    return _Reference(alone, name_sweep(sweep), 0, twins=twins_of(sweep)).make()
-
-
-def twins_of(sweep: Sweep) -> dict[int, int] | None:
-    """Of a ring that was cut open, the edges of the one side of the cut, and those of the other at the same places."""
-    return {t: e for e, (t, _) in sweep.target_edges.items()} if sweep.closed else None
-
-
-def make_references(part: Part, names: NamedFaces, twins: Mapping[int, int] | None = None) -> dict[str, CadReference]:
-    """What the CAD model says of every solid, by name, in model units; `twins` as by :func:`twins_of`."""
+def make_references(part: Part, names: NamedFaces) -> dict[str, CadReference]:
+    """What the CAD model says of every solid, by name, in model units."""
     return {
-        model.name: _Reference(part, names, owner, twins=twins).make()
+        model.name: _Reference(part, names, owner).make()
         for owner, model in enumerate(part.models)
         if owner in part.owners
     }
@@ -39,11 +27,9 @@ def make_references(part: Part, names: NamedFaces, twins: Mapping[int, int] | No
 class _Reference:
     """The outside of one solid of the model, put together from its cells' faces that are no cuts."""
 
-    def __init__(self, part: Part, names: NamedFaces, owner: int, *, twins: Mapping[int, int] | None) -> None:
-        """`twins`: of a ring that was cut open."""
+    def __init__(self, part: Part, names: NamedFaces, owner: int) -> None:
         self.part = part
         self.owner = owner
-        self.ring = twins
         self.between = names.between
         self.cells = [cell for cell, own in enumerate(part.owners) if own == owner]
         self.pieces: dict[Piece, tuple[str, ...]] = {
@@ -108,8 +94,6 @@ class _Reference:
 
     def euler(self) -> int:
         """Vertices - edges + faces of the solid's surface, each face by its own Euler number."""
-        if self.ring is not None:
-            return 0  # a ring cut open is a ball; closed, it is a torus
         vertices, edges, faces = set[int](), set[int](), 0
         for cell, face in self.places:
             solid = self.part.solids[cell]
@@ -148,14 +132,12 @@ class _Reference:
         curves: dict[int, Curve] = {}
         corners: dict[int, set[int]] = {}
         vertices: dict[int, FloatArray] = {}
-        twins = self.twins()
         for place, group in own_group.items():
             solid = self.part.solids[place[0]]
             for e in solid.faces[place[1]].edges:
                 edge, key = solid.edges[e], int(solid.edge_keys[e])
                 curves[key] = edge.curve
-                for one in (key, twins.get(key, key)):
-                    around.setdefault(one, set()).add(group)
+                around.setdefault(key, set()).add(group)
         for place in self.places:
             solid = self.part.solids[place[0]]
             for e in solid.faces[place[1]].edges:
@@ -192,14 +174,6 @@ class _Reference:
             members.append(own.union(*(members[j] for j in met)))
             group_of |= dict.fromkeys(members[-1], len(members) - 1)
         return group_of
-
-    def twins(self) -> dict[int, int]:
-        """Edges, by key, in one place: of a ring cut open, the sides beside both edges of a pair meet there."""
-        if self.ring is None:
-            return {}
-        keys = self.part.solids[self.cells[0]].edge_keys.tolist()
-        found = {keys[t]: keys[e] for t, e in self.ring.items()}
-        return found | {e: t for t, e in found.items()}
 
 
 def area_doubt(solid: Solid, face: Face) -> float:

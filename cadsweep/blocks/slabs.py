@@ -5,7 +5,6 @@ Place in the flow: :mod:`.block_mesh` joins them to one mesh; :mod:`.stream` and
 ============= ==================================================================
 block         what it is made of
 ============= ==================================================================
-FactoredBlock one sweep that is a mesh by itself: all nodes are its own
 SweptBlock    a cell that is swept between others: its caps and sides are borrowed,
               only the nodes inside are its own
 ArrayBlock    hexahedra as they are: all nodes are borrowed
@@ -28,8 +27,7 @@ from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Units
 from ..cells import BlockStructure, sweep_hexes
 from ..projection import FactoredSweep
-from ..quality import block_problems, structure_problems
-from .block import FactoredMesh
+from ..quality import block_problems
 
 SLAB_NODES = 200_000
 """Nodes of a slab: large enough for the arithmetic, small enough for the cache and for flat memory."""
@@ -111,74 +109,6 @@ class Block(Protocol):
 
     def shifted(self, nodes: int, hexes: int) -> Block:
         """The same block with so many nodes and hexahedra before it."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FactoredBlock:
-    """A sweep that borrows nothing."""
-
-    factored: FactoredMesh
-    first_node: int = 0
-    first_hex: int = 0
-
-    @property
-    def n_layers(self) -> int:
-        return self.factored.structure.n_layers
-
-    @property
-    def per_layer(self) -> int:
-        return len(self.factored.structure.quads)
-
-    def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
-        """Multiply out into one buffer."""
-        factored, structure = self.factored, self.factored.structure
-        n = structure.n_nodes
-        stop = structure.n_layers if stop is None else stop
-        step = max(1, min(stop - start, SLAB_NODES // n))
-        buffer = np.empty((step + 1, n, 3))
-        hexes = np.empty((0, 8), dtype=np.int64)
-        for first in range(start, stop, step):
-            last = min(first + step, stop)
-            inner = min(last + 1, factored.n_node_layers)
-            factored.points(first, inner, out=buffer[: inner - first])
-            if inner == last:  # a closed ring: its last layer of hexahedra ends on the first layer of nodes
-                factored.points(0, 1, out=buffer[last - first : last - first + 1])
-            if len(hexes) != (last - first) * self.per_layer:
-                hexes = sweep_hexes(structure.quads, n, last - first)
-            has_end = last == structure.n_layers and not structure.periodic
-            yield Slab(
-                points=buffer[: last - first + 1].reshape(-1, 3),
-                nodes=self.layers(np.arange(first, last + 1)),
-                hexes=hexes,
-                first_hex=self.first_hex + first * self.per_layer,
-                own=np.arange((last - first + has_end) * n),
-                first_node=self.first_node + first * n,
-                layer=first,
-                per_layer=self.per_layer,
-            )
-
-    def layers(self, layers: IntArray) -> IntArray:
-        """Nodes of layers of nodes; the last of a closed ring is its first."""
-        n = self.factored.structure.n_nodes
-        return ((layers % self.factored.n_node_layers)[:, None] * n + np.arange(n) + self.first_node).reshape(-1)
-
-    def border(self, start: int, stop: int) -> IntArray:
-        return self.layers(np.array([start, stop]))
-
-    def touching(self, start: int, stop: int, nodes: IntArray) -> IntArray:
-        if stop <= start or stop - start == self.n_layers:
-            return np.empty(0, dtype=np.int64)  # nobody else has nodes of it
-        beside = np.array([start - 1, stop])
-        if self.factored.structure.periodic:
-            beside %= self.n_layers
-        return np.setdiff1d(beside[(beside >= 0) & (beside < self.n_layers)], np.arange(start, stop))
-
-    def problems(self) -> list[str]:
-        structure = self.factored.structure
-        return structure_problems(structure, self.factored.n_node_layers * structure.n_nodes)
-
-    def shifted(self, nodes: int, hexes: int) -> FactoredBlock:
-        return replace(self, first_node=self.first_node + nodes, first_hex=self.first_hex + hexes)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -21,7 +21,6 @@ from ..quality import (
     QualityAccumulator,
     QualityReport,
     Skin,
-    boundary_limit,
     check_skin,
     fit_surfaces,
     make_report,
@@ -31,7 +30,6 @@ from ..quality import (
     volume_and_area,
 )
 from ..quality.boundary import boundary_problems
-from ..quality.check import POOR
 from .block_mesh import BlockMesh, Faces
 from .slabs import Block, Slab
 
@@ -53,7 +51,7 @@ def measure(mesh: BlockMesh, runs: list[Run]) -> QualityAccumulator:
 
 def measure_slab(seen: QualityAccumulator, mesh: BlockMesh, slab: Slab) -> None:
     """Add a slab's hexahedra to running metrics; a mesh of one sweep alone has layers to speak of."""
-    layers = {} if mesh.structure is None else {"per_layer": slab.per_layer, "layer": slab.layer}
+    layers = {} if len(mesh.blocks) > 1 else {"per_layer": slab.per_layer, "layer": slab.layer}
     seen.add_hexes(slab.points, slab.hexes, first_hex=slab.first_hex, **layers)
 
 
@@ -92,7 +90,6 @@ def check_blocks(
     surface = check_skin(skin, of_whole(cad, mesh.parts, every=True), volume=lambda: seen.volume)
     if not np.isfinite(seen.volume):
         problems.insert(0, "there are nodes that are not finite")
-    factored = mesh.factored
     return make_report(
         seen,
         n_nodes=mesh.n_nodes,
@@ -100,9 +97,6 @@ def check_blocks(
         areas=surface.areas,
         euler=surface.euler,
         crossings=surface.crossings,
-        limit=boundary_limit(lambda k: factored.points(k, k + 1)[0], factored.structure)
-        if factored is not None and seen.min_scaled_jacobian < POOR
-        else None,
     )
 
 

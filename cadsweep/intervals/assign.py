@@ -1,4 +1,4 @@
-"""Join the steps of :mod:`cadsweep.intervals`: check the wishes, then settle layers and loops."""
+"""The counts of one sweep, asked for by the ids of its edges: checked, and settled as those of a part of one cell."""
 
 from __future__ import annotations
 
@@ -9,25 +9,14 @@ from math import isfinite
 from numbers import Integral, Real
 from typing import Any
 
-import numpy as np
-
 from ..brep import Edge
 from ..errors import InputError
 from ..sweep import Intervals, Sweep
+from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .demands import Demand
-from .layers import assign_layers
-from .loops import assign_loops, loop_edges
 from .naming import name_edges
 from .sizes import (
-    TURN_LAYER,
-    TURN_SIZED,
     Split,
-    default_layers,
-    default_size,
-    greatest_turn,
-    path_length,
-    split_counts,
-    wanted_counts,
 )
 
 log = logging.getLogger(__name__)
@@ -87,62 +76,20 @@ def assign_intervals(
         for e, s in (edge_sizes or {}).items()
     }
     demands = [_check_demand(sweep, edges, n) for edges, n in (edge_counts or {}).items()]
-    target_size = default_size(sweep) if size is None else size
 
-    rails = set(sweep.rails)
-    n_wanted = max(
-        default_layers(sweep, target_size) if size is None else max(1.0, path_length(sweep) / target_size),
-        greatest_turn(sweep) / (TURN_LAYER if size is None else TURN_SIZED),
+    keys = sweep.solid.edge_keys
+    wishes = Wishes(
+        size=size,
+        layers=layers,
+        edge_sizes={int(keys[e]): own for e, own in sizes.items()},
+        demands=[
+            KeyDemand(keys=tuple(keys[list(own.edges)].tolist()), count=own.count, label=own.label(solid))
+            for own in demands
+        ],
+        splits=[(tuple(keys[list(own)].tolist()), shares) for own, shares in splits],
     )
-    demands_along = [demand for demand in demands if rails.issuperset(demand.edges)]
-    demands_around = [demand for demand in demands if not rails.issuperset(demand.edges)]
-    for demand in demands_around:
-        if not rails.isdisjoint(demand.edges):
-            raise InputError(
-                f"a count of {demand.label(solid)} is demanded, and some of them run along the sweep, some around it: "
-                "demand counts of the ones and of the others"
-            )
-    rail_wishes = {e: max(1.0, solid.edges[e].length / s) for e, s in sizes.items() if e in rails}
-    _check_division(sweep, rail_wishes, sizes, target_size)
-    rail_layers = assign_layers(
-        sweep,
-        n_wanted=n_wanted,
-        n_fixed=layers,
-        wanted=rail_wishes,
-        demands=demands_along,
-    )
-    wanted = wanted_counts(sweep, loop_edges(sweep), target_size, sizes, sized=size is not None)
-    for demand in demands_around:
-        total = sum(solid.edges[e].length for e in demand.edges)
-        wanted |= {e: max(1.0, demand.count * solid.edges[e].length / total) for e in demand.edges}
-    shared = split_counts(wanted, splits)
-    wanted |= shared
-    _check_division(sweep, wanted, sizes, target_size)
-    wished = sizes.keys() | shared.keys() | {e for demand in demands_around for e in demand.edges}
-    loop_counts = assign_loops(sweep, wanted=wanted, wished=wished, demands=demands_around)
-    counts = np.zeros(len(solid.edges), dtype=np.int64)
-    for e, n in loop_counts.items():
-        counts[e] = n
-    for e, (begin, end) in rail_layers.items():
-        counts[e] = end - begin
-    n_layers = max(end for _, end in rail_layers.values())
-    span_layers = tuple(
-        tuple(max(rail_layers[e][1] for e in span) - min(rail_layers[e][0] for e in span) for span in loop)
-        for loop in sweep.spans
-    )
-    log.debug("size %g, %d layers, %d segments around", target_size, n_layers, sum(loop_counts.values()))
-    return Intervals(counts=counts, n_layers=n_layers, size=float(target_size), span_layers=span_layers)
-
-
-def _check_division(sweep: Sweep, wanted: Mapping[int, float], sizes: Mapping[int, float], size: float) -> None:
-    """Refuse a size so small that the programme would never end."""
-    edge = max(wanted, key=lambda e: wanted[e], default=None)
-    if edge is not None and wanted[edge] > MOST_SEGMENTS:
-        solid = sweep.solid
-        raise InputError(
-            f"size {sizes.get(edge, size) * solid.units.scale:g} would divide {solid.edges[edge].label()} into "
-            f"{wanted[edge]:.3g} segments: take a larger size"
-        )
+    cell = CellSweep(fill=sweep, grids=tuple(sweep.linking_sides), free=sweep.source)
+    return assign_shared_intervals([cell], wishes)[0]
 
 
 def _check_demand(sweep: Sweep, edges: tuple[int, ...], count: Any) -> Demand:

@@ -17,8 +17,19 @@ from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
-from .levels import directed_ends
-from .loops import across_wall, alike, even_by_symmetry, opposite_sides, submapped_sides, symmetric_sides
+from .levels import Levels, directed_ends, find_levels
+from .loops import (
+    across_wall,
+    alike,
+    even_by_symmetry,
+    every_second_side,
+    fan_sides,
+    least_counts,
+    opposite_sides,
+    squeezes,
+    submapped_sides,
+    symmetric_sides,
+)
 from .patterns import nearly, ring_sides, stepped
 from .programme import Programme
 
@@ -33,8 +44,11 @@ class Equations:
         wishes: Wishes,
         *,
         align: bool,
+        firm: Collection[int],
     ) -> None:
         self.least = wishes.least_counts
+        self.firm = firm
+        self.most_least: dict[int, int] = {}
         self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
         for a, b, _ in wishes.alike:
             self.classes.merge(a, b)
@@ -53,12 +67,20 @@ class Equations:
             for f in cell.free
             for loop in cell.solid.faces[f].loops
         ]
+        self.evens += [
+            [int(cell.solid.edge_keys[e]) for e in own]
+            for cell in cells
+            for f in (cell.free if align else ())
+            for own in every_second_side(cell.solid.faces[f])
+        ]
         self.symmetric_evens = [
             [int(cell.solid.edge_keys[e]) for e in own]
             for cell in cells
             for f in (cell.free if align else ())
             for own in even_by_symmetry(cell.solid, f)
         ]
+        for cell in cells:
+            self._need({int(cell.solid.edge_keys[e]): n for e, n in least_counts(cell.solid, cell.free).items()})
 
     def _tie_cell(self, cell: CellSweep, wanted: Mapping[int, float], *, align: bool) -> None:
         solid, keys = cell.solid, cell.solid.edge_keys
@@ -71,22 +93,36 @@ class Equations:
                     pairs.append(([e for e, _ in near], [e for e, _ in far]))
         if isinstance(cell.fill, Sweep):
             pairs += [([a], [b]) for a, (b, _) in cell.fill.target_edges.items()]
-            ways = [way_up(cell.fill, loop) for loop in cell.fill.source_loops]
-            pairs += [(ways[0], other) for other in ways[1:]]
+            choices = find_levels(cell.fill)
+            if choices:
+                levels = choices[0 if align else -1]
+                pairs += level_pairs(levels)
+                self._need({int(keys[e]): levels.least[pair] for e, pair in levels.rails.items()})
+            else:
+                ways = [way_up(cell.fill, loop) for loop in cell.fill.source_loops]
+                pairs += [(ways[0], other) for other in ways[1:]]
         if align:
             own = {e.id: wanted[int(keys[e.id])] for e in solid.edges}
             pairs += [pair for f in cell.free for pair in opposite_sides(solid.faces[f].loops, own)]
             pairs += [pair for f in cell.free for pair in submapped_sides(solid.faces[f].loops, own)]
+            pairs += [pair for f in cell.free for pair in fan_sides(solid.faces[f], own)]
             pairs += [pair for f in cell.free for pair in symmetric_sides(solid, f, own)]
-            pairs += [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
+            rings = [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
             if isinstance(cell.fill, Sweep):
                 # Rims that want very different counts would be made equal by one edge of theirs, which has none left.
-                pairs += [pair for f in cell.free for pair in across_wall(cell.fill, f, own) if nearly(pair, own)]
+                rings += [pair for f in cell.free for pair in across_wall(cell.fill, f, own) if nearly(pair, own)]
+            wished = {e for e in own if int(keys[e]) in self.firm}
+            pairs += [] if any(squeezes(*pair, own, wished) for pair in rings) else rings
         for one, other in pairs:
             if len(one) == len(other) == 1:
                 self.classes.merge(int(keys[one[0]]), int(keys[other[0]]))
             else:
                 self.opposite.append(([int(keys[e]) for e in one], [int(keys[e]) for e in other]))
+
+    def _need(self, least: Mapping[int, int]) -> None:
+        """Segments that edges, by key, need at least."""
+        for key, n in least.items():
+            self.most_least[key] = max(n, self.most_least.get(key, 1))
 
     def _cross(
         self,
@@ -161,6 +197,9 @@ class Equations:
         asked = kept | {of[key] for demand in demands for key in demand.keys}
         sets = [*self.evens, *(keys for keys in self.symmetric_evens if not any(of[key] in asked for key in keys))]
         evens = [{j: n for j, n in Counter(of[key] for key in keys).items() if n % 2} for keys in sets]
+        least: dict[int, int] = {}
+        for key, n in self.most_least.items():
+            least[of[key]] = max(n, least.get(of[key], 1))
         counts = Programme(
             want=np.array(want),
             weight=np.array(weight),
@@ -168,8 +207,32 @@ class Equations:
             firm=kept,
             sums=rows,
             evens=[odd for odd in evens if odd],
+            least=least,
         ).solve()
         return None if counts is None else {key: counts[j] for key, j in of.items()}
+
+
+def level_pairs(levels: Levels) -> list[tuple[list[int], list[int]]]:
+    """Edges along a sweep whose counts have equal sums: those between two levels, and around all cycles of levels."""
+    between: dict[tuple[int, int], list[int]] = {}
+    for e, pair in levels.rails.items():
+        between.setdefault(pair, []).append(e)
+    pairs = [([own[0]], [other]) for own in between.values() for other in own[1:]]
+    ways: dict[int, tuple[list[int], list[int]]] = {0: ([], [])}  # up and down, from the source
+    left = dict(between)
+    while left:
+        step = next(((a, b) for a, b in left if a in ways or b in ways), None)
+        if step is None:
+            break  # levels that no chain of rails joins to the source: whoever lays the sides refuses them
+        rail, (a, b) = left.pop(step)[0], step
+        if a in ways and b in ways:
+            (up, down), (other_up, other_down) = ways[a], ways[b]
+            pairs.append(([*up, rail, *other_down], [*other_up, *down]))
+        elif a in ways:
+            ways[b] = ([*ways[a][0], rail], ways[a][1])
+        else:
+            ways[a] = (ways[b][0], [*ways[b][1], rail])
+    return pairs
 
 
 def way_up(sweep: Sweep, loop: Sequence[DirectedEdge]) -> list[int]:

@@ -9,7 +9,6 @@ the counts nearest to the wanted ones, in the sum of relative deviations.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Sequence
 from itertools import pairwise
 from math import pi
@@ -17,13 +16,7 @@ from math import pi
 import numpy as np
 
 from ..brep import Face, Loop, Solid, quarter_turns
-from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Sweep
-from .balance import FIRM
-from .demands import Demand, find_conflict, name_demands
-from .naming import name_edges
-from .patterns import ring_sides, stepped, symmetric_counts
-from .programme import Programme
 from .symmetry import find_symmetry, needs_even_sides, symmetric_pairs
 
 SAME_PLACE = 0.1
@@ -46,143 +39,6 @@ def loop_edges(sweep: Sweep) -> list[int]:
     """All edges that are not along the sweep, ids in ascending order."""
     rails = set(sweep.rails)
     return [edge.id for edge in sweep.solid.edges if edge.id not in rails]
-
-
-def assign_loops(
-    sweep: Sweep, *, wanted: dict[int, float], wished: Collection[int], demands: Sequence[Demand]
-) -> dict[int, int]:
-    """Choose the counts of all edges that are not along the sweep.
-
-    Parameters
-    ----------
-    wanted : dict of int to float
-        Wanted count of every one of these edges.
-    wished : collection of int
-        Edges whose wanted count is the user's; the others of equal count follow them.
-    demands : sequence of Demand
-        Demanded counts.
-
-    Raises
-    ------
-    SurfaceMeshError
-        The demanded counts contradict each other; names the edges.
-    """
-    counts = _settle(sweep, wanted, wished, demands)
-    if counts is not None:
-        return counts
-    guilty = find_conflict(demands, lambda some: _settle(sweep, wanted, wished, some) is not None)
-    if guilty:
-        raise SurfaceMeshError(
-            "no mesh of quads has the counts demanded",
-            where=name_demands(sweep.solid, guilty),
-            try_="change or drop one of them: edges that answer each other need equal counts, loops of a cap even ones",
-            reasons=[
-                "edges that answer each other on the caps and the stations must have equal counts, opposite sides of a "
-                "linking side equal sums, and the loops of the source cap even ones"
-            ],
-        )
-    classes, sums = _tie(sweep, wanted, wished, align=False)
-    first = {c: e for e, c in reversed(classes.items())}
-    sides = [first[c] for row in sums for c in row]
-    raise SurfaceMeshError(f"no counts fit the linking sides along {name_edges(sweep.solid, sides)}")
-
-
-def _settle(
-    sweep: Sweep, wanted: dict[int, float], wished: Collection[int], demands: Sequence[Demand]
-) -> dict[int, int] | None:
-    """Counts of all edges, None where there are none: with alike edges tied if that can be, else without."""
-    for align in (True, False):
-        classes, sums = _tie(sweep, wanted, wished, align=align)
-        members: dict[int, list[int]] = {}
-        for e, c in classes.items():
-            members.setdefault(c, []).append(e)
-        column = {c: j for j, c in enumerate(members)}
-        firm = {column[classes[e]] for e in wished if e in classes}
-        want = [_mean_count(members[c], wanted, wished) for c in column]
-        # Rings between the caps want what they are worth themselves: the mean is brought back to what symmetry asks.
-        steps = {e: own.step for e, own in symmetric_counts(sweep, wanted).items()} if align else {}
-        want = [
-            max(1.0, round(w)) if j in firm else stepped(w, [steps[e] for e in members[c] if e in steps])
-            for j, (c, w) in enumerate(zip(column, want, strict=True))
-        ]
-        weight = [len(members[c]) / w for c, w in zip(column, want, strict=True)]
-        rows = [{column[c]: v for c, v in row.items()} for row in sums]
-        demanded: dict[int, int] = {}
-        clash = False
-        for demand in demands:
-            parts = Counter(column[classes[e]] for e in demand.edges)
-            if list(parts.values()) == [1]:
-                clash |= demanded.setdefault(next(iter(parts)), demand.count) != demand.count
-                continue
-            # The sum of several edges is one more unknown, whose count is known.
-            rows.append({**parts, len(want): -1.0})
-            demanded[len(want)] = demand.count
-            want.append(float(demand.count))
-            weight.append(0.0)
-        if clash:
-            continue
-        counts = Programme(
-            want=np.array(want),
-            weight=np.array([FIRM * w if j in firm else w for j, w in enumerate(weight)]),
-            demanded=demanded,
-            firm=firm,
-            sums=rows,
-            evens=[{column[c]: v for c, v in row.items()} for row in _even_sums(sweep, classes, wished, align=align)],
-            least={column[c]: n for c, n in _least_counts(sweep, classes).items()},
-        ).solve()
-        if counts is not None:
-            return {e: counts[column[c]] for e, c in classes.items()}
-    return None
-
-
-def _mean_count(members: Sequence[int], wanted: dict[int, float], wished: Collection[int]) -> float:
-    """Geometric mean of the wanted counts of edges that must agree; the user's wishes come first."""
-    leading = [e for e in members if e in wished] or members
-    return float(np.exp(np.mean(np.log([wanted[e] for e in leading]))))
-
-
-def _tie(
-    sweep: Sweep, edges: dict[int, float], wished: Collection[int], *, align: bool
-) -> tuple[dict[int, int], list[dict[int, float]]]:
-    """Classes of edges of equal count, and the sums over classes that must vanish."""
-    parent = {e: e for e in edges}
-
-    def find(e: int) -> int:
-        while parent[e] != e:
-            parent[e] = parent[parent[e]]
-            e = parent[e]
-        return e
-
-    opposite: list[tuple[list[int], list[int]]] = []
-    for side in sweep.linking_sides:
-        one, other = [e for e, _ in side.bottom], [e for e, _ in side.top]
-        if align and len(one) == len(other) > 1 and alike(sweep.solid, side.bottom, side.top):
-            opposite += [([a], [b]) for a, b in zip(one, other, strict=True)]
-        else:
-            opposite.append((one, other))
-    opposite += [([a], [b]) for a, (b, _) in sweep.target_edges.items()]
-    if align:
-        opposite += [pair for f in sweep.source for pair in opposite_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in submapped_sides(sweep.solid.faces[f].loops, edges)]
-        opposite += [pair for f in sweep.source for pair in fan_sides(sweep.solid.faces[f], edges)]
-        opposite += [pair for f in sweep.source for pair in symmetric_sides(sweep.solid, f, edges)]
-        rings = [pair for f in sweep.source for pair in across_wall(sweep, f, edges)]
-        rings += [pair for f in sweep.source for pair in ring_sides(sweep.solid, sweep.solid.faces[f], edges)]
-        if not any(squeezes(*pair, edges, wished) for pair in rings):
-            opposite += rings
-    for one, other in opposite:
-        if len(one) == len(other) == 1:
-            parent[find(one[0])] = find(other[0])
-    sums = []
-    for one, other in opposite:
-        row: dict[int, float] = {}
-        for sign, chain in ((1.0, one), (-1.0, other)):
-            for e in chain:
-                row[find(e)] = row.get(find(e), 0.0) + sign
-        row = {c: v for c, v in row.items() if v}
-        if row:
-            sums.append(row)
-    return {e: find(e) for e in edges}, sums
 
 
 def opposite_sides(loops: Sequence[Loop], wanted: dict[int, float]) -> list[tuple[list[int], list[int]]]:
@@ -350,33 +206,11 @@ def alike(solid: Solid, bottom: Sequence[DirectedEdge], top: Sequence[DirectedEd
     return bool(np.abs(places[0] - places[1]).max() < SAME_PLACE)
 
 
-def _even_sums(sweep: Sweep, classes: dict[int, int], wished: Collection[int], *, align: bool) -> list[dict[int, int]]:
-    """For every loop of every face of the source cap: how often each class occurs in it."""
-    rows = []
-    asked = {classes[e] for e in wished if e in classes}
-    for f in sweep.source:
-        face = sweep.solid.faces[f]
-        sets: list[Sequence[int]] = [loop.edges for loop in face.loops]
-        if align:
-            sets += every_second_side(face)
-            sets += [s for s in even_by_symmetry(sweep.solid, f) if not any(classes[e] in asked for e in s)]
-        for edges in sets:
-            row: dict[int, int] = {}
-            for e in edges:
-                row[classes[e]] = row.get(classes[e], 0) + 1
-            odd = {c: n for c, n in row.items() if n % 2}
-            if odd:
-                rows.append(odd)
-    return rows
-
-
-def _least_counts(sweep: Sweep, classes: dict[int, int]) -> dict[int, int]:
+def least_counts(solid: Solid, faces: Collection[int]) -> dict[int, int]:
     """Segments that the edges of loops of less than four edges need, so that quads fit into them."""
     least: dict[int, int] = {}
-    for f in sweep.source:
-        for loop in sweep.solid.faces[f].loops:
-            n = -(-4 // len(loop.edges))
-            if n > 1:
-                for e in loop.edges:
-                    least[classes[e]] = max(least.get(classes[e], 1), n)
+    for loop in (loop for f in faces for loop in solid.faces[f].loops):
+        n = -(-4 // len(loop.edges))
+        if n > 1:
+            least |= {e: max(least.get(e, 1), n) for e in loop.edges}
     return least

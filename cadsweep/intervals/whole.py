@@ -13,17 +13,19 @@ Not handled: levels of stacked sides that two rails of one cell cross at differe
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import lcm, pi, radians
 
 import numpy as np
 
 from ..corner_blocks import CornerBlocks
-from ..errors import SurfaceMeshError
+from ..errors import InputError, SurfaceMeshError
 from ..sweep import Intervals, Sweep
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .corner_counts import corner_counts, corner_size
 from .demands import find_conflict
 from .equations import Equations, way_up
+from .levels import find_levels, n_least
 from .loops import loop_edges
 from .patterns import symmetric_counts
 from .sizes import (
@@ -33,6 +35,7 @@ from .sizes import (
     TURN_LAYER,
     TURN_SIZED,
     WANTED_HEXES,
+    default_layers,
     greatest_turn,
     path_length,
     size_for,
@@ -63,12 +66,14 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
         No counts fit; names the demands that contradict each other, or the faces.
     """
     sizes = cell_sizes(cells, wishes)
+    if len(cells) == 1 and wishes.layers is not None and isinstance(cells[0].fill, Sweep):
+        wishes = replace(wishes, demands=[*wishes.demands, _all_layers(cells[0].fill, wishes.layers)])
     wanted, firm, steps = _wanted(cells, sizes, wishes)
 
     def settled(demands: Sequence[KeyDemand]) -> dict[int, int] | None:
         """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
         for align in (True, False):
-            counts = Equations(cells, wanted, wishes, align=align).solve(wanted, firm, demands, steps)
+            counts = Equations(cells, wanted, wishes, align=align, firm=firm).solve(wanted, firm, demands, steps)
             if counts is not None:
                 return counts
         return None
@@ -97,6 +102,9 @@ def cell_sizes(cells: Sequence[CellSweep], wishes: Wishes) -> list[float]:
     total = float(volumes.sum())
     n_wanted = min(float(MOST_HEXES), WANTED_HEXES * len(cells) ** 0.5)
     common = (total / n_wanted) ** (1.0 / 3.0)
+    if len(cells) == 1 and isinstance(cells[0].fill, Sweep):
+        area = sum(cells[0].solid.faces[f].area for f in cells[0].fill.source)
+        common = size_for(area, path_length(cells[0].fill), WANTED_HEXES)
     sizes = []
     for i, cell in enumerate(cells):
         size = wishes.cell_sizes.get(i, wishes.size)
@@ -133,7 +141,7 @@ def _wanted(
             own = corner_counts(cell.fill, sizes[i], sized=sized)
         else:
             own = wanted_counts(cell.fill, loop_edges(cell.fill), sizes[i], {}, sized=sized)
-            own |= _rail_counts(cell.fill, sizes[i], wishes.layers, sized=sized)
+            own |= _rail_counts(cell.fill, sizes[i], wishes.layers, sized=sized, alone=len(cells) == 1)
             if wishes.layers is not None:
                 firm.update(int(keys[e]) for e in cell.fill.rails)
         for e, n in own.items():
@@ -161,6 +169,28 @@ def _wanted(
     return wanted, firm, steps
 
 
+def _all_layers(sweep: Sweep, n: int) -> KeyDemand:
+    """Layers of a part of one sweep, which are not only wanted.
+
+    Raises
+    ------
+    InputError
+        They are fewer than the sweep's spans need.
+    """
+    least = min((n_least(levels) for levels in find_levels(sweep)), default=1)
+    if n < least:
+        named = "; ".join(
+            f"station {k} of edges {', '.join(map(str, ring[:6]))}{', ...' if len(ring) > 6 else ''}"
+            for k, ring in enumerate(sweep.stations, 1)
+        )
+        raise InputError(
+            f"layers={n} is fewer than the {least} that the spans of this sweep need (two where it turns back)"
+            + (f"; a layer must meet {named}" if named else "")
+        )
+    keys = tuple(int(sweep.solid.edge_keys[e]) for e in way_up(sweep, sweep.source_loops[0]))
+    return KeyDemand(keys=keys, count=n, label=f"layers={n}")
+
+
 def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> dict[int, int]:
     """Circles in a pattern in one cell are one in its neighbours, too, which may have wanted more of some of them."""
     steps: dict[int, int] = {}
@@ -179,16 +209,27 @@ def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> dict[i
     return steps
 
 
-def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool) -> dict[int, float]:
+def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool, alone: bool) -> dict[int, float]:
     """Wanted layers of every rail: its share of those of the whole way."""
     solid = sweep.solid
     if layers is not None:
         n = float(layers)
     else:
         turns = greatest_turn(sweep) / (TURN_SIZED if sized else TURN_LAYER)
-        n = max(path_length(sweep) / size, 1.0 if sized else 2.0, turns)
+        # A long part is a few thick layers if it is alone; what touches others follows their edges.
+        plain = default_layers(sweep, size) if alone and not sized else path_length(sweep) / size
+        n = max(plain, 1.0 if sized else 2.0, turns)
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
-    return {e: max(1.0, n * solid.edges[e].length / totals[e]) for e in sweep.rails}
+    shares = {e: n * solid.edges[e].length / totals[e] for e in sweep.rails}
+    choices = find_levels(sweep)
+    if choices:  # rails between the same two levels have one count: of all of them the mean, so that the whole is n
+        between: dict[tuple[int, int], list[float]] = {}
+        for e, pair in choices[0].rails.items():
+            between.setdefault(pair, []).append(shares[e])
+        means = {pair: float(np.mean(own)) for pair, own in between.items()}
+        whole = sum(means[choices[0].rails[e]] for e in way_up(sweep, sweep.source_loops[0]))
+        shares = {e: n / whole * means[pair] for e, pair in choices[0].rails.items()}
+    return {e: max(1.0, own) for e, own in shares.items()}
 
 
 def _intervals_of(cell: CellSweep, counts: Mapping[int, int], size: float) -> Intervals:

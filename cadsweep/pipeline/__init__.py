@@ -12,15 +12,14 @@ routes         the ways to a mesh of one solid; `designs` and `fitted_grids` are
 run            seconds by stage, progress, the time that is left
 parts          cad and recognition: a part, and the sweeps of its solid
 attempts       what is tried to come to sweeps, as a table; `changes` does it
-candidates     the loop over candidate sweeps: which are tried, smoothed, refused, noted
-factoring      intervals, surface and projection: the factors of one sweep; `making` checks them
+candidates     the loop over candidate sweeps: which are tried and noted
 ranks          one mesh over many processes
 origin         what a mesh was made from
 tables         all rows of all tables
 wishes/        the user's words as keys and rules
 nearness/      as near to the CAD as is asked for
 columns/       stacks
-complexes/     assemblies, and solids that are cut
+complexes/     one sweep, assemblies, and solids that are cut: a plan, cells on one skeleton, checks
 finished/      refine, like, derivatives: by entity
 ============== =========================================================================
 
@@ -37,7 +36,6 @@ from ..collector import collector_resting
 
 if TYPE_CHECKING:
     from ..progress import Progress
-    from .candidates import SMOOTH_BELOW, smoothed
     from .complexes.decomposing import decompose
     from .directions import find_sweeps
     from .finished.derivatives import Sensitivity, sensitivity
@@ -47,7 +45,6 @@ if TYPE_CHECKING:
     from .parts import load
 
 _HOMES = {
-    "SMOOTH_BELOW": ".candidates",
     "Family": ".finished.family",
     "Progress": "..progress",
     "Sensitivity": ".finished.derivatives",
@@ -60,14 +57,12 @@ _HOMES = {
     "make_options": ".meshing",
     "refine": ".finished.refinement",
     "sensitivity": ".finished.derivatives",
-    "smoothed": ".candidates",
     "stream_mesh": ".meshing",
     "sweep_mesh": ".meshing",
     "write_factors": ".meshing",
 }
 
 __all__ = [
-    "SMOOTH_BELOW",
     "Family",
     "Progress",
     "Sensitivity",
@@ -80,7 +75,6 @@ __all__ = [
     "make_options",
     "refine",
     "sensitivity",
-    "smoothed",
     "stream_mesh",
     "sweep_mesh",
     "write_factors",

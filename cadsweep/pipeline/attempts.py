@@ -19,7 +19,7 @@ from . import changes
 from .changes import Opened
 from .parts import load, only_solid, search
 from .run import Run
-from .wishes.hints import fitting_sweeps
+from .wishes.rails import fitting_sweeps
 
 STRAIGHT = 0.9
 """Score of the best sweep of a full ring of revolution below which the sweep around its axis is scored, too."""

@@ -1,8 +1,6 @@
-"""From several candidate sweeps to the best mesh: one loop, whoever makes, keeps and measures the mesh.
+"""From several candidate sweeps to the best mesh: which are tried, kept and noted, and why a solid has none.
 
-Place in the flow: after recognition. :mod:`.making` makes a candidate in memory or in blocks; which candidates are
-tried, what is smoothed, refused and noted is decided here, so that a part has the same mesh, refusal and notes
-whichever way it is made.
+Place in the flow: after recognition. A candidate is a complex of one cell (:mod:`.complexes`).
 """
 
 from __future__ import annotations
@@ -10,22 +8,15 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-
-import numpy as np
 
 from .. import cad, rows
-from ..blocks.block import FactoredMesh
-from ..blocks.block_mesh import BlockMesh
 from ..brep import Part, Solid
 from ..errors import CadError, CadSweepError, CoarseMeshError, InputError, NotSweepableError
-from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import QualityReport
 from ..sweep import Sweep
-from .nearness.accuracy import check_curved
 from .nearness.nearer import in_the_way
-from .refusing import refusal
+from .origin import AnyMesh
 from .run import Run
 
 log = logging.getLogger(__name__)
@@ -42,12 +33,6 @@ SMOOTH_BELOW = 0.3
 SECOND_LOOK = 0.25
 """Share of the budget of a search for cells that might be better than what is there: they are mostly found at once."""
 
-COARSE = 0.01
-"""Part of the volume that a mesh may lose or gain without a note."""
-
-DOUBTFUL_VOLUME = 1e-4
-"""Part of the volume that gaps between faces may leave open without a note; what CAD kernels leave is far below."""
-
 MOST_CANDIDATES = 3
 """Sweeps of one solid that are tried before the first one's error is raised."""
 
@@ -63,11 +48,15 @@ class Made:
     `rows` of tables had a share in it.
     """
 
-    factored: FactoredMesh
-    report: QualityReport
-    mesh: HexMesh | BlockMesh
+    mesh: AnyMesh
     shortfall: float
     rows: frozenset[str] = frozenset()
+
+    @property
+    def report(self) -> QualityReport:
+        """What the checks found."""
+        report: QualityReport = self.mesh.info["quality"]
+        return report
 
     @property
     def is_near(self) -> bool:
@@ -80,16 +69,9 @@ class Made:
         worst = self.report.min_scaled_jacobian
         return self.report.valid, worst >= GOOD_ENOUGH, -max(1.0, self.shortfall), worst
 
-    def noted(self, notes: Sequence[str]) -> Made:
-        """The same with more notes."""
-        factored = self.factored.noted(notes)
-        mesh = replace(self.mesh, info={**self.mesh.info, "notes": factored.info["notes"]})
-        return replace(self, factored=factored, mesh=mesh)
 
-
-Make = Callable[[Part, Sweep, SweepOptions, Run, float], Made]
-"""Makes one candidate and refuses it where it is not valid; the last argument is the worst scaled Jacobian of the best
-one so far."""
+Make = Callable[[Part, Sweep, SweepOptions, Run], Made]
+"""Makes one candidate and refuses it where it is not valid."""
 
 
 def explained(sweep: Sweep, failure: CadSweepError) -> CadSweepError:
@@ -167,10 +149,8 @@ def first_good(
         if number and run.is_over():
             break
         try:
-            near = (one for one in tried if one.report.valid and one.is_near)
-            reached = max((one.report.min_scaled_jacobian for one in near), default=-np.inf)
             with rows.share() as own:
-                made = make(part, sweep, options, run, reached)
+                made = make(part, sweep, options, run)
         except CadSweepError as error:
             if isinstance(error, InputError | NotSweepableError) and not isinstance(error, CoarseMeshError):
                 raise  # what the user asked for cannot be had by another sweep either
@@ -190,93 +170,5 @@ def first_good(
         given_up.append(
             f"a better ranked sweep was passed over: it stays {tried[0].shortfall:.2g} times as far off as is asked for"
         )
-    return best.noted([*volume_notes(best.report, best.factored), *given_up])
-
-
-def checked(
-    factored: FactoredMesh,
-    check: Callable[[FactoredMesh], QualityReport],
-    options: SweepOptions,
-    run: Run,
-    reached: float,
-) -> tuple[FactoredMesh, QualityReport]:
-    """Check a candidate, and mend it where that may be worth its while.
-
-    Parameters
-    ----------
-    check : callable
-        Multiplies out and measures.
-    reached : float
-        Worst scaled Jacobian of the best candidate so far.
-
-    Raises
-    ------
-    PostponedError
-    """
-    report = check(factored)
-    if options.smoothing and may_gain(report, options, reached):
-        if run.postpones is not None and run.postpones(report.n_hexes):
-            raise PostponedError("the sweep is poor, and something else is tried before it is smoothed")
-        with run.stage("smoothing"):
-            factored = smoothed(factored, partial(run.ends_polishing, asked=options.size is not None))
-        if factored.is_changed:
-            report = check(factored)
-    return factored, report
-
-
-def may_gain(report: QualityReport, options: SweepOptions, reached: float) -> bool:
-    """Whether smoothing is worth its while: the boundary allows a valid mesh, better than what others have reached."""
-    if report.min_scaled_jacobian >= SMOOTH_BELOW and not report.n_inverted:
-        return False
-    least = reached if options.allow_inverted else max(reached, 0.0)
-    return report.limit is None or report.limit.value > least
-
-
-def smoothed(factored: FactoredMesh, is_over: Callable[[], bool] = lambda: False) -> FactoredMesh:
-    """Mend the worst places; what was moved is kept beside the factors."""
-    from ..smoothing import improve  # most meshes need none
-
-    points = factored.points().reshape(-1, 3)
-    structure = factored.structure
-    fixed = np.zeros((factored.n_node_layers, structure.n_nodes), dtype=bool)
-    fixed[:, np.concatenate(structure.loops)] = True
-    fixed[:, factored.kept_nodes] = True
-    if not structure.periodic:
-        fixed[[0, -1]] = True
-    better = improve(points, structure, fixed=fixed.reshape(-1), is_over=is_over)
-    return replace(
-        factored.noted(better.steps),
-        moved_nodes=better.nodes,
-        moved_points=(better.positions - factored.offset) / factored.scale,
-    )
-
-
-def refuse(report: QualityReport, options: SweepOptions, part: Part, sweep: Sweep) -> None:
-    """Raise what is wrong with a mesh that is not handed over.
-
-    Raises
-    ------
-    CadSweepError
-        The mesh is not valid, or too coarse to be the part, and the user does not allow that.
-    """
-    if not report.valid and not options.allow_inverted:
-        raise refusal(report, part, sweep)
-    if options.order > 1:
-        check_curved(report.volume / part.scale**3, sweep, options)
-
-
-def volume_notes(report: QualityReport, factored: FactoredMesh) -> list[str]:
-    """Say where the model leaves its volume open, and where a valid mesh is too coarse to be the part."""
-    known, doubt = factored.info["cad_volume"], factored.info["cad_volume_doubt"]
-    notes = []
-    if doubt > DOUBTFUL_VOLUME * known:
-        notes.append(
-            f"faces of the model miss each other, so that its volume is known to {doubt / known:.1g} of itself only; "
-            "the checks allow for that"
-        )
-    off = report.volume / known - 1.0
-    if abs(off) > COARSE + doubt / known:
-        notes.append(
-            f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size or more layers"
-        )
-    return notes
+    notes = [*best.mesh.info["notes"], *given_up]
+    return replace(best, mesh=replace(best.mesh, info={**best.mesh.info, "notes": notes})) if given_up else best

@@ -10,7 +10,7 @@ is inverted then is untangled. Borders of blends are no lines of the mesh: a ble
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -36,7 +36,7 @@ from ..options import SweepOptions
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
-from .origin import AnyMesh, CellsOrigin, Origin
+from .origin import AnyMesh, CellsOrigin
 from .run import Run
 
 log = logging.getLogger(__name__)
@@ -146,7 +146,7 @@ def _mesh_without(
         raise NotSweepableError("the solid has no blends that can be left out")
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
-    assert isinstance(made.origin, Origin | CellsOrigin), "one solid"
+    assert isinstance(made.origin, CellsOrigin), "one solid"
     patch_of = find_patches(part.solids[0], blends, design.gone, design.model_faces)
     plain = _on_design(part.solids[0], made.origin.entities)
     sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
@@ -301,16 +301,11 @@ def _roles(united: Solid, roles: dict[str, str]) -> dict[tuple[int, ...], str]:
     return found
 
 
-def _roles_of(origin: Origin | CellsOrigin) -> dict[str, str]:
+def _roles_of(origin: CellsOrigin) -> dict[str, str]:
     """Roles of the design's faces, by key; those of two kinds have none."""
-    own: Mapping[Any, str]
-    if isinstance(origin, Origin):
-        own = {(0, f): role for role in ("source", "target") for f in getattr(origin.sweep, role)}
-        solids: tuple[Solid, ...] = (origin.sweep.solid,)
-    else:
-        own, solids = origin.joined.roles, origin.part.solids
+    own = origin.joined.roles
     found: dict[str, set[str]] = {}
-    for cell, solid in enumerate(solids):
+    for cell, solid in enumerate(origin.part.solids):
         for face in solid.faces:
             if origin.names.of((cell, face.id)):
                 found.setdefault(face.key, set()).add(own.get((cell, face.id), "side"))

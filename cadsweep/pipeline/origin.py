@@ -6,94 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..blocks.block import FactoredMesh
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.cells import CellBlocks
 from ..blocks.joined import JoinedMesh
-from ..blocks.naming import NamedFaces, name_sweep
-from ..blocks.reference import make_reference, make_references, twins_of
+from ..blocks.naming import NamedFaces
+from ..blocks.reference import make_references
 from ..brep import Part
 from ..entity.entities import Entities
 from ..errors import InputError
-from ..mesh import HexMesh, SurfaceMesh
+from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..quality import CadReference
 from ..sweep import Sweep
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Origin:
-    """The CAD model, the way it was swept, the mesh of its boundary, and the factors.
-
-    Attributes
-    ----------
-    part : Part
-    sweep : Sweep
-    surfaces : SurfaceMesh
-        Its nodes are those of the mesh, working units.
-    factored : FactoredMesh
-    options : SweepOptions
-    """
-
-    part: Part
-    sweep: Sweep
-    surfaces: SurfaceMesh
-    factored: FactoredMesh
-    options: SweepOptions
-
-    @cached_property
-    def entities(self) -> Entities:
-        """Where the nodes are."""
-        from ..entity.swept import sweep_entities  # most meshes are never asked
-
-        return sweep_entities(self.part, self.sweep, self.surfaces, self.factored)
-
-    @property
-    def joined(self) -> JoinedMesh:
-        """The mesh as arrays, working units."""
-        return self.entities.joined
-
-    @property
-    def names(self) -> NamedFaces:
-        """Names of the faces that are no cuts."""
-        return name_sweep(self.sweep)
-
-    @property
-    def model(self) -> Part:
-        """The part as it was swept: what was done to it another one is put through, too."""
-        return self.part
-
-    @property
-    def factors(self) -> FactoredMesh:
-        """What the mesh is multiplied out of."""
-        return self.factored
-
-    @property
-    def references(self) -> CadReference:
-        """What the CAD model says that the mesh must be."""
-        return make_reference(self.part, self.sweep)
-
-    @property
-    def twins(self) -> dict[int, int] | None:
-        """Of a ring that was cut open, edges at the same places."""
-        return twins_of(self.sweep)
-
-    @property
-    def is_swept(self) -> bool:
-        """Whether the model is as it was made ready for one sweep."""
-        return True
-
-    def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
-        """Of a mesh that was made of this one, and is no product of factors."""
-        return CellsOrigin(
-            model=self.part,
-            part=self.part,
-            joined=joined,
-            names=self.names,
-            options=self.options,
-            twins=self.twins,
-            is_swept=True,
-        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,12 +34,12 @@ class CellsOrigin:
         Its nodes are those of the mesh, working units.
     names : NamedFaces
     options : SweepOptions
-    cells : CellBlocks, FactoredMesh or None
+    cells : CellBlocks or None
         The factors of which `joined` was multiplied out before its nodes were smoothed, where it was.
-    twins : dict of int to int or None
-        Of a ring that was cut open, edges at the same places.
     is_swept : bool
-        Whether the model is as it was made ready for one sweep, of a mesh that was refined or carried from such a one.
+        Whether the model is as it was made ready for one sweep.
+    sweep : Sweep or None
+        That sweep, of a mesh that was not carried from another part.
     """
 
     model: Part
@@ -123,9 +47,9 @@ class CellsOrigin:
     joined: JoinedMesh
     names: NamedFaces
     options: SweepOptions
-    cells: CellBlocks | FactoredMesh | None = None
-    twins: dict[int, int] | None = None
+    cells: CellBlocks | None = None
     is_swept: bool = False
+    sweep: Sweep | None = None
 
     @cached_property
     def entities(self) -> Entities:
@@ -133,15 +57,9 @@ class CellsOrigin:
         return Entities(part=self.part, joined=self.joined, names=self.names)
 
     @property
-    def factors(self) -> CellBlocks | FactoredMesh | None:
-        """What the mesh is multiplied out of, but for nodes that were smoothed; None where it is not."""
-        return self.cells
-
-    @property
-    def references(self) -> CadReference | Mapping[str, CadReference]:
-        """What the CAD model says that the mesh must be."""
-        found = make_references(self.part, self.names, self.twins)
-        return next(iter(found.values())) if self.is_swept else found
+    def references(self) -> Mapping[str, CadReference]:
+        """What the CAD model says that the mesh must be, by solid."""
+        return make_references(self.part, self.names)
 
     def of_joined(self, joined: JoinedMesh) -> CellsOrigin:
         """Of a mesh that was made of this one, and is no product of factors."""
@@ -185,7 +103,7 @@ class GroupsOrigin:
     options: SweepOptions
 
 
-AnyOrigin = Origin | CellsOrigin | GroupsOrigin
+AnyOrigin = CellsOrigin | GroupsOrigin
 
 AnyMesh = HexMesh | BlockMesh
 """What the ways to a mesh make: one in memory, or one that stays in blocks."""
@@ -207,11 +125,11 @@ def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     )
 
 
-def made_of(mesh: HexMesh, model: Part) -> HexMesh:
-    """The mesh, knowing the part that its cells were cut from."""
-    if not isinstance(mesh.origin, CellsOrigin):
+def made_of(mesh: HexMesh, model: Part, sweep: Sweep | None = None) -> HexMesh:
+    """The mesh, knowing the part that its cells were cut from, or that was made ready for one sweep."""
+    if not isinstance(mesh.origin, CellsOrigin) or mesh.origin.is_swept:
         return mesh
-    return replace(mesh, origin=replace(mesh.origin, model=model))
+    return replace(mesh, origin=replace(mesh.origin, model=model, is_swept=sweep is not None, sweep=sweep))
 
 
 def first_order(mesh: HexMesh, n_nodes: int) -> HexMesh:

@@ -10,11 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
-from ..blocks.naming import name_sweep
+from ..blocks.naming import NamedFaces
 from ..brep import Face, Part
 from ..errors import CadError, CadSweepError, InvertedHexError
 from ..quality import BoundaryCrossing, QualityReport, find_crossings, scaled_jacobians
-from ..sweep import Sweep
 
 FINENESS = 16
 """Facets a direction that a quad is divided into."""
@@ -33,11 +32,11 @@ MOST_PAIRS = 32
 
 
 def explain_crossings(
-    part: Part, sweep: Sweep, crossings: tuple[BoundaryCrossing, ...], worst: float = float("nan")
+    part: Part, names: NamedFaces, crossings: tuple[BoundaryCrossing, ...], worst: float = float("nan")
 ) -> CadSweepError:
     """Say whether the model or the mesh runs into itself, which boundaries and where."""
     for crossing in crossings:
-        found = _crossing_faces(part, sweep, crossing)
+        found = _crossing_faces(part, names, crossing)
         if found is not None:
             one, other = found
             crossing_each = "crosses itself" if one is other else f"and {other.label()} cross each other"
@@ -60,10 +59,10 @@ def explain_crossings(
     )
 
 
-def refusal(report: QualityReport, part: Part | None = None, sweep: Sweep | None = None) -> CadSweepError:
+def refusal(report: QualityReport, part: Part | None = None, names: NamedFaces | None = None) -> CadSweepError:
     """Say what is wrong with a mesh that is not handed over."""
-    if report.crossings and not report.n_inverted and part is not None and sweep is not None:
-        return explain_crossings(part, sweep, report.crossings, report.min_scaled_jacobian)
+    if report.crossings and not report.n_inverted and part is not None and names is not None:
+        return explain_crossings(part, names, report.crossings, report.min_scaled_jacobian)
     error = InvertedHexError(
         f"no valid mesh: {report.problems[0] if report.problems else 'its hexahedra are inverted'}",
         reasons=report.problems,
@@ -96,11 +95,11 @@ def carried_refusal(report: QualityReport, name: str) -> InvertedHexError:
     )
 
 
-def _crossing_faces(part: Part, sweep: Sweep, crossing: BoundaryCrossing) -> tuple[Face, Face] | None:
+def _crossing_faces(part: Part, named: NamedFaces, crossing: BoundaryCrossing) -> tuple[Face, Face] | None:
     """The CAD faces that cross where two boundaries do; None where only their facets do."""
-    by_name = name_sweep(sweep).by_name()
+    by_name = named.by_name()
     faces = {
-        name: [sweep.solid.faces[i] for i in dict.fromkeys(face for _, face, _ in by_name.get(name, ()))]
+        name: [part.solids[c].faces[f] for c, f in dict.fromkeys((c, f) for c, f, _ in by_name.get(name, ()))]
         for name in crossing.names
     }
     if not all(faces.values()):

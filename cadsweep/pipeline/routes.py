@@ -39,18 +39,19 @@ from ..errors import (
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
+from ..sweep import Sweep
 from ..trial import noting
 from .attempts import find_candidates
 from .candidates import (
     GOOD_ENOUGH,
     SECOND_LOOK,
     SMOOTH_BELOW,
+    Made,
     PostponedError,
     crossing_of,
     first_good,
     touching_of,
 )
-from .making import make_blocks, make_mesh
 from .origin import AnyMesh, made_of
 from .parts import load
 from .run import Run
@@ -198,7 +199,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = WAYS[row](part, options, first, refused, 0.0 if enough else share)
+                mesh = WAYS[row](part, options, first if row == SWEEP else run, refused, 0.0 if enough else share)
         except PostponedError:
             left, first = [DESIGN, *(other for other in WAYS if other != DESIGN)], run
             continue
@@ -378,7 +379,17 @@ def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
             return _mesh_columns(part, options, run, NotSweepableError("no sweep of the part as it is"), 1.0)
-    return _said(first_good(opened, sweeps, options, run, make_blocks if run.in_blocks else make_mesh).mesh, SWEEP)
+    return _said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP)
+
+
+def _make_cell(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:
+    """A candidate sweep, meshed as the one cell of its part."""
+    from .complexes.several import mesh_judged
+    from .complexes.swept import alone, wishes_of_sweep
+
+    found = alone(part, sweep)
+    mesh, shortfall = mesh_judged(found, options, run, wishes_of_sweep(found.part, sweep, options))
+    return Made(mesh=mesh, shortfall=shortfall)
 
 
 WAYS = {SWEEP: _mesh_swept, COLUMNS: _mesh_columns, DESIGN: _mesh_design, CELLS: _mesh_cells}

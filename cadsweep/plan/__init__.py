@@ -8,6 +8,6 @@ do not answer each other; these plans are refused with the faces.
 """
 
 from .search import Plan, make_plan
-from .ways import Fill, Role, Way, list_ways
+from .ways import Fill, Role, Way, list_ways, way_of
 
-__all__ = ["Fill", "Plan", "Role", "Way", "list_ways", "make_plan"]
+__all__ = ["Fill", "Plan", "Role", "Way", "list_ways", "make_plan", "way_of"]

@@ -81,6 +81,11 @@ def list_ways(candidates: Sequence[Fill]) -> list[Way]:
     return sorted(ways, key=lambda way: -way.score)
 
 
+def way_of(sweep: Sweep) -> Way:
+    """The way of a cell that shares nothing: along its sweep, in the sweep's own direction."""
+    return _way(sweep, {side.face: side for side in sweep.linking_sides}, sweep.score)
+
+
 def _way(sweep: Sweep, grids: dict[int, LinkingSide], score: float) -> Way:
     roles: list[Role] = []
     for face in sweep.solid.faces:

@@ -61,24 +61,6 @@ def match_sides(
     rings[place[free, 0], place[free, 1]] = image[free]
 
 
-def match_caps(rings: FloatArray, motion: Motion) -> None:
-    """Put the last ring where the motion carries the first.
-
-    Raises
-    ------
-    SurfaceMeshError
-        The sweep carries the source to the target in another way.
-    """
-    image = motion(rings[0])
-    steps = np.linalg.norm(rings[0] - rings[0].mean(axis=0), axis=1).max()
-    near = scipy.spatial.cKDTree(rings[-1]).query(image)[1]
-    if (near != np.arange(len(image))).any() or np.linalg.norm(image - rings[-1], axis=1).max() > 0.1 * steps:
-        raise SurfaceMeshError(
-            "the sweep carries its source to other places of its target than the motion between these periodic faces"
-        )
-    rings[-1] = image
-
-
 def _nodes(grid: SweepGrid, faces: frozenset[int]) -> IntArray:
     """Layers and columns (m, 2) of the nodes of sides."""
     found = []

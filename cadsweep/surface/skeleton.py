@@ -4,7 +4,8 @@ Place in the flow: after ``intervals`` has counted all edges of the part; ``pipe
 grids of logical rectangles, then the caps, and carries quads from cap to cap in between. What a cell needs of its
 neighbours it finds here: nodes have their final numbers from the beginning, so that blocks fit without being joined.
 
-Not handled: faces whose nodes should follow the affine image of a source (`sides` does that for single sweeps).
+A cell whose linking sides no other cell has gets rings that follow the affine image of its source (:mod:`.sides`); its
+edges that others have, too, are as they are to these.
 """
 
 from __future__ import annotations
@@ -22,10 +23,11 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .congruent import Congruent
+from .memory import Memory
 from .outline import reversed_loop
 from .partners import Partners, image_nodes
 from .quads import CapBuilder
+from .rings import Rings
 from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
 from .walls import Walls
@@ -85,11 +87,14 @@ class Skeleton:
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         partners: Sequence[Partners] = (),
         walls: Mapping[int, WallLayers] | None = None,
+        rings: Mapping[int, Rings] | None = None,
+        memory: Memory | None = None,
     ) -> None:
         """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
 
         `sizes`: wanted lengths (m,) at points (m, 3) inside caps, where they are not the same everywhere.
         `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
+        `rings`: of cells whose linking sides are nobody else's. `memory`: faces of caps that were meshed before.
         """
         self.solids = solids
         self.intervals = intervals
@@ -105,7 +110,10 @@ class Skeleton:
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
         self.notes: list[str] = []
-        self._congruent = Congruent()
+        self._memory = Memory() if memory is None else memory
+        self._placed: dict[int, FloatArray] = {}
+        for cell, own in (rings or {}).items():
+            self._follow(solids[cell], own)
         self._n = 0
         self._table = np.empty((1024, 3))
         self._vertices: dict[int, int] = {}
@@ -132,6 +140,14 @@ class Skeleton:
             self._table = np.concatenate([self._table[:first], np.empty((max(self._n, first), 3))])
         self._table[first : self._n] = points
         return np.arange(first, self._n, dtype=np.int64)
+
+    def _follow(self, solid: Solid, rings: Rings) -> None:
+        """Take the divisions of edges, and the nodes on sides, of a cell whose rings are placed."""
+        for e, fractions in rings.fractions.items():
+            self.fractions[int(solid.edge_keys[e])] = fractions
+        for side in rings.layout.sides:
+            self._placed[int(solid.face_keys[side.side.face])] = rings.points[rings.layout.block(side)]
+        self.notes += rings.notes
 
     def _lay_edges(self, solid: Solid) -> None:
         for vertex, key in enumerate(solid.vertex_keys.tolist()):
@@ -181,6 +197,16 @@ class Skeleton:
         chains = [self.chain(cell, chain) for chain in (side.bottom, side.right, side.top, side.left)]
         if len(chains[0]) != len(chains[2]) or len(chains[1]) != len(chains[3]):
             raise SurfaceMeshError(f"{face.label()} has {[len(c) - 1 for c in chains]} segments on its four sides")
+        filled = self._placed.get(key)
+        if filled is None:
+            filled = self._filled(cell, side, face, chains)
+        h, w = filled.shape[0] - 1, filled.shape[1] - 1
+        grid = np.empty((h + 1, w + 1), dtype=np.int64)
+        grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
+        grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
+        self._take(key, FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid))
+
+    def _filled(self, cell: int, side: LinkingSide, face: Face, chains: Sequence[IntArray]) -> FloatArray:
         points = self.points
         chains_uv = tuple(
             join_chains([self.edge_uv(cell, face, e)[:: 1 if forward else -1] for e, forward in chain])
@@ -191,11 +217,7 @@ class Skeleton:
             raise SurfaceMeshError(f"{face.label()} could not be filled: its surface gives no finite points")
         if worst <= 0:
             self.notes.append(f"{face.label()}: its quads are folded at the worst corner (sine {worst:.2g})")
-        h, w = filled.shape[0] - 1, filled.shape[1] - 1
-        grid = np.empty((h + 1, w + 1), dtype=np.int64)
-        grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
-        grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        self._take(key, FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid))
+        return filled
 
     def _take(self, key: int, mesh: FaceMesh) -> None:
         """Keep the mesh of a face, and its image as that of the face's partner."""
@@ -223,8 +245,10 @@ class Skeleton:
         """Parameters on a face of the nodes of one of its edges, from the edge's start to its end."""
         return face.surface.edge_uv(edge, self.fractions[int(self.solids[cell].edge_keys[edge])])
 
-    def lay_free(self, cell: int, sweep: Sweep, face: int) -> None:
-        """Mesh a face of the source cap with quads of any kind, unless a neighbour did.
+    def lay_source(self, cell: int, sweep: Sweep, opposite: FloatArray | None = None) -> None:
+        """Mesh the faces of a source cap that no neighbour has meshed with quads of any kind.
+
+        `opposite`: angles of the ring's nodes on the target, where they are others than on the source.
 
         Raises
         ------
@@ -232,40 +256,52 @@ class Skeleton:
             It cannot be meshed with quads alone.
         """
         solid = self.solids[cell]
-        key = int(solid.face_keys[face])
-        if key in self.faces:
+        left = [f for f in sweep.source if int(solid.face_keys[f]) not in self.faces]
+        if len(left) == len(sweep.source):
+            self._lay_cap(cell, sweep, opposite)
             return
-        loops = [tuple(reversed_loop(loop.directed)) for loop in solid.faces[face].loops]
-        alone = replace(sweep, source=(face,), source_loops=tuple(loops), target_loops=tuple(loops))
-        rings = [self.chain(cell, loop)[:-1] for loop in loops]
+        for face in left:
+            loops = tuple(tuple(reversed_loop(loop.directed)) for loop in solid.faces[face].loops)
+            self._lay_cap(cell, replace(sweep, source=(face,), source_loops=loops, target_loops=loops), None)
+
+    def _lay_cap(self, cell: int, cap: Sweep, opposite: FloatArray | None) -> None:
+        solid = self.solids[cell]
+        keys = solid.edge_keys
+        rings = [self.chain(cell, loop)[:-1] for loop in cap.source_loops]
         ring = np.concatenate(rings)
         starts = np.cumsum([0, *(len(r) for r in rings)])
-        local = [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)]
-        fractions = {e: self.fractions[int(solid.edge_keys[e])] for e in solid.faces[face].edges}
+        edges = {e for f in cap.source for e in solid.faces[f].edges}
         builder = CapBuilder(
-            alone,
+            cap,
             self.intervals[cell],
             self.points[ring],
-            local,
-            np.full(len(ring), np.nan),
+            [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)],
+            np.full(len(ring), np.nan) if opposite is None else opposite,
             sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
-            congruent=self._congruent,
-            graded=fractions,
-            walls=self._walls_at(solid, face),
+            memory=self._memory,
+            graded={e: self.fractions[int(keys[e])] for e in edges},
+            walls=self._walls_at(solid, cap.source),
         )
         made = builder.build()
         self.notes += builder.notes
-        numbers = np.concatenate([ring, self.add(made.points[len(ring) :])])
-        self._take(key, FaceMesh(quads=numbers[made.quads][:, ::-1], cell=cell))
+        numbers = np.full(len(made.points), -1, dtype=np.int64)
+        numbers[: len(ring)] = ring
+        for e, nodes in made.edge_nodes.items():
+            numbers[nodes] = self.edges[int(keys[e])]
+        new = np.flatnonzero(numbers < 0)
+        numbers[new] = self.add(made.points[new])
+        for face in cap.source:
+            quads = numbers[made.quads[made.faces == face]][:, ::-1]
+            self._take(int(solid.face_keys[face]), FaceMesh(quads=quads, cell=cell))
 
-    def _walls_at(self, solid: Solid, face: int) -> Walls | None:
+    def _walls_at(self, solid: Solid, cap: Sequence[int]) -> Walls | None:
         """The edges of a cap at which walls with layers stand."""
         layers: dict[int, WallLayers] = {}
         faces = set()
-        for e in solid.faces[face].edges:
+        for e in (e for f in cap for e in solid.faces[f].edges):
             for other in solid.edges[e].faces:
                 key = int(solid.face_keys[other])
-                if other != face and key in self.walls:
+                if other not in cap and key in self.walls:
                     layers[e] = self.walls[key]
                     faces.add(other)
         return Walls(layers=layers, faces=frozenset(faces)) if layers else None

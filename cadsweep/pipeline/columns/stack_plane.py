@@ -12,7 +12,7 @@ from ...errors import SurfaceMeshError
 from ...mesh import QuadMesh, SurfaceMesh
 from ...stack import Levels, Stack
 from ...sweep import Intervals
-from ..nearness.dividing import MOST_HALVINGS
+from ..nearness.nearer import MOST_HALVINGS
 from ..run import Run
 from ..wishes.biases import say_graded
 from ..wishes.stack_hints import StackHints

@@ -24,7 +24,7 @@ from ...options import SweepOptions
 from ...stack import Stack, name_direction
 from ...stack_mesh import StackMesh
 from ...sweep import Intervals, Sweep
-from ..candidates import COARSE, GOOD_ENOUGH, SMOOTH_BELOW
+from ..candidates import GOOD_ENOUGH, SMOOTH_BELOW
 from ..complexes.several import finish
 from ..finished.pairs import with_pairs
 from ..nearness.stack_accuracy import MadeStack, accurate_stack
@@ -308,9 +308,6 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     if isinstance(mesh, HexMesh):
         mesh = with_pairs(mesh)
     report, notes = mesh.info["quality"], list(mesh.info["notes"])
-    off = report.volume / mesh.info["cad_volume"] - 1.0
-    if abs(off) > COARSE:
-        notes.append(f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size")
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})

@@ -6,6 +6,7 @@ order the caps and the inside.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -25,10 +26,23 @@ from ...options import SweepOptions
 from ...plan import Plan
 from ...projection import project_layers
 from ...projection.caps import PlacedCap, place_target
-from ...surface import CellBoundary, Division, Skeleton, divided, graded_together, lay_star, match_quads, turn_grid
+from ...surface import (
+    CellBoundary,
+    Division,
+    Partners,
+    Rings,
+    Skeleton,
+    divided,
+    graded_together,
+    lay_rings,
+    lay_star,
+    match_quads,
+    opposite_angles,
+    turn_grid,
+)
 from ...sweep import Intervals, Sweep
 from ..nearness.cap_sizes import InsideSizes, least_of
-from ..nearness.dividing import MOST_HALVINGS
+from ..nearness.nearer import MOST_HALVINGS
 from ..run import Run
 from ..wishes.biases import say_graded
 from ..wishes.cell_asks import resolve_asks
@@ -72,10 +86,12 @@ def mesh_cells(  # noqa: PLR0917
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
             fractions = _graded(part, plan, counts, divisions, wishes.alike)
+            rings = _rings(part, plan, counts, options, divisions, fractions, asks.partners)
             skeleton = Skeleton(
                 part.solids,
                 counts,
                 fractions=fractions,
+                rings=rings,
                 sizes=least_of(asks.field, inside),
                 partners=asks.partners,
                 walls=asks.walls.layers,
@@ -88,7 +104,7 @@ def mesh_cells(  # noqa: PLR0917
                 for cell, way in enumerate(plan.ways)
                 if isinstance(way.fill, CornerBlocks)
             }
-        builder = _Builder(part, skeleton, options, run)
+        builder = _Builder(part, skeleton, options, run, rings)
         shorter: dict[int, float] = {}
         for done, cell in enumerate(plan.order):
             try:
@@ -133,6 +149,41 @@ def _graded(
         (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
     ]
     return graded_together(part.solids, list(sweeps.values()), grids, n, asked, alike)
+
+
+def _rings(  # noqa: PLR0917
+    part: Part,
+    plan: Plan,
+    counts: Sequence[Intervals],
+    options: SweepOptions,
+    divisions: Mapping[int, Division],
+    fractions: Mapping[int, FloatArray],
+    partners: Sequence[Partners],
+) -> dict[int, Rings]:
+    """Rings of the cells whose linking sides nobody else has."""
+    faces = Counter(int(key) for solid in part.solids for key in solid.face_keys.tolist())
+    uses = Counter(int(key) for solid in part.solids for key in solid.edge_keys.tolist())
+    matched = {key for own in partners for key in own.faces}
+    found = {}
+    for cell, (way, own) in enumerate(zip(plan.ways, counts, strict=True)):
+        sweep = way.fill
+        if isinstance(sweep, CornerBlocks):
+            continue
+        solid = part.solids[cell]
+        sides = {int(solid.face_keys[side.face]) for side in sweep.linking_sides}
+        if any(faces[key] > 1 for key in sides) or sides & matched:
+            continue
+        keys = solid.edge_keys.tolist()
+        n = {key: int(c) for key, c in zip(keys, own.counts.tolist(), strict=True)}
+        asked = divided({key: divisions[key] for key in keys if key in divisions}, n)
+        fixed = {
+            e: fractions.get(key, np.linspace(0.0, 1.0, n[key] + 1))
+            for e, key in enumerate(keys)
+            if uses[key] > 1 or key in asked
+        }
+        graded = {e: fractions[key] for e, key in enumerate(keys) if key in fractions}
+        found[cell] = lay_rings(sweep, own, graded, fixed, bias=options.bias, fractions=options.fractions)
+    return found
 
 
 def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
@@ -196,7 +247,15 @@ def _lay_stars(skeleton: Skeleton, cell: int, blocks: CornerBlocks, counts: Inte
 class _Builder:
     """Collects hexahedra and boundary quads cell by cell."""
 
-    def __init__(self, part: Part, skeleton: Skeleton, options: SweepOptions, run: Run) -> None:
+    def __init__(
+        self,
+        part: Part,
+        skeleton: Skeleton,
+        options: SweepOptions,
+        run: Run,
+        rings: Mapping[int, Rings],
+    ) -> None:
+        self.ends = {cell: own.node_vertices[[0, -1]] for cell, own in rings.items()}
         self.part = part
         self.skeleton = skeleton
         self.options = options
@@ -208,8 +267,8 @@ class _Builder:
     def add(self, cell: int, sweep: Sweep) -> None:
         """Mesh one cell: caps, target, inside."""
         with self.run.stage("surface"):
-            for face in sweep.source:
-                self.skeleton.lay_free(cell, sweep, face)
+            ends = self.ends.get(cell)
+            self.skeleton.lay_source(cell, sweep, None if ends is None else opposite_angles(sweep, ends))
             boundary = self.skeleton.boundary_of(cell, sweep)
         with self.run.stage("projection"):
             self.fill(cell, sweep, boundary)

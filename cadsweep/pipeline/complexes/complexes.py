@@ -37,11 +37,12 @@ _MOST_CONTACTS = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Complex:
-    """A part of several cells with a sweep for each; `model` is the part before it was cut."""
+    """Cells with a filling for each; `model` is the part before it was cut, `sweep` that of a part of one cell."""
 
     part: Part
     plan: Plan
     model: Part
+    sweep: Sweep | None = None
 
 
 def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:

@@ -21,21 +21,22 @@ from ...blocks.interface_slides import find_interface_slides
 from ...blocks.joined import JoinedMesh
 from ...blocks.naming import NamedFaces, find_colors, name_faces
 from ...blocks.reference import make_references
-from ...brep import Part, Solid
+from ...brep import Part, Solid, volume_doubt
 from ...corner_blocks import CornerBlocks
+from ...entity.entities import Entities
 from ...errors import InvertedHexError
 from ...estimate import estimate_counted
 from ...intervals import Wishes
 from ...mesh import HexMesh
 from ...options import SweepOptions
+from ...orders.elevate import elevate
 from ...plan import Fill
 from ...quality import CadReference, QualityReport, check_mesh
 from ...quality.thickness import single_share
 from ...smoothing import Blocks, Slides
 from ...sweep import Intervals
-from ..candidates import SMOOTH_BELOW
+from ..candidates import SMOOTH_BELOW, PostponedError
 from ..finished.pairs import with_pairs
-from ..making import raised
 from ..nearness.cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
 from ..nearness.crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
 from ..nearness.nearer import COARSE, coarse
@@ -48,6 +49,12 @@ from .complexes import Complex
 _THIN_SHARE = 0.2
 """Part of the boundary's area with one hexahedron to the other side from which on the mesh's notes say so."""
 
+_NOTED = 0.01
+"""Part of the volume that a mesh may lose or gain without a note."""
+
+_DOUBTFUL = 1e-4
+"""Part of the volume that gaps between faces may leave open without a note; what CAD kernels leave is far below."""
+
 _MOST_OPENED = 10**6
 """Hexahedra of a mesh in blocks up to which it is opened to see how thick it is; memory is what blocks are to save."""
 
@@ -55,9 +62,17 @@ _MOST_OPENED = 10**6
 def mesh_complex(
     found: Complex, options: SweepOptions, run: Run, wishes: Wishes, *, slide: bool = True
 ) -> HexMesh | BlockMesh:
+    """The mesh of :func:`mesh_judged`."""
+    return mesh_judged(found, options, run, wishes, slide=slide)[0]
+
+
+def mesh_judged(
+    found: Complex, options: SweepOptions, run: Run, wishes: Wishes, *, slide: bool = True
+) -> tuple[HexMesh | BlockMesh, float]:
     """Mesh a planned part, check every solid of it, and smooth where that is needed.
 
     Without `slide` nodes on faces that are no contacts stay: so poor cells are seen to be poor while others may be had.
+    Besides the mesh: how many times as far it is off the CAD as it may be.
 
     Raises
     ------
@@ -83,7 +98,9 @@ def mesh_complex(
                 raise
             wishes, finer = divided, [FINER]
     mesh = replace(mesh, info={**mesh.info, "way": _way(found)})
-    return mesh if isinstance(mesh, BlockMesh) else with_pairs(made_of(mesh, found.model))
+    shortfall = 0.0 if off is None or (options.tolerance is None and options.size is not None) else off.shortfall
+    mesh = mesh if isinstance(mesh, BlockMesh) else with_pairs(made_of(mesh, found.model, found.sweep))
+    return mesh, shortfall
 
 
 def _way(found: Complex) -> str | dict[str, str]:
@@ -132,7 +149,7 @@ def _described(solid: Solid, fill: Fill, counts: Intervals) -> dict[str, Any]:
         return {"source": [], "target": [], "layers": 0, "corners": len(fill.corners)}
     caps = {"source": fill.source, "target": fill.target}
     shown = {name: [solid.faces[f].shown for f in own] for name, own in caps.items()}
-    return shown | {"layers": counts.n_layers}
+    return shown | {"layers": counts.n_layers, "span_layers": list(counts.span_layers[0])}
 
 
 def finish(
@@ -186,8 +203,11 @@ def finish(
         if isinstance(cells, CellBlocks):
             mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
     report = mesh.info["quality"]
+    doubt = sum(volume_doubt(solid) for solid in part.solids) * part.scale**3
+    more = _volume_notes(report.volume, volume, doubt)
+    mesh = replace(mesh, info={**mesh.info, "notes": [*mesh.info["notes"], *more]}) if more else mesh
     if not report.valid and not options.allow_inverted:
-        error = refusal(report)
+        error = refusal(report, part, names)
         error.solids = _at_fault(mesh, report)
         raise error
     if options.order > 1 and not (options.allow_coarse or options.allow_inverted or options.refine):
@@ -202,6 +222,20 @@ def finish(
     if cells.n_hexes > _MOST_OPENED:
         return mesh
     return _with_thickness(mesh, to_hex_mesh(part, cells.joined(), names, {}))
+
+
+def _volume_notes(volume: float, known: float, doubt: float) -> list[str]:
+    """Say where the model leaves its volume open, and where a valid mesh is too coarse to be the part."""
+    notes = []
+    if doubt > _DOUBTFUL * known:
+        notes.append(
+            f"faces of the model miss each other, so that its volume is known to {doubt / known:.1g} of itself only; "
+            "the checks allow for that"
+        )
+    off = volume / known - 1.0
+    if abs(off) > _NOTED + doubt / known:
+        notes.append(f"the volume is {off:+.1%} off the CAD's, too coarse for its curves: take a smaller size")
+    return notes
 
 
 def _block_sizes(cells: JoinedMesh | CellBlocks) -> list[int] | None:
@@ -246,7 +280,7 @@ def checked_blocks(
             return mesh, measured(mesh, references, run)
 
     mesh, report = checked(cells)
-    if _is_poor(report, options, SMOOTH_BELOW):
+    if _is_smoothed(report, options, run, SMOOTH_BELOW):
         joined = cells.joined()
         slides = slides or find_slides(part, joined, names, options, outside=slide)
         better = _smoothed(joined, names, run, asked=options.size is not None, slides=slides)
@@ -303,7 +337,7 @@ def checked_cells(
             return mesh, check_mesh(mesh, cad=references, blocks=joined.blocks)
 
     mesh, report = checked(joined)
-    if _is_poor(report, options, smooth_below):
+    if _is_smoothed(report, options, run, smooth_below):
         better = _smoothed(joined, names, run, asked=options.size is not None, goal=goal, kept=kept, slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
@@ -320,9 +354,31 @@ def checked_cells(
     return replace(mesh, origin=origin, info={**mesh.info, "quality": report})
 
 
-def _is_poor(report: QualityReport, options: SweepOptions, smooth_below: float) -> bool:
-    """Whether a mesh is to be smoothed."""
-    return options.smoothing and bool(report.min_scaled_jacobian < smooth_below or report.n_inverted)
+def _is_smoothed(report: QualityReport, options: SweepOptions, run: Run, smooth_below: float) -> bool:
+    """Whether a mesh is poor, and is to be smoothed.
+
+    Raises
+    ------
+    PostponedError
+        The run says that something else comes first.
+    """
+    if not (options.smoothing and (report.min_scaled_jacobian < smooth_below or report.n_inverted)):
+        return False
+    if run.postpones is not None and run.postpones(report.n_hexes):
+        raise PostponedError("the sweep is poor, and something else is tried before it is smoothed")
+    return True
+
+
+def raised(mesh: HexMesh, entities: Entities, options: SweepOptions) -> HexMesh:
+    """The mesh of the order asked for, its nodes on the CAD's edges and faces."""
+    return elevate(
+        mesh,
+        order=options.order,
+        nodes=options.nodes,
+        curves=entities.on_curves(),
+        surfaces=entities.on_surfaces(),
+        allow_inverted=options.allow_inverted,
+    )
 
 
 def _smoothed(

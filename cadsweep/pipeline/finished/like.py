@@ -5,9 +5,7 @@ Place in the flow: ``sweep_mesh(part, like=mesh)`` comes here instead of looking
 Method: what two variants of a part have in common are the faces and edges of the model, and not the cuts through it. So
 its faces, edges and vertices are paired with those of the mesh's part (:mod:`.matching`); nodes on edges keep their
 fractions of arc length, and every face is carried by the map of its boundary (:mod:`cadsweep.projection.carried`). All
-that is inside, nodes on cuts included, follows the map of the whole boundary (:mod:`cadsweep.projection.inside`); of
-one sweep the layers are placed anew between their rings, and what smoothing moved there moves with the local linear
-part of the map between the rings. All of this is a smooth function of the part. All checks are made; where a hex is
+that is inside, nodes on cuts included, follows the map of the whole boundary (:mod:`cadsweep.projection.inside`). All of this is a smooth function of the part. All checks are made; where a hex is
 invalid or far worse than it was there, smoothing is tried; where it stays invalid, the part is refused.
 
 Not handled: parts whose faces do not pair.
@@ -23,14 +21,12 @@ from typing import Any
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...blocks.block import FactoredMesh
 from ...blocks.joined import JoinedMesh
 from ...blocks.naming import NamedFaces
 from ...brep import Part, volume_doubt
 from ...errors import CadError, CadSweepError, InputError, NotSweepableError
 from ...mesh import HexMesh
 from ...options import SweepOptions
-from ...projection import project_layers
 from ...projection.carried import carry_face
 from ...projection.inside import carry_inside
 from ...projection.target import sweep_normals, worst_corner
@@ -40,6 +36,7 @@ from ..attempts import open_and_find
 from ..complexes.groups import make_group, put_together
 from ..complexes.several import checked_cells
 from ..complexes.subsets import chosen_solids, separated, subset, touching_groups
+from ..complexes.swept import at_one_place
 from ..nearness.cells_accuracy import boundary_distance
 from ..origin import CellsOrigin
 from ..refusing import carried_refusal, poor_carried
@@ -122,27 +119,21 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
         )
     with run.stage("recognition"):
         part, match = _paired(part, template)
+        if template.twins:
+            twins = {match.edges[t][0]: match.edges[e][0] for t, e in template.twins.items()}
+            part = replace(part, solids=(at_one_place(part.solids[0], twins),))
     starts = first_ids(part)
     with run.stage("surface"):
         known, places = _boundary(template, match, part)
     with run.stage("projection"):
-        factored = None
-        if isinstance(template.factored, FactoredMesh):
-            factored = _swept(template.factored, known, places, residual=template.residual)
-            factored = replace(factored, scale=part.scale, offset=part.offset)
-        points = _carried(template, known, places) if factored is None else factored.working_points()
+        points = _carried(template, known, places)
     joined, names = _joined(template, match, part, starts, points), _names(template, match, starts)
-    twins = None
-    if template.twins is not None:
-        twins = {match.edges[t][0]: match.edges[e][0] for t, e in template.twins.items()}
     origin = CellsOrigin(
         model=part,
         part=part,
         joined=joined,
         names=names,
         options=options,
-        cells=factored,
-        twins=twins,
         is_swept=template.is_swept,
     )
     old = template.mesh
@@ -194,43 +185,6 @@ def _paired(part: Part, template: Template) -> tuple[Part, Match]:
             first = first or error
     assert first is not None
     raise first
-
-
-def _swept(old: FactoredMesh, known: IntArray, places: FloatArray, *, residual: bool) -> FactoredMesh:
-    """The factors of one sweep between other places of its boundary."""
-    n, how = old.structure.n_nodes, old.sweep
-    points = np.full((old.n_node_layers * n, 3), np.nan)
-    points[known] = places
-    layers = points.reshape(-1, n, 3)
-    if old.structure.periodic:
-        layers = np.concatenate([layers, layers[:1]])
-    rings = layers[:, np.concatenate(how.loops)]
-    placed = project_layers(
-        layers[0],
-        how.quads,
-        rings,
-        loops=how.loops,
-        functional=how.functional,
-        strategy=how.strategy,
-        target_points=layers[-1],
-        residual=residual,
-    )
-    return replace(old, sweep=placed, moved_points=_moved(old, placed.points, rings))
-
-
-def _moved(old: FactoredMesh, place: Any, rings: FloatArray) -> FloatArray:
-    """Where the nodes go that smoothing moved in the template: by as much, in the map between the rings."""
-    moved = old.moved_points.copy()
-    n, n_layers = old.structure.n_nodes, old.structure.n_layers
-    layers, nodes = np.divmod(old.moved_nodes, n)
-    for k in np.unique(layers).tolist():
-        chosen = layers == k
-        near = slice(max(0, min(k - 1, n_layers - 2)), max(k + 2, 3))
-        source, image = old.sweep.rings[near].reshape(-1, 3), rings[near].reshape(1, -1, 3)
-        linear = fit_linear_parts(source, image)[0]
-        shift = moved[chosen] - old.sweep.layer(k)[nodes[chosen]]
-        moved[chosen] = place(slice(k, k + 1))[0][nodes[chosen]] + shift @ linear.T
-    return moved
 
 
 def _carried(template: Template, known: IntArray, places: FloatArray) -> FloatArray:

@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...blocks.block import FactoredMesh
 from ...blocks.cells import CellBlocks
 from ...brep import Edge, Solid, Units
 from ...entity.entities import Entities
 from ...mesh import HexMesh
 from ...options import SweepOptions
 from ...projection.carried import MeshedFace, meshed_face
-from ..origin import CellsOrigin, GroupsOrigin, Origin, first_order, origin_of
+from ..complexes.swept import twins_of
+from ..origin import CellsOrigin, GroupsOrigin, first_order, origin_of
 from .graphs import Graph, first_ids, graph_of_part
 from .model_faces import OnModel, faces_parted, find_on_model
 
@@ -69,7 +69,7 @@ class Template:
         Faces of the solids that the names of their interfaces begin with.
     solids : dict of str to Any
         What of the model is meshed, and how: ``only``, ``skip``, ``interfaces``.
-    factored : FactoredCells, FactoredMesh or None
+    factored : FactoredCells or None
         What `points` and the mesh's nodes and hexes are multiplied out of, where it is known.
     answers : dict of int to int
         Of one sweep, the face of the target that every face of the source is carried to.
@@ -78,8 +78,6 @@ class Template:
     is_swept : bool
         Whether the model was made ready for one sweep, as another part has to be; and the caps that its user named.
     choice : (Any, Any)
-    residual : bool
-        Whether one sweep carries what its affine maps leave.
     """
 
     points: FloatArray
@@ -96,12 +94,11 @@ class Template:
     first_faces: tuple[int, ...]
     first: tuple[int, ...]
     solids: dict[str, Any]
-    factored: FactoredCells | FactoredMesh | None = None
+    factored: FactoredCells | None = None
     answers: dict[int, int] = field(default_factory=dict)
     twins: dict[int, int] | None = None
     is_swept: bool = False
     choice: tuple[Any, Any] = (None, None)
-    residual: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -190,10 +187,9 @@ def make_template(mesh: HexMesh, purpose: str) -> AnyTemplate:
         solids=meshed_words(origin.options),
         factored=_factored(origin),
         answers=_answers(origin),
-        twins=origin.twins,
+        twins=twins_of(model.solids[0]) if origin.is_swept else None,
         is_swept=origin.is_swept,
         choice=(origin.options.source, origin.options.target),
-        residual=origin.options.residual,
     )
 
 
@@ -211,11 +207,11 @@ def _as_meshed(entities: Entities, cell: int, own: Sequence[tuple[tuple[int, int
     )
 
 
-def _answers(origin: Origin | CellsOrigin) -> dict[int, int]:
+def _answers(origin: CellsOrigin) -> dict[int, int]:
     """The face of the target that every face of the source of one sweep is carried to."""
-    if not isinstance(origin, Origin):
-        return {}
     sweep = origin.sweep
+    if sweep is None:
+        return {}
     alone = len(sweep.source) == len(sweep.target) == 1
     return {sweep.source[0]: sweep.target[0]} if alone else dict(sweep.target_faces)
 
@@ -231,13 +227,9 @@ def _fractions(edge: Edge, chain: IntArray, points: FloatArray, vertices: IntArr
     return at
 
 
-def _factored(origin: Origin | CellsOrigin) -> FactoredCells | FactoredMesh | None:
+def _factored(origin: CellsOrigin) -> FactoredCells | None:
     """The factors of a mesh, with the nodes that are elsewhere by now; None where it is not made of any."""
-    factors, points = origin.factors, origin.joined.points
-    if isinstance(factors, FactoredMesh):
-        moved = np.flatnonzero((factors.working_points() != points).any(axis=1))
-        moved = np.union1d(factors.moved_nodes, moved).astype(np.int64)
-        return replace(factors, moved_nodes=moved, moved_points=points[moved])
+    factors, points = origin.cells, origin.joined.points
     if factors is None or not np.array_equal((first := factors.joined()).hexes, origin.joined.hexes):
         return None
     moved = np.flatnonzero((first.points != points).any(axis=1))

@@ -1,8 +1,7 @@
 """Meshes with what others need to be like them, as ``.sweep.npz`` files.
 
-Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. The
-mesh of one sweep is kept as its factors (:mod:`cadsweep.blocks.files`), one of blocks as theirs
-(:mod:`cadsweep.blocks.cell_files`), any other as its arrays; of solids that do not touch the file holds one after
+Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. A
+mesh of blocks is kept as their factors (:mod:`cadsweep.blocks.cell_files`), any other as its arrays; of solids that do not touch the file holds one after
 another, each with a number before its names. Pairs of nodes on periodic faces stand beside any of them.
 """
 
@@ -17,11 +16,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
-from ...blocks.block import FactoredMesh
 from ...blocks.cell_files import cells_as_arrays, cells_from_arrays
-from ...blocks.files import factor_arrays, factored_of_arrays, has_factors, reading
+from ...blocks.files import reading
 from ...brep import Units
-from ...errors import InputError
 from ...mesh import HexMesh
 from ...projection.carried import MeshedFace
 from .graphs import Graph
@@ -53,15 +50,12 @@ def load_mesh(path: str | PathLike[str]) -> HexMesh:
     """The mesh of a file; raises as :func:`load_template`."""
     with reading(path) as arrays:
         own = _own(arrays, _CELLS) or _own(arrays, _GROUPS)
-        is_swept = has_factors(arrays) or not own
-        mesh = factored_of_arrays(arrays).to_mesh() if is_swept else _mesh_of_arrays(own)
-        return replace(mesh, periodic=_own(arrays, _PAIRS))
+        return replace(_mesh_of_arrays(own), periodic=_own(arrays, _PAIRS))
 
 
 def _arrays(template: AnyTemplate) -> dict[str, Any]:
     if isinstance(template, Template):
-        factors = factor_arrays(template.factored) if isinstance(template.factored, FactoredMesh) else {}
-        return {**factors, **{_CELLS + name: array for name, array in _template_arrays(template).items()}}
+        return {_CELLS + name: array for name, array in _template_arrays(template).items()}
     text = {"groups": [names for names, _ in template.groups], "solids": template.solids}
     arrays: dict[str, Any] = {"groups": np.array(json.dumps(text)), **_mesh_arrays(template.mesh)}
     for number, (_, own) in enumerate(template.groups):
@@ -76,7 +70,7 @@ def _own(arrays: dict[str, Any], prefix: str) -> dict[str, Any]:
 def _template(arrays: dict[str, Any], path: str) -> AnyTemplate:
     cells, groups = _own(arrays, _CELLS), _own(arrays, _GROUPS)
     if cells:
-        return _template_of_arrays(cells, factored_of_arrays(arrays) if has_factors(arrays) else None)
+        return _template_of_arrays(cells)
     if groups:
         text = json.loads(str(groups["groups"]))
         return GroupsTemplate(
@@ -87,12 +81,11 @@ def _template(arrays: dict[str, Any], path: str) -> AnyTemplate:
             mesh=_mesh_of_arrays(groups),
             solids=text["solids"],
         )
-    factored_of_arrays(arrays)  # which says what is wrong, if it is no such file
-    raise InputError(f"{path}: this file of factors says nothing of the CAD model's faces; write it anew")
+    raise KeyError("no faces of a model")
 
 
 def _template_arrays(template: Template) -> dict[str, Any]:
-    """A template as arrays; factors of one sweep, and so its nodes and hexes, stand beside them."""
+    """A template as arrays."""
     factored = template.factored
     text = {
         "graph": {name: getattr(template.graph, name) for name in Graph.__dataclass_fields__},
@@ -106,7 +99,6 @@ def _template_arrays(template: Template) -> dict[str, Any]:
         "answers": sorted(template.answers.items()),
         "twins": None if template.twins is None else sorted(template.twins.items()),
         "is_swept": template.is_swept,
-        "residual": template.residual,
         "choice": template.choice if _is_plain(template.choice) else (None, None),
     }
     arrays: dict[str, Any] = {
@@ -116,11 +108,10 @@ def _template_arrays(template: Template) -> dict[str, Any]:
         "quad_faces": template.quad_faces,
         "vertices": template.vertices,
     }
-    if not isinstance(factored, FactoredMesh):
-        arrays |= _mesh_arrays(template.mesh, placed=factored is None)
+    arrays |= _mesh_arrays(template.mesh, placed=factored is None)
     if factored is None:
         arrays["points"] = template.points
-    elif isinstance(factored, FactoredCells):
+    else:
         arrays |= {_FACTORS + name: array for name, array in cells_as_arrays(factored.cells).items()}
         arrays |= {_SCALE: np.array(factored.units.scale), "offset": factored.units.offset}
     arrays |= {f"{_UV}{face}": meshed.uv for face, meshed in template.faces.items() if meshed.uv is not None}
@@ -137,14 +128,12 @@ def _is_plain(value: Any) -> bool:
     return True
 
 
-def _template_of_arrays(own: Mapping[str, Any], swept: FactoredMesh | None) -> Template:
-    """The template again, of a mesh of one sweep with its factors."""
+def _template_of_arrays(own: Mapping[str, Any]) -> Template:
+    """The template again."""
     text = json.loads(str(own["text"]))
     quads, ids, hex_solids = own["quads"], own["quad_faces"], own["hex_solids"]
-    factored = swept or _factored_of_arrays(own)
-    if isinstance(factored, FactoredMesh):
-        points, mesh = factored.working_points(), factored.to_mesh()
-    elif factored is not None:
+    factored = _factored_of_arrays(own)
+    if factored is not None:
         points, placed, hexes = factored.placed()
         mesh = _named(own, placed, hexes)
     else:
@@ -170,7 +159,6 @@ def _template_of_arrays(own: Mapping[str, Any], swept: FactoredMesh | None) -> T
         twins=None if twins is None else dict(twins),
         is_swept=text.get("is_swept", False),
         choice=tuple(text.get("choice", (None, None))),
-        residual=text.get("residual", True),
     )
 
 

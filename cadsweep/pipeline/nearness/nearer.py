@@ -24,6 +24,8 @@ MOST_OFF = 1 / 200
 """Distance from the CAD faces, in sizes of the part, where nothing is asked for."""
 MOST_HEXES = 200_000
 """Hexahedra up to which a part is divided finer by itself."""
+MOST_HALVINGS = 3
+"""How often the segments of an edge are halved before the part is refused."""
 COARSE = 0.05
 """Part of volume or area beyond which a mesh is not the part."""
 LOST_SIZED = 0.04

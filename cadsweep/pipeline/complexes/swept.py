@@ -1,0 +1,60 @@
+"""One sweep of one solid as a complex of one cell; of a ring that was cut open both caps are one face."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ...brep import Part, Solid
+from ...intervals import Wishes
+from ...options import SweepOptions
+from ...plan import Plan, way_of
+from ...sweep import Sweep
+from ..wishes.rails import demand_layers
+from ..wishes.shared_hints import check_words, resolve_wishes
+from .complexes import Complex
+
+
+def alone(part: Part, sweep: Sweep) -> Complex:
+    """The part as the one cell of a sweep."""
+    if sweep.closed:
+        sweep = replace(sweep, solid=at_one_place(sweep.solid, {t: e for e, (t, _) in sweep.target_edges.items()}))
+    own = replace(part, solids=(sweep.solid,))
+    return Complex(part=own, plan=Plan(ways=(way_of(sweep),), order=(0,)), model=own, sweep=sweep)
+
+
+def at_one_place(solid: Solid, twins: Mapping[int, int]) -> Solid:
+    """A ring that was cut open, its edges on one side of the cut under the keys of their `twins` on the other."""
+    vertices, edges, faces = (keys.copy() for keys in (solid.vertex_keys, solid.edge_keys, solid.face_keys))
+    for t, e in twins.items():
+        edges[t] = edges[e]
+        for v, w in ((solid.edges[e].start, solid.edges[t].start), (solid.edges[e].end, solid.edges[t].end)):
+            vertices[w] = vertices[v]
+    assert solid.opened is not None, "it was cut"
+    sides = [{frozenset(edges[list(solid.faces[f].edges)].tolist()): f for f in side} for side in solid.opened]
+    for outline, face in sides[0].items():
+        faces[sides[1][outline]] = faces[face]
+    return replace(solid, vertex_keys=vertices, edge_keys=edges, face_keys=faces)
+
+
+def twins_of(solid: Solid) -> dict[int, int]:
+    """Edges of a ring that was cut open that have the key of another one, and that one."""
+    first: dict[int, int] = {}
+    pairs = [(e, first.setdefault(key, e)) for e, key in enumerate(solid.edge_keys.tolist())]
+    return {e: other for e, other in pairs if e != other}
+
+
+def wishes_of_sweep(part: Part, sweep: Sweep, options: SweepOptions) -> Wishes:
+    """What is asked of the counts of one sweep, layers of its rails among it.
+
+    Raises
+    ------
+    InputError
+        Nothing has such a name, or two wishes contradict each other.
+    """
+    check_words(part, options)
+    wishes = resolve_wishes(part, options, part)
+    demands = {own.keys: own for own in wishes.demands}
+    demand_layers(part, sweep, options, demands)
+    layers = wishes.layers if options.fractions is None else len(options.fractions) - 1
+    return replace(wishes, layers=layers, demands=tuple(demands.values()))
