@@ -15,9 +15,8 @@ from ..sweep import Intervals, Sweep
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .demands import Demand
 from .naming import name_edges
-from .sizes import (
-    Split,
-)
+from .sizes import Split
+from .whole import assign_shared_intervals
 
 log = logging.getLogger(__name__)
 

@@ -18,8 +18,9 @@ from math import lcm, pi, radians
 
 import numpy as np
 
+from ..arrays import IntArray
 from ..corner_blocks import CornerBlocks
-from ..errors import InputError, SurfaceMeshError
+from ..errors import CadSweepError, InputError, SurfaceMeshError
 from ..sweep import Intervals, Sweep
 from .cell_sweeps import CellSweep, KeyDemand, Wishes
 from .corner_counts import corner_counts, corner_size
@@ -82,14 +83,28 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     if counts is None:
         guilty = find_conflict(wishes.demands, lambda some: settled(some) is not None)
         if guilty:
-            named = "; ".join(demand.label for demand in guilty)
-            raise SurfaceMeshError(
-                "no mesh of the whole part has the counts demanded", where=named, try_="drop one of them"
-            )
+            raise _contradiction(cells, guilty)
         raise SurfaceMeshError(
             "no counts of segments fit all cells of the part: the sides of some cell cannot have equal sums"
         )
     return [_intervals_of(cell, counts, sizes[i]) for i, cell in enumerate(cells)]
+
+
+def _contradiction(cells: Sequence[CellSweep], guilty: Sequence[KeyDemand]) -> CadSweepError:
+    """The refusal of demands that contradict each other: of layers, which no other sweep mends, as wrong input."""
+    labels = {int(k): cell.solid.edges[e].label() for cell in cells for e, k in enumerate(cell.solid.edge_keys)}
+    rails = {int(c.solid.edge_keys[e]) for c in cells if isinstance(c.fill, Sweep) for e in c.fill.rails}
+    named = "; ".join(f"{own.count} on {', '.join(labels[key] for key in own.keys)} ({own.label})" for own in guilty)
+    along = all(rails.issuperset(own.keys) for own in guilty)
+    return (InputError if along else SurfaceMeshError)(
+        "no mesh of the whole part has the counts demanded",
+        where=named,
+        try_="change or drop one of them",
+        reasons=[
+            "edges that answer each other need equal counts, opposite sides of a linking side equal sums, edges along a "
+            "sweep between the same stations too, and the loops of a cap even ones"
+        ],
+    )
 
 
 def cell_sizes(cells: Sequence[CellSweep], wishes: Wishes) -> list[float]:
@@ -238,4 +253,24 @@ def _intervals_of(cell: CellSweep, counts: Mapping[int, int], size: float) -> In
     if isinstance(sweep, CornerBlocks):
         return Intervals(counts=own, n_layers=0, size=size)
     n_layers = int(sum(own[e] for e in way_up(sweep, sweep.source_loops[0])))
-    return Intervals(counts=own, n_layers=n_layers, size=size, span_layers=tuple((n_layers,) for _ in sweep.spans))
+    return Intervals(counts=own, n_layers=n_layers, size=size, span_layers=_span_layers(sweep, own, n_layers))
+
+
+def _span_layers(sweep: Sweep, counts: IntArray, n_layers: int) -> tuple[tuple[int, ...], ...]:
+    """Layers of every span of every loop; of all together where spans are not told apart by levels."""
+    choices = find_levels(sweep)
+    if not choices:
+        return tuple((n_layers,) for _ in sweep.spans)
+    rails, at = choices[-1].rails, {0: 0}
+    while len(at) < choices[-1].n:
+        known = len(at)
+        for e, (low, high) in rails.items():
+            if low in at:
+                at[high] = at[low] + int(counts[e])
+            elif high in at:
+                at[low] = at[high] - int(counts[e])
+        assert len(at) > known, "rails join all levels"
+    return tuple(
+        tuple(max(at[rails[e][1]] for e in span) - min(at[rails[e][0]] for e in span) for span in loop)
+        for loop in sweep.spans
+    )

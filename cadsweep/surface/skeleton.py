@@ -40,8 +40,8 @@ class FaceMesh:
     Attributes
     ----------
     quads : (q, 4) int64
-        Node numbers of the whole part, turned outward as seen from the cell `cell`.
-    cell : int
+        Node numbers of the whole part, turned outward as seen from the cell and its face at `place`.
+    place : (int, int)
     grid : (h + 1, w + 1) int64 or None
         The nodes in rows and columns, where the face is a logical rectangle.
     patches : mapping of int to (h + 1, w + 1) int64
@@ -49,7 +49,7 @@ class FaceMesh:
     """
 
     quads: IntArray
-    cell: int
+    place: tuple[int, int]
     grid: IntArray | None = None
     patches: Mapping[int, IntArray] = field(default_factory=dict)
 
@@ -204,7 +204,7 @@ class Skeleton:
         grid = np.empty((h + 1, w + 1), dtype=np.int64)
         grid[1:-1, 1:-1] = self.add(filled[1:-1, 1:-1].reshape(-1, 3)).reshape(h - 1, w - 1)
         grid[0], grid[:, -1], grid[-1], grid[:, 0] = chains
-        self._take(key, FaceMesh(quads=grid_quads(grid), cell=cell, grid=grid))
+        self._take(key, FaceMesh(quads=grid_quads(grid), place=(cell, side.face), grid=grid))
 
     def _filled(self, cell: int, side: LinkingSide, face: Face, chains: Sequence[IntArray]) -> FloatArray:
         points = self.points
@@ -236,7 +236,7 @@ class Skeleton:
                 other,
                 FaceMesh(
                     quads=quads if faces_away else quads[:, ::-1],
-                    cell=there,
+                    place=(there, g),
                     grid=None if mesh.grid is None else nodes[mesh.grid],
                 ),
             )
@@ -292,7 +292,7 @@ class Skeleton:
         numbers[new] = self.add(made.points[new])
         for face in cap.source:
             quads = numbers[made.quads[made.faces == face]][:, ::-1]
-            self._take(int(solid.face_keys[face]), FaceMesh(quads=quads, cell=cell))
+            self._take(int(solid.face_keys[face]), FaceMesh(quads=quads, place=(cell, face)))
 
     def _walls_at(self, solid: Solid, cap: Sequence[int]) -> Walls | None:
         """The edges of a cap at which walls with layers stand."""
@@ -309,16 +309,16 @@ class Skeleton:
     def keep_patches(self, cell: int, face: int, patches: Mapping[int, IntArray]) -> None:
         """Keep the patches of a star, each turned outward as seen from the cell."""
         quads = np.concatenate([grid_quads(patch) for patch in patches.values()])
-        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, cell=cell, patches=patches))
+        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, place=(cell, face), patches=patches))
 
     def keep(self, cell: int, face: int, quads: IntArray) -> None:
         """Keep quads (q, 4) that were carried to a face, outward from the cell that they were carried through."""
-        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, cell=cell))
+        self._take(int(self.solids[cell].face_keys[face]), FaceMesh(quads=quads, place=(cell, face)))
 
     def quads_of(self, cell: int, face: int) -> IntArray:
         """Quads (q, 4) of a meshed face, outward as seen from a cell."""
         mesh = self.faces[int(self.solids[cell].face_keys[face])]
-        return mesh.quads if mesh.cell == cell else mesh.quads[:, ::-1]
+        return mesh.quads if mesh.place == (cell, face) else mesh.quads[:, ::-1]
 
     def grid_of(self, cell: int, side: LinkingSide) -> IntArray:
         """Nodes (h + 1, w + 1) of a logical rectangle, rows along its bottom, from bottom to top."""

@@ -5,8 +5,9 @@ Place in the flow: ``sweep_mesh(part, like=mesh)`` comes here instead of looking
 Method: what two variants of a part have in common are the faces and edges of the model, and not the cuts through it. So
 its faces, edges and vertices are paired with those of the mesh's part (:mod:`.matching`); nodes on edges keep their
 fractions of arc length, and every face is carried by the map of its boundary (:mod:`cadsweep.projection.carried`). All
-that is inside, nodes on cuts included, follows the map of the whole boundary (:mod:`cadsweep.projection.inside`). All of this is a smooth function of the part. All checks are made; where a hex is
-invalid or far worse than it was there, smoothing is tried; where it stays invalid, the part is refused.
+that is inside, nodes on cuts included, follows the map of the whole boundary (:mod:`cadsweep.projection.inside`). All
+of this is a smooth function of the part. All checks are made; where a hex is invalid or far worse than it was there,
+smoothing is tried; where it stays invalid, the part is refused.
 
 Not handled: parts whose faces do not pair.
 """

@@ -1,8 +1,9 @@
 """Meshes with what others need to be like them, as ``.sweep.npz`` files.
 
-Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. A
-mesh of blocks is kept as their factors (:mod:`cadsweep.blocks.cell_files`), any other as its arrays; of solids that do not touch the file holds one after
-another, each with a number before its names. Pairs of nodes on periodic faces stand beside any of them.
+Place in the flow: ``cadsweep mesh -o base.sweep.npz`` writes them, ``--like`` and ``cadsweep expand`` read them. A mesh
+of blocks is kept as their factors (:mod:`cadsweep.blocks.cell_files`), any other as its arrays; of solids that do not
+touch the file holds one after another, each with a number before its names. Pairs of nodes on periodic faces stand
+beside any of them.
 """
 
 from __future__ import annotations

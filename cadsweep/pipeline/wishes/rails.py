@@ -1,4 +1,4 @@
-"""Layers of rails as demands of counts by key, and the sweeps that have what the user asks of rails and matched faces."""
+"""Layers of rails as demands of counts by key; the sweeps that have what is asked of rails and matched faces."""
 
 from __future__ import annotations
 
