@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from ..arrays import BoolArray, FloatArray, IntArray
     from ..brep import Part, Solid
     from ..stack import Arrangement, Outline, Stack
+    from .edit.collapsing import Rounding
     from .edit.cutters import Cutter
     from .edit.cutting import Parted
-    from .edit.collapsing import Rounding
     from .edit.design import Design
 
 __all__ = [

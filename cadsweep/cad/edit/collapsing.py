@@ -4,7 +4,7 @@ Place in the flow: :mod:`.sharpening` gives it places, curves and faces.
 
 Method: what runs across a blend, its ends and all borders of a corner's patch shrink to vertices; its two long borders
 become one edge between its supports, cut where an edge of either support ends at it. Everything else stays. So two
-blends that meet in a mitre end in one vertex, and of one that was rolled over the end of another nothing is left there::
+blends that meet in a mitre end in one vertex, and what was rolled over the end of another leaves nothing there::
 
        A  |  B              A  |  B
      _____|_____          _____|_____
@@ -17,7 +17,8 @@ Not handled: borders of a blend that are broken, as by a hole through it; blends
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
 from typing import Protocol
 
@@ -154,15 +155,11 @@ class _Collapsing:
                 )
         loops = {face.id: list(self._loops(face.id)) for face in self.solid.faces if face.id not in self.blend_of}
         # Numbers of vertices are final now: those of one place were joined as blends were cut.
-        edges = [
-            SharpEdge(ends=(self.find(edge.ends[0]), self.find(edge.ends[1])), faces=edge.faces, places=edge.places,
-                      origin=edge.origin, blend=edge.blend)
-            for edge in self.edges
-        ]  # fmt: skip
-        for edge in edges:
-            if edge.ends[0] == edge.ends[1]:
-                raise CannotCloseError(self._around(edge.ends[0]), "an edge beside it has no length any more")
-        used = {v for edge in edges for v in edge.ends}
+        edges = [replace(own, ends=(self.find(own.ends[0]), self.find(own.ends[1]))) for own in self.edges]
+        for own in edges:
+            if own.ends[0] == own.ends[1]:
+                raise CannotCloseError(self._around(own.ends[0]), "an edge beside it has no length any more")
+        used = {v for own in edges for v in own.ends}
         vertices: dict[int, list[int]] = {v: [] for v in sorted(used)}
         for v in range(len(self.root)):
             if self.find(v) in used:
@@ -246,7 +243,7 @@ class _Collapsing:
             else:
                 cuts.append((share, vertex))
         cuts.append((1.0, self._last(chains[0][-1])))
-        for (low, start), (high, end) in zip(cuts[:-1], cuts[1:], strict=True):
+        for (low, start), (high, end) in pairwise(cuts):
             sides = [int(np.searchsorted(own, 0.5 * (low + high))) - 1 for own in shares]
             uses = [chain[j] for chain, j in zip(chains, sides, strict=True)]
             places = [

@@ -4,8 +4,8 @@ Place in the flow: between the topology of a design (:mod:`.collapsing`) and its
 
 Method: where the end of a blend lies across an edge of the face that it ends at, four faces are left around its vertex,
 and their surfaces meet three by three. Of the faces around one vertex two that are apart get an edge between them, and
-the vertex becomes the two ends of that; all ways are looked at, and that is taken in which the new edge goes most clearly
-into both of these faces, seen from the edges that they have there::
+the vertex becomes the two ends of that; all ways are looked at, and that is taken in which the new edge goes most
+clearly into both of these faces, seen from the edges that they have there::
 
        A |  B            A |  B
          |                 |
@@ -30,7 +30,7 @@ Meet = Callable[[Sequence[int], FloatArray], FloatArray | None]
 
 
 class _Passage(NamedTuple):
-    """How the loop of a face goes through a vertex: the edge that comes in, the one that leaves, and where in the loop."""
+    """How the loop of a face goes through a vertex: the edge that comes in, and the one that leaves."""
 
     face: int
     into: int
@@ -94,7 +94,9 @@ def _passages(topology: Collapsed, vertex: int) -> Iterator[_Passage]:
                     yield _Passage(face, k, after)
 
 
-def _score(solid: Solid, topology: Collapsed, vertex: int, ring: list[_Passage], j: int, way: FloatArray) -> float:
+def _score(  # noqa: PLR0917
+    solid: Solid, topology: Collapsed, vertex: int, ring: list[_Passage], j: int, way: FloatArray
+) -> float:
     """How clearly an edge along `way`, to where face j of the ring is cut off, goes into both faces beside it."""
     before, own, after = ring[j - 1], ring[j], ring[(j + 1) % len(ring)]
     length = np.linalg.norm(way)
@@ -106,7 +108,8 @@ def _score(solid: Solid, topology: Collapsed, vertex: int, ring: list[_Passage],
         (before.face, own.into, 1.0),  # from where it is cut off, at the edges of the face there
         (after.face, own.out, 1.0),
     ]
-    return sum(-sign * float(_inward(solid, topology, vertex, face, k) @ way) / length for face, k, sign in seen)
+    towards = sum(sign * float(_inward(solid, topology, vertex, face, k) @ way) / length for face, k, sign in seen)
+    return -float(towards)
 
 
 def _inward(solid: Solid, topology: Collapsed, vertex: int, face: int, k: int) -> FloatArray:

@@ -11,8 +11,10 @@ Not handled: surfaces that end before they meet; faces with degenerate edges who
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from typing import Any
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Sequence
+from itertools import combinations
+from typing import Any, TypeVar
 
 import numpy as np
 from OCP.BRep import BRep_Builder
@@ -35,6 +37,8 @@ from ..shapes import FACE, shapes_of, typed
 from .collapsing import TANGENT, CannotCloseError, Collapsed, Rounding, SharpEdge, collapse
 from .parting import part_vertex
 
+Item = TypeVar("Item")
+Made = TypeVar("Made")
 _STEPS = 12
 """Steps of Newton's method."""
 _CLOSE = 1e-6
@@ -87,18 +91,22 @@ class _Building:
     def __init__(self, solid: Solid, topology: Collapsed, gone: set[int]) -> None:
         self.solid, self.topology, self.gone = solid, topology, gone
         self.holder = shapes_of(solid)
+        self.own = set(map(id, self.holder.edges))
         self.close = max(_CLOSE * solid.size, solid.tolerance)
+        self.walls: defaultdict[tuple[int, ...], list[_Wall]] = defaultdict(list)
+        for edge in solid.edges:
+            if abs(edge.dihedral - np.pi) < TANGENT:
+                self.walls[tuple(sorted(edge.faces))].append(_Wall(solid, edge))
         self.blends_at: dict[int, set[int]] = {}
         for edge in solid.edges:
             for v in (edge.start, edge.end):
                 self.blends_at.setdefault(v, set()).update(f for f in edge.faces if f in gone)
 
     def built(self) -> Sharpened:
-        for v in list(self.topology.vertices):
-            self._part(v)
-        places = {v: self._vertex(v) for v in self.topology.vertices}
+        self._of_all(list(self.topology.vertices), self._part)
+        places = dict(zip(self.topology.vertices, self._of_all(self.topology.vertices, self._vertex), strict=True))
         vertices = {v: self._vertex_shape(v, place) for v, place in places.items()}
-        edges = [self._edge(edge, places, vertices) for edge in self.topology.edges]
+        edges = self._of_all(self.topology.edges, lambda edge: self._edge(edge, places, vertices))
         builder, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
         builder.MakeShell(shell)
         faces = {f: self._face(f, loops, edges) for f, loops in self.topology.loops.items()}
@@ -110,6 +118,20 @@ class _Building:
         BRepLib.SameParameter_s(solid, self.close, False)
         kept = {edge.origin: edges[k] for k, edge in enumerate(self.topology.edges) if edge.origin is not None}
         return Sharpened(solid, faces, kept)
+
+    @staticmethod
+    def _of_all(items: Iterable[Item], make: Callable[[Item], Made]) -> list[Made]:
+        """What is made of all items; those that cannot be are refused together, each costs another solid."""
+        found, refused = list[Made](), list[CannotCloseError]()
+        for item in items:
+            try:
+                found.append(make(item))
+            except CannotCloseError as error:
+                refused.append(error)
+        if refused:
+            why = ", ".join(dict.fromkeys(map(str, refused)))
+            raise CannotCloseError({f for error in refused for f in error.faces}, why)
+        return found
 
     def _around(self, vertex: int) -> set[int]:
         """Faces of blends that a vertex is where it is because of."""
@@ -141,10 +163,7 @@ class _Building:
     def _surfaces(self, faces: Collection[int]) -> list[Surface | _Wall]:
         """Surfaces of faces, and the walls on smooth edges between these."""
         own = sorted(faces)
-        walls = [
-            _Wall(self.solid, edge) for edge in self.solid.edges
-            if set(edge.faces) <= set(own) and abs(edge.dihedral - np.pi) < TANGENT
-        ]  # fmt: skip
+        walls = [wall for pair in combinations(own, 2) for wall in self.walls[pair]]
         return [*(self.solid.faces[f].surface for f in own), *walls]
 
     def _vertex_shape(self, vertex: int, place: FloatArray) -> Any:
@@ -177,12 +196,7 @@ class _Building:
 
     def _face(self, f: int, loops: list[list[tuple[int, bool]]], edges: list[Any]) -> Any:
         old = self.holder.faces[f]
-        if all(
-            self.topology.edges[k].origin is not None
-            and edges[k].IsSame(self.holder.edges[self.topology.edges[k].origin])
-            for loop in loops
-            for k, _ in loop
-        ):
+        if {id(edges[k]) for loop in loops for k, _ in loop} <= self.own:
             return old
         forward = old.Orientation() == _FORWARD
         face = typed(typed(old.Oriented(_FORWARD), FACE).EmptyCopied(), FACE)
@@ -201,7 +215,7 @@ class _Building:
 
 
 class _Wall:
-    """What stands upright on a smooth edge: where two faces are tangent, their surfaces alone do not tell where they meet.
+    """What stands upright on a smooth edge: the surfaces of two tangent faces alone do not tell where they meet.
 
     Beyond the ends of the edge it goes straight on.
     """
