@@ -19,7 +19,6 @@ from typing import Any, TypeVar
 import numpy as np
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
-from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepLib import BRepLib
 from OCP.Geom import Geom_Circle, Geom_Line
 from OCP.GeomAbs import GeomAbs_Shape
@@ -80,8 +79,7 @@ def sharpen(solid: Solid, blends: Sequence[Rounding]) -> Sharpened:
     gone = {f for blend in blends for f in blend.faces}
     found = _Building(solid, topology, gone).built()
     if faults(found.shape):
-        analyzer = BRepCheck_Analyzer(found.shape)
-        wrong = [f for f, face in found.faces.items() if not analyzer.IsValid(face)]
+        wrong = [f for f, face in found.faces.items() if faults(face)]
         beside = {g for f in wrong for e in solid.faces[f].edges for g in solid.edges[e].faces if g in gone}
         raise CannotCloseError(beside or gone, "the faces around it would cross")
     return found
