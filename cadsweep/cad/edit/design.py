@@ -5,8 +5,9 @@ Place in the flow: what replaces an edge or a corner is told from outside; the m
 Method: the solid is built anew from the faces that stay (:mod:`.sharpening`), without the blends that these do not
 close over. Those are left to OpenCASCADE's defeaturing (:mod:`.defeaturing`), all at once, else those that hang
 together, a group at a time, the small ones first; after some time no other group is tried. Halves of closed faces are
-put together for it. Its word is not taken for it: the result is one valid solid, every blend is gone, and the other
-faces answer one to one; a group that does not come to that stays in the design.
+put together before that, and what is closed then is divided anew. Its word is not taken for it: the result is one
+valid solid, every blend is gone, and the other faces answer one to one; a group that does not come to that stays in the
+design.
 """
 
 from __future__ import annotations
@@ -80,8 +81,7 @@ def design_of(part: Part, blends: Sequence[Rounding]) -> Design | None:
     traced, left = Traced(shapes_of(solid).shape), list[str]()
     gone = _sharpened(solid, traced, blends)
     faces = {f for blend in blends for f in blend.faces} - gone
-    if faces:
-        _close(solid, traced)
+    _close(solid, traced)
     groups = sorted(hanging_together(solid, faces), key=len)
     began = _spent()
     for group in [sorted(faces), *groups] if len(groups) > 1 else groups:
