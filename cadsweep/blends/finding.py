@@ -100,10 +100,10 @@ def find_blends(solid: Solid) -> list[Blend]:
     """
     springs = find_springs(solid)
     candidates = {group: found for group in sorted(set(springs.group_of)) if (found := _springing(springs, group))}
-    # What turns too far is no blend, and its neighbours must not take it for one.
     for group, edges in list(candidates.items()):
         runs = joined(solid, list(edges))
-        if len(runs) == 2 and not _LEAST <= _across(springs, edges, runs)[0] <= _MOST:
+        # What turns too far is no blend, and its neighbours must not take it for one.
+        if len(runs) == 2 and _is_one_way(springs, edges) and not _LEAST <= _across(springs, edges, runs)[0] <= _MOST:
             del candidates[group]
     edge_blends, corners = list[Blend](), list[Blend]()
     borders = list[tuple[bool, list[Side], list[int]]]()
@@ -114,7 +114,7 @@ def find_blends(solid: Solid) -> list[Blend]:
         runs = joined(solid, [e for e in edges if e not in blended])
         faces = tuple(f for f, own in enumerate(springs.group_of) if own == group)
         convex = springs.sides[next(iter(edges.items()))].bend > 0
-        if len(runs) == 2:
+        if len(runs) == 2 and _is_one_way(springs, edges):
             turn, radii = _across(springs, edges, runs)
             if not _LEAST <= turn <= _MOST:
                 continue
@@ -125,7 +125,8 @@ def find_blends(solid: Solid) -> list[Blend]:
             borders.append((convex, [springs.sides[e, edges[e]] for e in ends], ends))
         elif len({springs.group_of[sides[e][1]] for e in blended}) >= 3:
             around = tuple((f,) for f in sorted({outside for _, outside in sides.values()}))
-            radius = min(1.0 / abs(springs.sides[e, f].bend) for e, f in edges.items())
+            bend = max((springs.sides[e, f].bend for e, f in edges.items()), key=abs)
+            radius, convex = 1.0 / abs(bend), bend > 0
             corners.append(Blend(kind="corner", faces=faces, supports=around, convex=convex, radii=(radius, radius)))
     bent = bent_walls(solid, borders)
     return [blend for j, blend in enumerate(edge_blends) if j not in bent] + corners
@@ -134,8 +135,13 @@ def find_blends(solid: Solid) -> list[Blend]:
 def _springing(springs: Springs, group: int) -> dict[int, int]:
     """Edges, and the group's face at each, at which the group springs from others; empty where it is no rounding."""
     found = {e: f for e, (f, other) in springs.borders(group).items() if springs.springs(e, f, other)}
-    bends = np.concatenate([springs.sides[e, f].bends for e, f in found.items()]) if found else np.zeros(0)
-    return found if len(found) >= 2 and ((bends > 0).all() or (bends < 0).all()) else {}
+    return found if len(found) >= 2 else {}
+
+
+def _is_one_way(springs: Springs, inside: dict[int, int]) -> bool:
+    """Whether a group bends to one side at all its borders; a patch between convex and concave ones need not."""
+    bends = np.concatenate([springs.sides[e, f].bends for e, f in inside.items()])
+    return bool((bends > 0).all() or (bends < 0).all())
 
 
 def _across(springs: Springs, inside: dict[int, int], runs: list[list[int]]) -> tuple[float, tuple[float, float]]:

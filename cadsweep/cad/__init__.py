@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..arrays import BoolArray, FloatArray, IntArray
     from ..brep import Part, Solid
     from ..stack import Arrangement, Outline, Stack
+    from .edit.collapsing import Rounding
     from .edit.cutters import Cutter
     from .edit.cutting import Parted
     from .edit.design import Design
@@ -143,7 +144,7 @@ def cut_closed(part: "Part") -> "Iterator[Part]":
     return cut(part)
 
 
-def design_of(part: "Part", blends: "Sequence[Sequence[int]]") -> "Design | None":
+def design_of(part: "Part", blends: "Sequence[Rounding]") -> "Design | None":
     """Take blends away in a copy (:func:`cadsweep.cad.edit.design.design_of`)."""
     from .edit.design import design_of as find
 

@@ -16,12 +16,22 @@ from ..brep import Solid
 from ..cells import HEX_FACES
 from ..compiled import compiled
 from ..errors import SurfaceMeshError
-from .facets import Facets
+from .facets import Facets, sampled
 
 _ALIGNED = 1e-6
 """Sine of the angle up to which a plane face is normal to an axis."""
 _CLOSEST = (0.35, 0.6, 0.75)
 """Distance of two planes of the grid over the size: of those on plane faces, on vertices, on extremes of edges."""
+_ACROSS = 2.0
+"""Cells across what is narrow."""
+_FINEST = 0.2
+"""Least distance of two planes over the size; what is narrower than that has no two cells across."""
+_GROWTH = 0.3
+"""By how much the distance of planes grows over the way."""
+_FACING = 0.8
+"""Cosine of the angle with an axis up to which a facet bounds what is narrow along it."""
+_SAMPLED, _BIN = 0.2, 0.05
+"""Distance of samples of a facet, and the step in which places along an axis are told apart, over the size."""
 _MOST_MENDED = 200
 """Rounds of mending until the skin is manifold; each adds or takes away a cell at every bad place."""
 
@@ -34,11 +44,24 @@ class Grid(NamedTuple):
     quads: IntArray
 
 
-def choose_planes(solid: Solid, facets: Facets, size: float) -> list[FloatArray]:
-    """Coordinates of the grid's planes along each axis, one more on either side of the part."""
+def choose_planes(solid: Solid, facets: Facets, size: float, *, narrow: bool = False) -> list[FloatArray]:
+    """Coordinates of the grid's planes along each axis, one more on either side of the part.
+
+    Parameters
+    ----------
+    solid : Solid
+    facets : Facets
+        Of its faces.
+    size : float
+        Distance of two planes.
+    narrow : bool
+        Lay planes closer where the part is narrow along their axis.
+    """
     planes: list[FloatArray] = []
     for axis in range(3):
         low, high = float(facets.points[:, axis].min()), float(facets.points[:, axis].max())
+        spans = narrow_spans(solid, facets, axis, size) if narrow else np.empty((0, 2))
+        steps = _Steps(low, high, spans, size)
         flat = [
             (face.area, float(face.center[axis]))
             for face in solid.faces
@@ -54,15 +77,68 @@ def choose_planes(solid: Solid, facets: Facets, size: float) -> list[FloatArray]
                 wanted += [(float(own.min()), _CLOSEST[2]), (float(own.max()), _CLOSEST[2])]
         kept: list[float] = []
         for x, apart in wanted:
-            if all(abs(x - other) > apart * size for other in kept):
+            near = apart * steps.at(x)
+            if all(abs(x - other) > near for other in kept):
                 kept.append(x)
         kept.sort()
-        laid = [kept[0] - size]
-        for low, high in itertools.pairwise(kept):
-            n = max(1, round((high - low) / size))
-            laid += np.linspace(low, high, n, endpoint=False).tolist()
-        planes.append(np.array([*laid, kept[-1], kept[-1] + size]))
+        laid = [kept[0] - steps.at(kept[0])]
+        for start, end in itertools.pairwise(kept):
+            laid += steps.between(start, end).tolist()
+        planes.append(np.array([*laid, kept[-1], kept[-1] + steps.at(kept[-1])]))
     return planes
+
+
+class _Steps:
+    """Distance of planes along an axis: the size, less where the part is narrow, and growing slowly from there."""
+
+    def __init__(self, low: float, high: float, spans: FloatArray, size: float) -> None:
+        n = max(1, int(np.ceil((high - low) / (_BIN * size))))
+        self.ends = np.linspace(low, high, n + 1)
+        width = (high - low) / n
+        own = np.full(n, size)
+        at = np.clip(((spans - low) / width).astype(np.int64), 0, n - 1)
+        for (first, last), length in zip(at, np.ptp(spans, axis=1), strict=True):
+            np.minimum(own[first : last + 1], max(length / _ACROSS, _FINEST * size), out=own[first : last + 1])
+        rise = _GROWTH * width * np.arange(n)
+        for _ in range(2):
+            own = (np.minimum.accumulate(own - rise) + rise)[::-1]
+        self.own, self.sum = own, np.append(0.0, np.cumsum(width / own))
+
+    def at(self, x: float) -> float:
+        return float(self.own[np.clip(np.searchsorted(self.ends, x, "right") - 1, 0, len(self.own) - 1)])
+
+    def between(self, low: float, high: float) -> FloatArray:
+        """Planes from one to before the next."""
+        first, last = np.interp([low, high], self.ends, self.sum)
+        n = max(
+            1, round(round(last - first, 9))
+        )  # halves, which coordinates often make, as without an error of addition
+        return np.append(low, np.interp(np.linspace(first, last, n + 1)[1:-1], self.sum, self.ends))
+
+
+def narrow_spans(solid: Solid, facets: Facets, axis: int, size: float) -> FloatArray:
+    """From and to (s, 2) along an axis: edges, walls and gaps between faces across it, shorter than two cells.
+
+    Samples of the facets that look along the axis are sorted into columns; neighbours in one that look opposite ways
+    are the two sides of a wall or of a gap.
+    """
+    ends = solid.vertices[np.array([(edge.start, edge.end) for edge in solid.edges], dtype=np.int64).reshape(-1, 2)]
+    ends = np.sort(ends[[edge.length < _ACROSS * size for edge in solid.edges], :, axis], axis=1)
+    corners = facets.points[facets.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    across = np.abs(normals[:, axis]) > _FACING * np.maximum(lengths, 1e-300)
+    apart = _SAMPLED * size
+    samples, owners = sampled(corners[across], apart)
+    upward = normals[across][owners, axis] > 0
+    at = np.floor(np.delete(samples, axis, axis=1) / apart).astype(np.int64)
+    order = np.lexsort((samples[:, axis], at[:, 1], at[:, 0]))
+    at, height, upward = at[order], samples[order, axis], upward[order]
+    pair = (at[1:] == at[:-1]).all(axis=1) & (upward[1:] != upward[:-1])
+    spans = np.concatenate([np.stack([height[:-1][pair], height[1:][pair]], axis=1), ends])
+    length = spans[:, 1] - spans[:, 0]
+    fits = (length < _ACROSS * size) & (length > _FINEST * size)
+    return np.unique(np.round(spans[fits] / (_BIN * size)), axis=0) * _BIN * size
 
 
 def keep_inside(planes: list[FloatArray], facets: Facets) -> Grid:

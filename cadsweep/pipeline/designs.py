@@ -141,7 +141,7 @@ def _mesh_without(
 ) -> HexMesh:
     """Mesh the design without some blends, and carry it onto the model."""
     with run.stage("design"):
-        design = cad.design_of(part, [blend.faces for blend in blends])
+        design = cad.design_of(part, blends)
     if design is None:
         raise NotSweepableError("the solid has no blends that can be left out")
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))

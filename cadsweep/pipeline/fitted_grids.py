@@ -87,22 +87,16 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     model = part.solids[0]
     facets = _facets(model)
     began, problem = spent(), "it would have too many hexahedra"
-    tried: United | None = None
 
     def is_late() -> bool:
         return options.size is None and spent() - began > _LAST
 
-    for size, ridges in itertools.product(_sizes(part, options), (True, False)):
+    for size, united, planes in _grids(part, options, facets):
         if spent() - began > _TIME:
             break
-        united = unite(model, facets, size, ridges=ridges)
-        if not ridges and tried is not None and np.array_equal(tried.of_face, united.of_face):
-            continue  # it has no ridges
-        tried = united
         try:
             with run.stage("fitted grid"):
                 whole = replace(part, solids=(united.solid,))
-                planes = choose_planes(model, facets, size)
                 joined, slides = _fitted(whole, united, facets, planes, size, run, is_late)
             notes = [_note(refused), *_bridges(model, united)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
@@ -124,6 +118,20 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
 def _note(refused: CadSweepError | None) -> str:
     why = "it was asked for" if refused is None else refused.what
     return f"filled by a fitted grid, good for stiffness and not for layers along walls, because {why}"
+
+
+def _grids(part: Part, options: SweepOptions, facets: Facets) -> Iterator[tuple[float, United, list[FloatArray]]]:
+    """Sizes, faces united for them, and planes of a grid: even first, then closer where the part is narrow."""
+    model = part.solids[0]
+    for size in _sizes(part, options):
+        even = choose_planes(model, facets, size)
+        narrow = choose_planes(model, facets, size, narrow=True)
+        closer = [narrow] if list(map(len, narrow)) != list(map(len, even)) else []
+        united = unite(model, facets, size, ridges=True)
+        without = unite(model, facets, size, ridges=False)
+        ways = [united] if np.array_equal(united.of_face, without.of_face) else [united, without]
+        for planes, way in itertools.product([even, *closer], ways):
+            yield size, way, planes
 
 
 def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:

@@ -163,21 +163,18 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         return _mesh_fitted(part, options, run, None)
     try:
         return _by_ways(part, options, run)
-    except NotSweepableError as refused:
+    except (NotSweepableError, InvertedHexError, SurfaceMeshError) as refused:
         mesh = _fitted_instead(part, options, run, refused)
         if mesh is not None:
             return mesh
-        from .remedies import proposing
+        from .remedies import find_remedy, proposing
 
         looked_at = len(part.solids[0].faces) <= _MOST_LOOKED_AT
         crossed = crossing_of(part.solids[0], refused) if looked_at else None
-        raise crossed or proposing(part, options, refused, _mesh_plainly) from refused
-    except (InvertedHexError, SurfaceMeshError) as refused:
-        mesh = _fitted_instead(part, options, run, refused)
-        if mesh is not None:
-            return mesh
-        from .remedies import find_remedy
-
+        if crossed is not None:
+            raise crossed from refused
+        if isinstance(refused, NotSweepableError):
+            raise proposing(part, options, refused, _mesh_plainly) from refused
         raise refused.about(try_=find_remedy(part, options, refused, _mesh_plainly) or refused.try_) from refused
 
 
@@ -322,7 +319,9 @@ def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: CadSwe
     if not rows.is_on(FITTED) or options.fitted is False or not options.decompose or asked_in_vain(options):
         return None
     try:
-        return _mesh_fitted(part, options, run, refused)
+        return _mesh_fitted(
+            part, options, run.anew(), refused
+        )  # what took all of a run's time has no mesh to show for it
     except NotSweepableError as error:  # the reason why nothing better was to be had says more
         log.info("%s", error)
         return None

@@ -10,7 +10,7 @@ from cadsweep.cad.edit.design import design_of
 
 def designed(shape):
     part = cs.load(shape)
-    return part, design_of(part, [blend.faces for blend in find_blends(part.solids[0])])
+    return part, design_of(part, find_blends(part.solids[0]))
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,10 @@ import pytest
 import cadsweep as cs
 from cadsweep.cells import HEX_FACES
 from cadsweep.errors import InputError, NotSweepableError
-from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold
+from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold, narrow_spans
 from cadsweep.fitted.sheets import Fitted, lay_sheets
 from cadsweep.pipeline import routes
+from cadsweep.pipeline.fitted_grids import _facets
 
 from . import castings
 
@@ -66,6 +67,28 @@ def test_faces_keep_their_names_and_the_record_says_how_it_was_filled(meshed):
     assert (meshed.points[meshed.boundaries["inlet"]][..., 0] == -20).all()
     assert meshed.record.way == "fitted"
     assert any("fitted grid" in note for note in meshed.record.notes)
+
+
+def test_a_wall_far_thinner_than_a_cell_has_two_across_and_the_rest_stays_coarse():
+    thickness, size = 0.15, 1.0
+    part = cq.Workplane().box(12, 6, 3)
+    for side in (-1, 1):
+        part = part.cut(cq.Workplane().center(side * (2 + thickness / 2), 0).circle(2).extrude(3, both=True))
+    mesh = cs.sweep_mesh(part, fitted=True, size=size)
+    at_wall = mesh.points[(np.abs(mesh.points[:, :2]) < [thickness, size / 2]).all(axis=1)]
+    assert len(np.unique(np.round(at_wall[:, 0], 9))) >= 3
+    # Even cells of half of the wall would be 12 * 6 * 3 / 0.075^3, half a million.
+    assert mesh.n_hexes < 3000
+
+
+def test_what_is_narrow_is_found_where_it_is_and_nowhere_else():
+    part = cs.load(cq.Workplane().box(20, 20, 10).cut(cq.Workplane().box(1.5, 30, 10).translate((3, 0, 3))))
+    (solid,) = part.solids
+    facets = _facets(solid)
+    size = 1.0 / part.scale
+    assert np.allclose(narrow_spans(solid, facets, 0, size) * part.scale, [[2.25, 3.75]], atol=0.06)
+    assert not len(narrow_spans(solid, facets, 1, size))
+    assert not len(narrow_spans(solid, facets, 2, size))
 
 
 def test_it_is_taken_where_all_else_is_refused_and_not_where_it_is_forbidden(monkeypatch):

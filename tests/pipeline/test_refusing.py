@@ -7,6 +7,7 @@ import math
 import pytest
 
 import cadsweep as cs
+from cadsweep import decomposition
 
 pytestmark = pytest.mark.cad
 
@@ -64,3 +65,21 @@ def test_cells_divide_the_chords_that_cross_but_not_below_a_size_that_is_named_a
     mesh = cs.sweep_mesh(scroll(0.03), cuts=["plane z=0.5"], size=1.0, tolerance=0.2)
     assert mesh.quality().valid
     assert any("divided finer where quads of the boundary crossed" in note for note in mesh.info["notes"])
+
+
+def test_a_solid_that_touches_itself_along_an_edge_is_no_planar_complex(tmp_path):
+    import cadquery as cq
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.gp import gp_Pln
+
+    outline = [(0, 0), (10, 0), (10, 10), (10, 25), (10, 10), (0, 10)]
+    flag = cq.Wire.makePolygon([cq.Vector(x, y, 0) for x, y in outline], close=True)
+    face = cq.Face(BRepBuilderAPI_MakeFace(gp_Pln(), flag.wrapped).Face())
+    folded = cq.Solid.extrudeLinear(face, cq.Vector(0, 0, 8))
+    path = tmp_path / "folded.step"  # which has two edges where the solid has one
+    cq.exporters.export(cq.Workplane(folded), str(path))
+    (solid,) = cs.load(path).solids
+    assert not decomposition.is_planar(solid)
+    assert decomposition.is_planar(cs.load(cq.Workplane().box(1, 2, 3)).solids[0])
+    with pytest.raises(cs.CadError, match="runs into itself"):
+        cs.sweep_mesh(path)

@@ -2,16 +2,17 @@
 
 Place in the flow: what replaces an edge or a corner is told from outside; the model itself stays as it is.
 
-Method: OpenCASCADE's defeaturing (:mod:`.defeaturing`), of all blends at once, else of those that hang together, a
-group at a time, the small ones first; after some time no other group is tried. Halves of closed faces are put together
-for it. Its word is not taken for it: the result is one valid solid, every blend is gone, and the other faces answer one
-to one; a group that does not come to that stays in the design.
-
-Not handled: blends that OpenCASCADE cannot take away, as most on splines.
+Method: the solid is built anew from the faces that stay (:mod:`.sharpening`), without the blends that these do not
+close over. Those are left to OpenCASCADE's defeaturing (:mod:`.defeaturing`), all at once, else those that hang
+together, a group at a time, the small ones first; after some time no other group is tried. Halves of closed faces are
+put together before that, and what is closed then is divided anew. Its word is not taken for it: the result is one
+valid solid, every blend is gone, and the other faces answer one to one; a group that does not come to that stays in the
+design.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
@@ -26,8 +27,12 @@ from ..heal.tracing import Traced, present
 from ..heal.validate import faults
 from ..shapes import FACE, SOLID, compound, index_map, listed, shapes_of, subshapes
 from ..trial import attempted
+from .collapsing import CannotCloseError, Rounding
 from .defeaturing import read_without, remove
 from .features import Feature, hanging_together
+from .sharpening import sharpen
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,14 +64,13 @@ _ONE = 5.0
 """Seconds that OpenCASCADE may take for one group: what takes longer has not been seen to succeed."""
 
 
-def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
+def design_of(part: Part, blends: Sequence[Rounding]) -> Design | None:
     """Take the blends of a part of one solid away.
 
     Parameters
     ----------
     part : Part
-    blends : sequence of sequence of int
-        The faces of each blend.
+    blends : sequence of Rounding
 
     Returns
     -------
@@ -74,8 +78,9 @@ def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
         None where no blend can be taken away.
     """
     (solid,) = part.solids
-    traced, gone, left = Traced(shapes_of(solid).shape), set[int](), list[str]()
-    faces = {f for blend in blends for f in blend}
+    traced, left = Traced(shapes_of(solid).shape), list[str]()
+    gone = _sharpened(solid, traced, blends)
+    faces = {f for blend in blends for f in blend.faces} - gone
     _close(solid, traced)
     groups = sorted(hanging_together(solid, faces), key=len)
     began = _spent()
@@ -97,6 +102,24 @@ def design_of(part: Part, blends: Sequence[Sequence[int]]) -> Design | None:
     origins = _origins(solid, traced, gone, index_map(shape, FACE))
     own = replace(part, solids=(found,), models=(), owners=())
     return Design(part=own, model_faces=tuple(map(tuple, origins)), gone=frozenset(gone), left=tuple(left))
+
+
+def _sharpened(solid: Solid, traced: Traced, blends: Sequence[Rounding]) -> set[int]:
+    """Build the solid without as many blends as can be left out; their faces."""
+    left = list(blends)
+    while left:
+        try:
+            found = sharpen(solid, left)
+        except CannotCloseError as error:
+            log.info("faces %s stay in the design: %s", sorted(error.faces), error)
+            staying = [blend for blend in left if error.faces.isdisjoint(blend.faces)]
+            left = staying if len(staying) < len(left) else []
+            continue
+        traced.shape = found.shape
+        traced.faces = [[found.faces[face.id]] if face.id in found.faces else [] for face in solid.faces]
+        traced.edges = [[found.edges[edge.id]] if edge.id in found.edges else [] for edge in solid.edges]
+        break
+    return {f for blend in left for f in blend.faces}
 
 
 def _close(solid: Solid, traced: Traced) -> None:
