@@ -76,6 +76,11 @@ class SweptStructure:
     n_layers: int
     periodic: bool = False
 
+    def layers(self, layers: IntArray) -> IntArray:
+        """Nodes (k, n_nodes) of layers of nodes."""
+        kept = layers % self.n_layers if self.periodic else layers
+        return kept[:, None] * self.n_nodes + np.arange(self.n_nodes)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BlockStructure:
@@ -95,6 +100,8 @@ class BlockStructure:
         Nodes of the mesh around every layer, in the order of the loops; others may have them, too.
     first_node, first_hex : int
         Numbers of its first node inside, and of its first hexahedron; the others follow, layer by layer.
+    whole : SweptStructure or None
+        Where the block is all of the mesh: its layers are numbered as this says, one after the other.
     """
 
     quads: IntArray
@@ -105,6 +112,7 @@ class BlockStructure:
     rings: IntArray
     first_node: int
     first_hex: int
+    whole: SweptStructure | None = None
 
     @property
     def n_layers(self) -> int:
@@ -128,6 +136,8 @@ class BlockStructure:
 
     def layers(self, layers: IntArray) -> IntArray:
         """Nodes (k, n_nodes) of layers of nodes."""
+        if self.whole is not None:
+            return self.first_node + self.whole.layers(layers)
         within = np.zeros(self.n_nodes, dtype=np.int64)
         within[self.inside] = self.first_node + np.arange(len(self.inside))
         nodes = (layers[:, None] - 1) * len(self.inside) + within

@@ -4,7 +4,8 @@ Place in the flow: ``pipeline`` makes it cell by cell; :meth:`CellBlocks.joined`
 :func:`~cadsweep.blocks.finish.to_block_mesh` leaves it in blocks.
 
 The skeleton (edges, faces, cells of corner blocks) is small beside the insides of cells and has a numbering of its own.
-In the whole mesh the nodes inside a cell come after what of the skeleton was there when it was filled.
+In the whole mesh the nodes inside a cell come after what of the skeleton was there when it was filled; those of a mesh
+of one swept cell are numbered layer by layer instead (:class:`~cadsweep.cells.SweptStructure`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Units
-from ..cells import fill_hexes, hexes_at_faces
+from ..cells import SweptStructure, fill_hexes, hexes_at_faces
 from ..projection import FactoredSweep
 from .joined import JoinedMesh
 from .slabs import SweptBlock
@@ -91,7 +92,7 @@ class CellBlocks:
     firsts : tuple of int
         Number in the whole mesh of each cell's first node inside.
     numbers : (s,) int64
-        Number in the whole mesh of every node of the skeleton, ascending.
+        Number in the whole mesh of every node of the skeleton; ascending, but for one swept cell.
     moved_nodes, moved_points : (m,) int64, (m, 3) float64
         Nodes, by their numbers in the whole mesh, that smoothing moved, and where to.
     """
@@ -126,6 +127,14 @@ class CellBlocks:
         skeleton[kept] = points[at[kept]]
         return replace(self, points=skeleton, moved_nodes=nodes, moved_points=points)
 
+    @property
+    def structure(self) -> SweptStructure | None:
+        """Of one swept cell that is numbered layer by layer, its layers."""
+        own = self.cells[0]
+        if self.firsts != (0,) or not isinstance(own, SweptCell):
+            return None  # the inside comes after the skeleton
+        return structure_of(own)
+
     def swept_block(self, number: int, units: Units, first_hex: int) -> SweptBlock:
         """A cell that is swept as a block of the whole mesh."""
         own = self.cells[number]
@@ -138,6 +147,7 @@ class CellBlocks:
             rings=self.numbers[own.rings],
             first_node=self.firsts[number],
             first_hex=first_hex,
+            whole=self.structure,
             moved_nodes=self.moved_nodes,
             moved_points=self.moved_points,
         )
@@ -154,12 +164,16 @@ class CellBlocks:
                 filled[:] = self.numbers[own.hexes]
             else:
                 block = self.swept_block(number, Units(), first)
-                if own.n_own:
+                nodes = block.layers(np.arange(block.n_layers + 1))
+                if own.n_own and block.whole is not None:
+                    own.sweep.points(slice(1, own.sweep.n_layers), out=_layers_of(points, block.whole))
+                elif own.n_own:
                     inner = points[block.first_node : block.first_node + own.n_own]
                     made = own.sweep.points(slice(1, own.sweep.n_layers))
                     np.take(made, block.inside, axis=1, out=inner.reshape(len(made), -1, 3), mode="clip")
-                fill_hexes(block.layers(np.arange(block.n_layers + 1)), own.sweep.quads, filled)
-                blocks.append(block.structure)
+                fill_hexes(nodes, own.sweep.quads, filled)
+                if block.whole is None:
+                    blocks.append(block.structure)
             first += own.n_hexes
         points[self.moved_nodes] = self.moved_points
         return JoinedMesh(
@@ -172,7 +186,22 @@ class CellBlocks:
             roles=self.roles,
             edge_nodes={key: self.numbers[nodes] for key, nodes in self.edge_nodes.items()},
             blocks=tuple(blocks),
+            structure=self.structure,
         )
+
+
+def structure_of(own: SweptCell) -> SweptStructure:
+    """The layers of a cell by itself."""
+    sweep = own.sweep
+    closed = bool((own.bottom == own.top).all())
+    return SweptStructure(
+        quads=sweep.quads, loops=sweep.loops, n_nodes=sweep.n_nodes, n_layers=sweep.n_layers, periodic=closed
+    )
+
+
+def _layers_of(points: FloatArray, structure: SweptStructure) -> FloatArray:
+    """Nodes between the caps, layer by layer."""
+    return points.reshape(-1, structure.n_nodes, 3)[1 : structure.n_layers]
 
 
 def number_blocks(n_skeleton: int, cells: Sequence[SweptCell | FilledCell]) -> tuple[IntArray, dict[int, int]]:
@@ -186,6 +215,13 @@ def number_blocks(n_skeleton: int, cells: Sequence[SweptCell | FilledCell]) -> t
         Of the first node inside every cell.
     """
     swept = [own for own in cells if isinstance(own, SweptCell)]
+    if len(cells) == len(swept) == 1:
+        (own,) = swept
+        structure, numbers = structure_of(own), np.empty(n_skeleton, dtype=np.int64)
+        layers = structure.layers(np.arange(own.sweep.n_layers + 1))
+        numbers[own.rings] = layers[:, own.sweep.ring_nodes]
+        numbers[own.top], numbers[own.bottom] = layers[-1], layers[0]
+        return numbers, {own.cell: 0}
     after = np.array([own.after for own in swept], dtype=np.int64)
     before = np.cumsum([0, *(own.n_own for own in swept)], dtype=np.int64)
     skeleton = np.arange(n_skeleton, dtype=np.int64)

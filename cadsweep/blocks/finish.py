@@ -39,6 +39,7 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
         boundaries=unite_quads(outside),
         interfaces=unite_quads((names.between[place], quads) for place, quads in faces if names.first.get(place)),
         parts={name: ids for name, ids in parts.items() if len(ids)},
+        structure=mesh.structure,
         info=info,
     )
 
@@ -95,15 +96,17 @@ def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[st
         rows = unite_quads((labels[place], own) for place, own in by_face(with_hexes) if place in labels)
         return {name: Faces(own[:, :4], own[:, 4]) for name, own in rows.items()}
 
+    order = np.argsort(mesh.numbers)
+    kept = np.arange(0) if mesh.structure is not None else order  # its slabs have all nodes
     return BlockMesh(
         blocks=tuple(blocks),
         block_parts=tuple(present.index(owner) for owner in owners),
         parts=tuple(part.models[owner].name for owner in present),
         n_nodes=mesh.n_nodes,
-        kept_nodes=mesh.numbers,
-        kept_points=points,
-        surface_nodes=mesh.numbers,
-        surface_points=points,
+        kept_nodes=mesh.numbers[kept],
+        kept_points=points[kept],
+        surface_nodes=mesh.numbers[order],
+        surface_points=points[order],
         part_quads=tuple(surfaces),
         boundaries=faces(names.outside),
         interfaces=faces({place: given for place, given in names.between.items() if names.first[place]}),

@@ -64,6 +64,7 @@ def halve_joined(
         points=points,
         hexes=split_hexes(hexes),
         blocks=(),
+        structure=None,
         hex_cells=np.repeat(coarse.hex_cells, 8),
         quads=quads,
         quad_cells=np.repeat(coarse.quad_cells, 4),

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Part
-from ..cells import BlockStructure
+from ..cells import BlockStructure, SweptStructure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,6 +37,8 @@ class JoinedMesh:
         Nodes along every edge of the cells, from its start to its end.
     blocks : tuple of BlockStructure
         Which of the hexahedra are layers of quads, in their order, where that is known.
+    structure : SweptStructure or None
+        Where they are the layers of one sweep.
     columns : tuple of int
         How many hexahedra every column of a stack has, one column after the other.
     """
@@ -50,6 +52,7 @@ class JoinedMesh:
     roles: Mapping[Any, str] = field(default_factory=dict)
     edge_nodes: dict[int, IntArray] = field(default_factory=dict)
     blocks: tuple[BlockStructure, ...] = ()
+    structure: SweptStructure | None = None
     columns: tuple[int, ...] = ()
 
     @property

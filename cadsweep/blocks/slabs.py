@@ -6,7 +6,7 @@ Place in the flow: :mod:`.block_mesh` joins them to one mesh; :mod:`.stream` and
 block         what it is made of
 ============= ==================================================================
 SweptBlock    a cell that is swept between others: its caps and sides are borrowed,
-              only the nodes inside are its own
+              only the nodes inside are its own; all are where it is the whole mesh
 ArrayBlock    hexahedra as they are: all nodes are borrowed
 ============= ==================================================================
 
@@ -25,7 +25,7 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Units
-from ..cells import BlockStructure, sweep_hexes
+from ..cells import BlockStructure, SweptStructure, sweep_hexes
 from ..projection import FactoredSweep
 from ..quality import block_problems
 
@@ -127,6 +127,8 @@ class SweptBlock:
         Borrowed nodes of the ring of every layer.
     first_node, first_hex : int
         Numbers of its first node inside, and of its first hexahedron; the others follow, layer by layer.
+    whole : SweptStructure or None
+        Where the block is all of the mesh, its layers.
     moved_nodes, moved_points : (m,) int64, (m, 3) float64
         Nodes of the whole mesh that smoothing moved, ascending, and where to, working units.
     """
@@ -138,6 +140,7 @@ class SweptBlock:
     rings: IntArray
     first_node: int
     first_hex: int
+    whole: SweptStructure | None = None
     moved_nodes: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     moved_points: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
@@ -171,6 +174,7 @@ class SweptBlock:
             rings=self.rings,
             first_node=self.first_node,
             first_hex=self.first_hex,
+            whole=self.whole,
         )
 
     def layers(self, layers: IntArray) -> IntArray:
@@ -194,17 +198,28 @@ class SweptBlock:
                 points[moved] = self.moved_points[at[moved]]
             if len(hexes) != (last - first) * self.per_layer:
                 hexes = sweep_hexes(self.sweep.quads, n, last - first)
-            below = max(first, 1)  # the first layer and the last are borrowed
+            own, first_node = self._own(first, last)
             yield Slab(
                 points=self.units.to_model(points),
                 nodes=nodes,
                 hexes=hexes,
                 first_hex=self.first_hex + first * self.per_layer,
-                own=(np.arange(below - first, last - first)[:, None] * n + self.inside).reshape(-1),
-                first_node=self.first_node + (below - 1) * len(self.inside),
+                own=own,
+                first_node=first_node,
                 layer=first,
                 per_layer=self.per_layer,
             )
+
+    def _own(self, first: int, last: int) -> tuple[IntArray, int]:
+        """Rows of the nodes of a slab that no slab before it has and nobody lends, and the number of the first."""
+        if self.whole is not None:
+            rows = np.arange(first + (first > 0), last + (last < self.n_layers or not self.whole.periodic))
+            own: IntArray = ((rows - first)[:, None] * self.whole.n_nodes + np.arange(self.whole.n_nodes)).reshape(-1)
+            return own, self.first_node + (first + (first > 0)) * self.whole.n_nodes
+        below = max(first, 1)  # the first layer and the last are borrowed
+        rows = np.arange(below - first, last - first)
+        own = (rows[:, None] * self.sweep.n_nodes + self.inside).reshape(-1)
+        return own, self.first_node + (below - 1) * len(self.inside)
 
     def border(self, start: int, stop: int) -> IntArray:
         ends = self.layers(np.array([start, stop]))

@@ -101,8 +101,8 @@ def _contradiction(cells: Sequence[CellSweep], guilty: Sequence[KeyDemand]) -> C
         where=named,
         try_="change or drop one of them",
         reasons=[
-            "edges that answer each other need equal counts, opposite sides of a linking side equal sums, edges along a "
-            "sweep between the same stations too, and the loops of a cap even ones"
+            "edges that answer each other need equal counts, opposite sides of a linking side equal sums, edges "
+            "along a sweep between the same stations too, and the loops of a cap even ones"
         ],
     )
 

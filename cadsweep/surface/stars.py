@@ -82,7 +82,7 @@ def patches_of(skeleton: Skeleton, cell: int, blocks: CornerBlocks, face: int, s
     corners = [blocks.ends[chain][not forward] for chain, forward in blocks.outlines[face]]
     if face not in blocks.grids:
         found = {corner: mesh.patches[int(solid.vertex_keys[corner])] for corner in corners}
-        return found if mesh.cell == cell else {corner: patch.T for corner, patch in found.items()}
+        return found if mesh.place == (cell, face) else {corner: patch.T for corner, patch in found.items()}
     grid = skeleton.grid_of(cell, blocks.grids[face])
     halves = _halves(blocks, face, sheets)
     patches = {}

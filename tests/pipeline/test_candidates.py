@@ -7,7 +7,7 @@ import pytest
 import cadsweep as cs
 from cadsweep.options import SweepOptions
 from cadsweep.pipeline import candidates, expand, write_factors
-from cadsweep.pipeline.making import make_mesh
+from cadsweep.pipeline.routes import _make_cell
 from cadsweep.pipeline.run import make_run
 
 from .pipeline_ranks import distributed, same
@@ -75,9 +75,9 @@ def test_a_sweep_that_stays_too_far_off_gives_way_unless_wishes_keep_it(wish, ta
     sweeps = cs.find_sweeps(part)[:2]
     options = SweepOptions(tolerance=0.1, size=1.0, **wish)
 
-    def make(part, sweep, options, run, reached):
-        return replace(make_mesh(part, sweep, options, run, reached), shortfall=0.5 if sweep is sweeps[1] else 2.0)
+    def make(part, sweep, options, run):
+        return replace(_make_cell(part, sweep, options, run), shortfall=0.5 if sweep is sweeps[1] else 2.0)
 
     best = candidates.first_good(part, sweeps, options, make_run(None, None), make)
-    assert best.factored.info["sweeps"][0]["source"] == list(sweeps[taken].source)
+    assert best.mesh.info["sweeps"][0]["source"] == list(sweeps[taken].source)
     assert any("passed over" in note for note in best.mesh.info["notes"]) == bool(taken)

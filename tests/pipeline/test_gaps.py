@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.blocks.reference import make_reference
 from cadsweep.brep import volume_doubt
 from cadsweep.cad import cut_ring
-from cadsweep.pipeline.attempts import open_and_find
 from cadsweep.quality import check_mesh
 
 pytestmark = pytest.mark.cad
@@ -76,9 +74,8 @@ def test_the_doubt_of_a_volume_contains_that_of_the_model_before_its_faces_were_
 
 
 def test_a_tight_model_is_allowed_nothing_more():
-    part, sweeps = open_and_find(cs.load(plate()), None, None)
-    mesh = cs.sweep_mesh(part, size=0.5)
-    reference = make_reference(part, sweeps[0])
+    mesh = cs.sweep_mesh(plate(), size=0.5)
+    (reference,) = mesh.origin.references.values()
     assert reference.volume_doubt <= 1e-12
     assert max(reference.area_doubts.values()) <= 1e-12
     assert check_mesh(mesh, cad=reference).valid

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import cadsweep
-from cadsweep.blocks.naming import name_sweep
-from cadsweep.blocks.reference import make_reference
 from cadsweep.quality import check_mesh
 
 cq = pytest.importorskip("cadquery")
@@ -61,8 +59,8 @@ PARTS = {
 def meshed(request):
     part = cadsweep.load(PARTS[request.param]())
     mesh = cadsweep.sweep_mesh(part, max_hexes=40_000, smoothing=False, layers=30 if request.param == "spring" else 6)
-    sweep = next(s for s in cadsweep.find_sweeps(part) if set(name_sweep(s).by_name()) == set(mesh.boundaries))
-    return mesh, make_reference(part, sweep)
+    (reference,) = mesh.origin.references.values()
+    return mesh, reference
 
 
 def problems_with(mesh, reference, node, to):
