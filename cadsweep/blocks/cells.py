@@ -39,6 +39,8 @@ class SweptCell:
     seen : (s,) int64 or None
         Which of the quads of its caps and sides, one after the other, are known to others: those of columns that touch
         are not. None for all.
+    kept : (k,) int64
+        Nodes of the source cap whose images smoothing leaves where they are, in every layer.
     """
 
     cell: int
@@ -48,6 +50,7 @@ class SweptCell:
     rings: IntArray
     after: int
     seen: IntArray | None = None
+    kept: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def n_hexes(self) -> int:
@@ -151,6 +154,16 @@ class CellBlocks:
             moved_nodes=self.moved_nodes,
             moved_points=self.moved_points,
         )
+
+    @property
+    def kept_nodes(self) -> IntArray:
+        """Nodes of the whole mesh that smoothing leaves where they are."""
+        nodes = [np.empty(0, dtype=np.int64)]
+        for number, own in enumerate(self.cells):
+            if isinstance(own, SweptCell) and len(own.kept):
+                block = self.swept_block(number, Units(), 0)
+                nodes.append(block.layers(np.arange(block.n_layers + 1))[:, own.kept].reshape(-1))
+        return np.concatenate(nodes)
 
     def joined(self) -> JoinedMesh:
         """Multiply out."""

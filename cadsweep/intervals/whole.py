@@ -49,6 +49,10 @@ LEAST_SHARE = 0.02
 TANGENT = radians(1.0)
 """Angle of two sides below which they part tangent: at such a tip a cell has no thickness, whatever its size, and the
 shorter the segments are there the flatter the first quad is."""
+_MOST_SEGMENTS = 1e6
+"""Segments of one edge above which a size is a slip."""
+_IN_ALL = "layers"
+"""What the layers of the only sweep are called among demands."""
 _PASSES = 3
 """Times that a pattern may go on from a cell to its neighbours."""
 
@@ -70,6 +74,7 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     if len(cells) == 1 and wishes.layers is not None and isinstance(cells[0].fill, Sweep):
         wishes = replace(wishes, demands=[*wishes.demands, _all_layers(cells[0].fill, wishes.layers)])
     wanted, firm, steps = _wanted(cells, sizes, wishes)
+    _check_most(cells, wanted)
 
     def settled(demands: Sequence[KeyDemand]) -> dict[int, int] | None:
         """Counts by key, None where there are none: with alike edges tied if that can be, else without."""
@@ -90,20 +95,43 @@ def assign_shared_intervals(cells: Sequence[CellSweep], wishes: Wishes) -> list[
     return [_intervals_of(cell, counts, sizes[i]) for i, cell in enumerate(cells)]
 
 
+def _check_most(cells: Sequence[CellSweep], wanted: Mapping[int, float]) -> None:
+    """Refuse counts that no mesh has.
+
+    Raises
+    ------
+    InputError
+    """
+    key = max(wanted, key=wanted.__getitem__)
+    if wanted[key] > _MOST_SEGMENTS:
+        labels = (cell.solid.edges[e].label() for cell in cells for e in np.flatnonzero(cell.solid.edge_keys == key))
+        raise InputError(f"{next(labels)} would get {wanted[key]:.3g} segments: take a larger size")
+
+
 def _contradiction(cells: Sequence[CellSweep], guilty: Sequence[KeyDemand]) -> CadSweepError:
     """The refusal of demands that contradict each other: of layers, which no other sweep mends, as wrong input."""
     labels = {int(k): cell.solid.edges[e].label() for cell in cells for e, k in enumerate(cell.solid.edge_keys)}
     rails = {int(c.solid.edge_keys[e]) for c in cells if isinstance(c.fill, Sweep) for e in c.fill.rails}
-    named = "; ".join(f"{own.count} on {', '.join(labels[key] for key in own.keys)} ({own.label})" for own in guilty)
+    total = "".join(f"{own.count} layers in all: " for own in guilty if own.label == _IN_ALL)
+    named = "; ".join(
+        f"{own.count} on {', '.join(labels[key] for key in own.keys)}" for own in guilty if own.label != _IN_ALL
+    )
     along = all(rails.issuperset(own.keys) for own in guilty)
-    return (InputError if along else SurfaceMeshError)(
-        "no mesh of the whole part has the counts demanded",
-        where=named,
-        try_="change or drop one of them",
-        reasons=[
-            "edges that answer each other need equal counts, opposite sides of a linking side equal sums, edges "
-            "along a sweep between the same stations too, and the loops of a cap even ones"
-        ],
+    stations = [_stations(c.fill) for c in cells if isinstance(c.fill, Sweep) and c.fill.stations] if along else []
+    rule = (
+        ", ".join(["edges along the sweep between the same stations need equal counts", *stations])
+        if along
+        else "edges that answer each other need equal counts, opposite sides of a linking side equal sums, and the "
+        "loops of a cap even ones"
+    )
+    return (InputError if along else SurfaceMeshError)(f"counts demanded contradict each other: {total}{named}; {rule}")
+
+
+def _stations(sweep: Sweep) -> str:
+    """Where layers of a sweep must be, in words."""
+    return "; ".join(
+        f"station {k} of edges {', '.join(map(str, ring[:6]))}{', ...' if len(ring) > 6 else ''}"
+        for k, ring in enumerate(sweep.stations, 1)
     )
 
 
@@ -194,16 +222,13 @@ def _all_layers(sweep: Sweep, n: int) -> KeyDemand:
     """
     least = min((n_least(levels) for levels in find_levels(sweep)), default=1)
     if n < least:
-        named = "; ".join(
-            f"station {k} of edges {', '.join(map(str, ring[:6]))}{', ...' if len(ring) > 6 else ''}"
-            for k, ring in enumerate(sweep.stations, 1)
-        )
+        named = _stations(sweep)
         raise InputError(
             f"layers={n} is fewer than the {least} that the spans of this sweep need (two where it turns back)"
             + (f"; a layer must meet {named}" if named else "")
         )
     keys = tuple(int(sweep.solid.edge_keys[e]) for e in way_up(sweep, sweep.source_loops[0]))
-    return KeyDemand(keys=keys, count=n, label=f"layers={n}")
+    return KeyDemand(keys=keys, count=n, label=_IN_ALL)
 
 
 def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> dict[int, int]:

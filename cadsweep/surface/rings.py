@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from ..arrays import FloatArray, IntArray
 from ..sweep import Intervals, Sweep
+from .cap_heights import keep_heights
 from .grading import grade_places
 from .sides import RingBuilder
 from .spacing import Fit, fit_linear_parts, place_layers
@@ -49,6 +50,7 @@ def lay_rings(
     *,
     bias: float | Sequence[float] | None = None,
     fractions: Sequence[float] | None = None,
+    heights: Mapping[bool, FloatArray] | None = None,
     fit: Fit = fit_linear_parts,
 ) -> Rings:
     """Place the nodes of all edges around a sweep, and of its sides.
@@ -64,6 +66,8 @@ def lay_rings(
         the middle over the first and over the last.
     fractions : (n_layers + 1,) or None
         Explicit places of the layers from 0 to 1, instead of `bias`.
+    heights : mapping of bool to (n,) float64, optional
+        Of layers along the source (True) and the target that are kept between the rails.
     fit : callable
         ``fit(source_ring (b, 3), rings (m, b, 3))``: linear parts (m, 3, 3) of the affine maps by which ring nodes
         follow the source loop.
@@ -82,6 +86,7 @@ def lay_rings(
     builder.build()
     inner = divide_target_edges(sweep, intervals.counts, graded, builder.rings, fit)
     side_faces, node_edges, node_vertices = builder.labels()
+    keep_heights(sweep, builder.rings, side_faces, node_edges, heights or {})
     return Rings(
         layout=layout,
         points=builder.rings,

@@ -21,7 +21,7 @@ from ..arrays import FloatArray, IntArray
 from ..asked import WallLayers
 from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
-from ..mesh import QuadMesh
+from ..mesh import QuadMesh, WallRows
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
 from .memory import Memory
 from .outline import reversed_loop
@@ -109,6 +109,7 @@ class Skeleton:
         self.edges: dict[int, IntArray] = {}
         self.fractions: dict[int, FloatArray] = dict(fractions or {})
         self.faces: dict[int, FaceMesh] = {}
+        self.rows: dict[int, list[WallRows]] = {}
         self.notes: list[str] = []
         self._memory = Memory() if memory is None else memory
         self._placed: dict[int, FloatArray] = {}
@@ -127,6 +128,10 @@ class Skeleton:
     def n_nodes(self) -> int:
         """Nodes so far."""
         return self._n
+
+    def move(self, nodes: IntArray, points: FloatArray) -> None:
+        """Put nodes elsewhere."""
+        self._table[nodes] = points
 
     @property
     def points(self) -> FloatArray:
@@ -290,6 +295,10 @@ class Skeleton:
             numbers[nodes] = self.edges[int(keys[e])]
         new = np.flatnonzero(numbers < 0)
         numbers[new] = self.add(made.points[new])
+        around = numbers[np.concatenate(made.loops)]
+        self.rows.setdefault(cell, []).extend(
+            replace(rows, ring=around[rows.ring], nodes=numbers[rows.nodes]) for rows in made.walls
+        )
         for face in cap.source:
             quads = numbers[made.quads[made.faces == face]][:, ::-1]
             self._take(int(solid.face_keys[face]), FaceMesh(quads=quads, place=(cell, face)))
@@ -362,8 +371,16 @@ class Skeleton:
             for f in sweep.source
             for e in self.solids[cell].faces[f].edges
         }
+        local_of = np.vectorize(number.__getitem__, otypes=[np.int64])
         source = QuadMesh(
-            points=self.points[nodes], quads=local, faces=faces, loops=tuple(loops), edge_nodes=edge_nodes
+            points=self.points[nodes],
+            quads=local,
+            faces=faces,
+            loops=tuple(loops),
+            edge_nodes=edge_nodes,
+            walls=tuple(
+                replace(rows, ring=local_of(rows.ring), nodes=local_of(rows.nodes)) for rows in self.rows.get(cell, ())
+            ),
         )
         return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
 

@@ -226,7 +226,7 @@ def test_layers_along_a_cap_are_as_high_between_the_rails_of_a_bend():
 
 def test_inside_the_layers_of_a_pipe_are_rings_around_a_core():
     mesh = cs.sweep_mesh(walled(cq.Workplane().circle(10).extrude(30), "%CYLINDER"), size=2, wall_layers={"wall": WALL})
-    quads = mesh.origin.surfaces.source.quads
+    quads = mesh.structure.quads
     sides, uses = np.unique(
         np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)), axis=0, return_counts=True
     )
@@ -244,5 +244,5 @@ def test_rings_that_serve_a_round_target_lie_in_a_rectangle():
 def test_between_the_layers_of_a_round_gap_are_rings():
     mesh = cs.sweep_mesh(walled(cq.Workplane().circle(25).circle(12).extrude(30), "%CYLINDER"), size=5,
                          wall_layers={"wall": WALL}, allow_coarse=True)  # fmt: skip
-    quads = mesh.origin.surfaces.source.quads
+    quads = mesh.structure.quads
     assert set(np.bincount(quads.ravel())[np.unique(quads)]) == {2, 4}, "quads at a node of the rims, and inside"

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -29,7 +30,6 @@ from ...projection.caps import PlacedCap, place_target
 from ...surface import (
     CellBoundary,
     Division,
-    Partners,
     Rings,
     Skeleton,
     divided,
@@ -45,7 +45,9 @@ from ..nearness.cap_sizes import InsideSizes, least_of
 from ..nearness.nearer import MOST_HALVINGS
 from ..run import Run
 from ..wishes.biases import say_graded
-from ..wishes.cell_asks import resolve_asks
+from ..wishes.cell_asks import CellAsks, resolve_asks
+from ..wishes.leaving import heights_of
+from ..wishes.wall_heights import between_caps, on_caps, row_tolerance
 from .corner_cells import fill_corners
 
 
@@ -86,7 +88,7 @@ def mesh_cells(  # noqa: PLR0917
             counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
         with run.stage("surface"):
             fractions = _graded(part, plan, counts, divisions, wishes.alike)
-            rings = _rings(part, plan, counts, options, divisions, fractions, asks.partners)
+            rings = _rings(part, plan, counts, options, divisions, fractions, asks)
             skeleton = Skeleton(
                 part.solids,
                 counts,
@@ -158,12 +160,12 @@ def _rings(  # noqa: PLR0917
     options: SweepOptions,
     divisions: Mapping[int, Division],
     fractions: Mapping[int, FloatArray],
-    partners: Sequence[Partners],
+    asks: CellAsks,
 ) -> dict[int, Rings]:
     """Rings of the cells whose linking sides nobody else has."""
     faces = Counter(int(key) for solid in part.solids for key in solid.face_keys.tolist())
     uses = Counter(int(key) for solid in part.solids for key in solid.edge_keys.tolist())
-    matched = {key for own in partners for key in own.faces}
+    matched = {key for own in asks.partners for key in own.faces}
     found = {}
     for cell, (way, own) in enumerate(zip(plan.ways, counts, strict=True)):
         sweep = way.fill
@@ -182,7 +184,15 @@ def _rings(  # noqa: PLR0917
             if uses[key] > 1 or key in asked
         }
         graded = {e: fractions[key] for e, key in enumerate(keys) if key in fractions}
-        found[cell] = lay_rings(sweep, own, graded, fixed, bias=options.bias, fractions=options.fractions)
+        heights = {
+            cap is sweep.source: heights_of(asks.walls.layers[int(solid.face_keys[f])])
+            for cap in (sweep.target, sweep.source)
+            for f in cap
+            if int(solid.face_keys[f]) in asks.walls.layers
+        }
+        found[cell] = lay_rings(
+            sweep, own, graded, fixed, bias=options.bias, fractions=options.fractions, heights=heights
+        )
     return found
 
 
@@ -293,8 +303,13 @@ class _Builder:
             raise SurfaceMeshError(f"{label} of the target is meshed before the rest of the cap is")
         else:
             cap = place_target(sweep, surfaces)
+            if source.walls:
+                surfaces, cap = on_caps(sweep, surfaces, cap)
+                source = surfaces.source
+                skeleton.move(boundary.nodes, source.points)
             ends, faces = self.carried(cell, sweep, boundary, cap), cap.faces
-        placed = project_layers(
+        place = partial(
+            project_layers,
             source.points,
             source.quads,
             surfaces.rings,
@@ -304,9 +319,22 @@ class _Builder:
             target_points=skeleton.points[ends],
             residual=self.options.residual,
         )
+        placed = place()
+        known = between_caps(sweep, surfaces, placed) if source.walls else None
+        if known is not None:
+            placed = place(known=known, residual_tolerance=row_tolerance(surfaces))
+        kept = np.concatenate([np.empty(0, dtype=np.int64), *(rows.nodes.ravel() for rows in source.walls)])
         assert rings.shape[1] == len(placed.ring_nodes), "the loops are the ring"
         self.cells.append(
-            SweptCell(cell=cell, sweep=placed, bottom=boundary.nodes, top=ends, rings=rings, after=skeleton.n_nodes)
+            SweptCell(
+                cell=cell,
+                sweep=placed,
+                bottom=boundary.nodes,
+                top=ends,
+                rings=rings,
+                after=skeleton.n_nodes,
+                kept=kept,
+            )
         )
         starts = np.cumsum([0, *(len(loop) for loop in source.loops)])
         following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts)])

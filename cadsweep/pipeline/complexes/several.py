@@ -198,7 +198,7 @@ def finish(
         slides = slides or find_slides(part, joined, names, options, outside=slide)
         mesh = checked_cells(
             part, joined, names, options, run, make=lambda own, info: to_hex_mesh(part, own, names, info), info=info,
-            slides=slides,
+            kept=_kept(cells), slides=slides,
         )  # fmt: skip
         if isinstance(cells, CellBlocks):
             mesh = replace(mesh, origin=replace(mesh.origin, cells=cells))
@@ -283,7 +283,7 @@ def checked_blocks(
     if _is_smoothed(report, options, run, SMOOTH_BELOW):
         joined = cells.joined()
         slides = slides or find_slides(part, joined, names, options, outside=slide)
-        better = _smoothed(joined, names, run, asked=options.size is not None, slides=slides)
+        better = _smoothed(joined, names, run, asked=options.size is not None, kept=_kept(cells), slides=slides)
         info["notes"] += better.steps
         if len(better.nodes):
             mesh, report = checked(cells.moved(better.nodes, better.positions))
@@ -402,6 +402,15 @@ def _smoothed(
             slides=None if slides is None else slides(),
             is_over=partial(run.ends_polishing, asked=asked),
         )
+
+
+def _kept(cells: JoinedMesh | CellBlocks) -> np.ndarray | None:
+    """Which nodes are rows along walls."""
+    if not isinstance(cells, CellBlocks):
+        return None
+    kept = np.zeros(cells.n_nodes, dtype=bool)
+    kept[cells.kept_nodes] = True
+    return kept
 
 
 def find_slides(

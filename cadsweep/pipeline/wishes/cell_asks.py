@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from ...brep import Part
@@ -16,7 +16,7 @@ from .biases import divisions_of, resolve_biases, splits_of
 from .cell_walls import CellWalls, plan_cell_walls
 from .local_sizes import Field, size_field
 from .periodic import find_matches, partners_of
-from .size_divisions import divide_by_sizes
+from .size_divisions import divide_beside, divide_by_sizes
 from .wall_corners import finer_in_cells
 
 
@@ -63,17 +63,26 @@ def resolve_asks(  # noqa: PLR0917
     biases = divisions_of(resolve_biases(part, options, model))
     wishes = replace(wishes, splits=splits_of(biases))
     divisions, field = dict(biases), None
+    sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
+    grids = [(own.solid, grid) for own in cells for grid in own.grids]
+    rails = {int(sweep.solid.edge_keys[e]) for sweep in sweeps for e in sweep.rails}
     if options.local_sizes is not None:
-        if options.layers is not None:
-            raise InputError("local_sizes divide edges along the sweep, too: without layers")
+        if options.layers is not None or options.fractions is not None:
+            raise InputError("local_sizes divide edges along the sweep, too: without layers and fractions")
         field = size_field(part, options, max(cell_sizes(cells, wishes)))
         assert field is not None, "sizes are asked for"
-        sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
-        grids = [(own.solid, grid) for own in cells for grid in own.grids]
         most, divided = divide_by_sizes(part.solids, sweeps, grids, field, alike=wishes.alike)
         wishes = replace(wishes, most_sizes=most)
         divisions = divided | divisions
+    elif wishes.edge_sizes and not (options.wall_layers or partners):
+        # Where rows along walls end, and what answers another face, is settled elsewhere.
+        kept = {*rails, *biases, *(key for demand in wishes.demands for key in demand.keys)}
+        size = max(cell_sizes(cells, wishes))
+        most, divided = divide_beside(part.solids, sweeps, grids, wishes.edge_sizes, size, kept=kept)
+        wishes, divisions = replace(wishes, most_sizes=most), divided | divisions
     walls = plan_cell_walls(part, model, plan, options)
+    if options.fractions is not None:
+        _refuse_on_rails(part, rails, walls, biases)
     clash = sorted(walls.ends.keys() & biases.keys())
     if clash:
         edges = [e for solid in part.solids for e in solid.edges if int(solid.edge_keys[e.id]) == clash[0]]
@@ -88,3 +97,15 @@ def resolve_asks(  # noqa: PLR0917
     return CellAsks(
         wishes=wishes, divisions=divisions, biased=frozenset(biases), field=field, partners=partners, walls=walls
     )
+
+
+def _refuse_on_rails(part: Part, rails: Collection[int], walls: CellWalls, biases: Collection[int]) -> None:
+    """Refuse what divides edges along a sweep besides fractions."""
+    for solid in part.solids:
+        for edge, key in zip(solid.edges, solid.edge_keys.tolist(), strict=True):
+            if key in rails and (key in walls.ends or key in biases):
+                what = "wall layers that end there" if key in walls.ends else "a bias"
+                raise InputError(
+                    f"{edge.label()} runs along the sweep, where fractions place the layers: {what} cannot divide it "
+                    "besides"
+                )

@@ -11,14 +11,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ...asked import WallLayers
-from ...brep import Edge, Part
+from ...brep import Edge, Face, Part, Solid
 from ...corner_blocks import CornerBlocks
 from ...errors import InputError
 from ...options import SweepOptions
 from ...plan import Plan
 from ...surface import Division
 from ...sweep import Sweep
-from .leaving import STRAIGHT_ON, Leaving, joints, leave_at, walls_asked
+from .leaving import MOST_OF_EDGE, STRAIGHT_ON, Leaving, joints, leave_at, walls_asked
 
 
 @dataclass(kw_only=True, eq=False)
@@ -143,7 +143,17 @@ def _leave(  # noqa: PLR0917
                 continue  # two walls of a section meet here: their rows turn along the bisector
             key = int(solid.edge_keys[edge.id])
             for at_start, sine in leave_at(solid, face, edge, at):
-                walls.leave(key, own, sine=sine, at_start=at_start)
+                taken = float(walls.leave(key, own, sine=sine, at_start=at_start)[-1])
+                if f in caps and edge.id in sweep.rails and taken > MOST_OF_EDGE * edge.length:
+                    _refuse_high(solid, face, edge, own, taken)
+
+
+def _refuse_high(solid: Solid, face: Face, edge: Edge, own: WallLayers, taken: float) -> None:
+    scale = solid.units.scale
+    raise InputError(
+        f"wall layers: {own.n} layers at {face.label()} take {taken * scale:.3g} of {edge.label()}, which is "
+        f"{edge.length * scale:.3g} long: ask for fewer or thinner ones"
+    )
 
 
 def _check_alike(part: Part, cell: int, own: WallLayers, others: Sequence[WallLayers]) -> None:

@@ -11,15 +11,18 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+import scipy
 
 from ...arrays import FloatArray
 from ...brep import Edge, Solid
 from ...surface import Division
 from ...sweep import LinkingSide, Sweep
-from .local_sizes import Field
+from .local_sizes import GROWTH, Field
 
 _SAMPLES = 400
 """Places along an edge where the size is asked for."""
+_AROUND = 100
+"""Places along an edge from which sizes grow."""
 _ACROSS = 33
 """Places across a side at which the size is looked at."""
 _VARIES = 1.05
@@ -72,6 +75,48 @@ def divide_by_sizes(
             if places is not None:
                 divisions[key] = partial(by_density, places=places if forward else 1.0 - places[::-1])
     return sizes, divisions
+
+
+def divide_beside(
+    solids: Sequence[Solid],
+    sweeps: Sequence[Sweep],
+    grids: Sequence[tuple[Solid, LinkingSide]],
+    finer: Mapping[int, float],
+    size: float,
+    *,
+    kept: Collection[int],
+) -> tuple[dict[int, float], dict[int, Division]]:
+    """Mean sizes and divisions, by key, of the edges that begin where others are to be finer, and grow back.
+
+    Parameters
+    ----------
+    finer : mapping of int to float
+        Sizes of edges by key; those that are no finer than `size` are passed over.
+    kept : collection of int
+        Edges that stay as they are divided.
+    """
+    edges = {key: (solid, e) for solid in solids for key, e in zip(solid.edge_keys.tolist(), solid.edges, strict=True)}
+    own = {key: wanted for key, wanted in finer.items() if wanted < size and key in edges}
+    if not own:
+        return {}, {}
+    at = np.linspace(0.0, 1.0, _AROUND + 1)
+    places = [(scipy.spatial.cKDTree(edges[key][1].curve.evaluate(at)), wanted) for key, wanted in own.items()]
+
+    def field(points: FloatArray) -> FloatArray:
+        grown = [wanted + (GROWTH - 1.0) * tree.query(points)[0] for tree, wanted in places]
+        return np.asarray(np.minimum(np.min(grown, axis=0), size))
+
+    def ends(key: int) -> set[int]:
+        solid, edge = edges[key]
+        return {int(solid.vertex_keys[v]) for v in (edge.start, edge.end)}
+
+    sizes, divisions = divide_by_sizes(solids, sweeps, grids, field)
+    touched = {v for key in own for v in ends(key)}
+    beside = [key for key in edges if key not in kept and key not in finer and not touched.isdisjoint(ends(key))]
+    return (
+        {key: sizes[key] for key in beside if key in divisions},
+        {key: divisions[key] for key in beside if key in divisions},
+    )
 
 
 def divided_by(sizes: FloatArray) -> tuple[float, FloatArray | None]:
