@@ -48,7 +48,7 @@ def cells_as_arrays(cells: CellBlocks) -> dict[str, Any]:
         "cells": np.array(json.dumps({"shapes": shapes, "words": words})),
         "table": np.array(table, dtype=np.int64),
         "skeleton": cells.points,
-        "steps": np.diff(cells.numbers, prepend=0),  # ones, for the most part
+        "steps": small_ints(np.diff(cells.numbers, prepend=0)),  # ones, for the most part
         "moved_nodes": cells.moved_nodes,
         "moved_points": cells.moved_points,
         **{f"each_{name}": array for name, array in flat.items()},

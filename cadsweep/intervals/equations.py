@@ -30,7 +30,7 @@ from .loops import (
     submapped_sides,
     symmetric_sides,
 )
-from .patterns import nearly, ring_sides, stepped
+from .patterns import ring_sides, stepped
 from .programme import Programme
 
 
@@ -109,8 +109,7 @@ class Equations:
             pairs += [pair for f in cell.free for pair in symmetric_sides(solid, f, own)]
             rings = [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
             if isinstance(cell.fill, Sweep):
-                # Rims that want very different counts would be made equal by one edge of theirs, which has none left.
-                rings += [pair for f in cell.free for pair in across_wall(cell.fill, f, own) if nearly(pair, own)]
+                rings += [pair for f in cell.free for pair in across_wall(cell.fill, f, own)]
             wished = {e for e in own if int(keys[e]) in self.firm}
             pairs += [] if any(squeezes(*pair, own, wished) for pair in rings) else rings
         for one, other in pairs:

@@ -113,7 +113,7 @@ def _contradiction(cells: Sequence[CellSweep], guilty: Sequence[KeyDemand]) -> C
     labels = {int(k): cell.solid.edges[e].label() for cell in cells for e, k in enumerate(cell.solid.edge_keys)}
     rails = {int(c.solid.edge_keys[e]) for c in cells if isinstance(c.fill, Sweep) for e in c.fill.rails}
     total = "".join(f"{own.count} layers in all: " for own in guilty if own.label == _IN_ALL)
-    named = "; ".join(
+    named = ", and ".join(
         f"{own.count} on {', '.join(labels[key] for key in own.keys)}" for own in guilty if own.label != _IN_ALL
     )
     along = all(rails.issuperset(own.keys) for own in guilty)
@@ -124,7 +124,7 @@ def _contradiction(cells: Sequence[CellSweep], guilty: Sequence[KeyDemand]) -> C
         else "edges that answer each other need equal counts, opposite sides of a linking side equal sums, and the "
         "loops of a cap even ones"
     )
-    return (InputError if along else SurfaceMeshError)(f"counts demanded contradict each other: {total}{named}; {rule}")
+    return (InputError if along else SurfaceMeshError)(f"the counts contradict each other: {total}{named}; {rule}")
 
 
 def _stations(sweep: Sweep) -> str:

@@ -107,7 +107,7 @@ def test_an_edge_that_covers_two_others_gets_their_sum():
     _, mesh, count = counted(part, source="<Z", size=2.0, rail_layers={f"edge {whole[0]}": 11, f"edge {lower}": 3})
     assert count(upper) == 8
     assert mesh.info["sweeps"][0]["layers"] == 11
-    with pytest.raises(InputError, match=f"3 on edge {lower} .*11 on edge {whole[0]} |11 on .*3 on"):
+    with pytest.raises(InputError, match=f"(?s)3 on edge {lower} .*11 on edge {whole[0]} |11 on .*3 on"):
         cs.sweep_mesh(part, source="<Z", rail_layers={f"edge {lower}": 3, f"edge {upper}": 9, f"edge {whole[0]}": 11})
 
 
