@@ -68,6 +68,16 @@ class Plan:
         """How every cell is filled."""
         return tuple(way.fill for way in self.ways)
 
+    def by_themselves(self, part: Part) -> set[int]:
+        """Cells that are swept, and whose linking sides no other cell has."""
+        shared = {key for key, users in shared_faces(part).items() if len(users) > 1}
+        return {
+            cell
+            for cell, (solid, way) in enumerate(zip(part.solids, self.ways, strict=True))
+            if isinstance(way.fill, Sweep)
+            and shared.isdisjoint(int(solid.face_keys[side.face]) for side in way.fill.linking_sides)
+        }
+
     @property
     def score(self) -> float:
         """Mean score of the sweeps."""

@@ -28,6 +28,9 @@ _CORNERS = (1 << HEX_FACES).sum(axis=1)
 
 def block_problems(block: BlockStructure) -> list[str]:
     """What is wrong with a block's structure; nothing where its hexahedra conform with each other."""
+    if block.whole is not None:
+        own = block.whole
+        return structure_problems(own, (own.n_layers + (not own.periodic)) * own.n_nodes)
     found = structure_problems(_alone(block), (block.n_layers + 1) * block.n_nodes)
     borrowed = _borrowed(block)
     if len(distinct(borrowed)) != len(borrowed):

@@ -59,10 +59,12 @@ def mesh_cells(  # noqa: PLR0917
     wishes: Wishes,
     model: Part,
     inside: InsideSizes | None = None,
+    uneven: Mapping[int, Division] | None = None,
 ) -> tuple[CellBlocks, list[Intervals], list[str]]:
     """Mesh all cells of a part conformally; `model` is the part before it was cut, as its user knows it.
 
-    `inside`: wanted lengths (m,) at points (m, 3) of caps, besides those that the user asks for.
+    `inside`: wanted lengths (m,) at points (m, 3) of caps, and `uneven`: how edges divide themselves, by key, besides
+    what the user asks for.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def mesh_cells(  # noqa: PLR0917
         A face or a layer of some cell cannot be meshed.
     """
     asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
-    wishes, divisions = asks.wishes, asks.divisions
+    wishes, divisions = asks.wishes, {**(uneven or {}), **asks.divisions}
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
     run.checks(expected, options)
@@ -163,17 +165,13 @@ def _rings(  # noqa: PLR0917
     asks: CellAsks,
 ) -> dict[int, Rings]:
     """Rings of the cells whose linking sides nobody else has."""
-    faces = Counter(int(key) for solid in part.solids for key in solid.face_keys.tolist())
     uses = Counter(int(key) for solid in part.solids for key in solid.edge_keys.tolist())
     matched = {key for own in asks.partners for key in own.faces}
     found = {}
-    for cell, (way, own) in enumerate(zip(plan.ways, counts, strict=True)):
-        sweep = way.fill
-        if isinstance(sweep, CornerBlocks):
-            continue
-        solid = part.solids[cell]
-        sides = {int(solid.face_keys[side.face]) for side in sweep.linking_sides}
-        if any(faces[key] > 1 for key in sides) or sides & matched:
+    for cell in sorted(plan.by_themselves(part)):
+        sweep, own, solid = plan.ways[cell].fill, counts[cell], part.solids[cell]
+        assert isinstance(sweep, Sweep), "what is by itself is swept"
+        if not matched.isdisjoint(int(solid.face_keys[side.face]) for side in sweep.linking_sides):
             continue
         keys = solid.edge_keys.tolist()
         n = {key: int(c) for key, c in zip(keys, own.counts.tolist(), strict=True)}

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil
+from math import ceil, sqrt
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -30,6 +30,7 @@ from ...options import SweepOptions
 from ...plan import Plan
 from ...quality import volume_and_area
 from ...quality.rims import is_rim, off_edges
+from ...surface import Division
 from ...sweep import Intervals
 from ..complexes.cells import mesh_cells
 from ..run import Run
@@ -48,6 +49,7 @@ from .nearer import (
     limit_of,
     missed_tolerance,
 )
+from .uneven import divide_unevenly
 
 LEAST_MORE = 2
 """Segments that an edge gets more at least: loops of quads alone take them in pairs."""
@@ -59,8 +61,16 @@ SHARE = 0.1
 """An edge whose segments sag less than this part of what its face is off stays as it is."""
 
 Meshed = tuple[CellBlocks, list[Intervals], list[str]]
-Asks = tuple[Wishes, InsideSizes | None]
-"""What is asked of edges, and of the inside of caps."""
+
+
+class Asks(NamedTuple):
+    """What is asked of edges, of the inside of caps, and how edges divide themselves, by key."""
+
+    wishes: Wishes
+    inside: InsideSizes | None
+    divisions: dict[int, Division]
+
+
 Made = TypeVar("Made")
 Asked = TypeVar("Asked")
 
@@ -82,6 +92,10 @@ class Found:
     shortfall: float
     needed: dict[tuple[int, int], float]
     sags: dict[tuple[int, int], float]
+
+    def beyond(self, rounds: int) -> Found:
+        """More than is asked for, after some rounds: a mesher answers in whole quads, here and there."""
+        return replace(self, needed={place: needed * MARGIN**rounds for place, needed in self.needed.items()})
 
     @property
     def most_needed(self) -> float:
@@ -123,32 +137,46 @@ def accurate_cells(  # noqa: PLR0917
         return first, None
 
     caps = caps_of(part, plan)
+    # The places of rows along walls, and of nodes that answer others, are settled elsewhere.
+    apart = set[int]() if options.wall_layers or options.periodic else plan.by_themselves(part)
 
-    def finer(last: Judged[Meshed], asked: Asks, _: int) -> Asks | None:
-        (made, found), (wishes, before) = last, asked
+    def finer(last: Judged[Meshed], asked: Asks, rounds: int) -> Asks | None:
+        made, found = last.made, last.found.beyond(rounds)
+        wishes, before, divisions = asked
         check_most(options, made[0].n_hexes * found.most_needed)
         inside = sizes_in_caps(part, plan, made[0], found.needed, found.sags, before)
         sizes = finer_sizes(part, made[1], _blamed(part, made[0], found, caps), wishes)
+        kept = {key for demand in wishes.demands for key in demand.keys}
+        if apart and (sizes or inside is not None):
+            limit = min(limit_of(options, scale=part.scale, size=solid.size).distance for solid in part.solids)
+            if np.isfinite(limit):
+                lengths, more = divide_unevenly(
+                    part, plan, made[1], sizes, inside, divisions, limit / MARGIN, kept={*kept, *named}
+                )
+                sizes, divisions = sizes | lengths, divisions | more
         if inside is not None:
-            kept = {key for demand in wishes.demands for key in demand.keys}
-            own = caps.intersection(found.needed)
+            own = [place for place in caps.intersection(found.needed) if place[0] not in apart]
             for key, size in sizes_at_rims(part, made[1], own, inside, kept=kept).items():
                 sizes[key] = min(size, sizes.get(key, np.inf), wishes.edge_sizes.get(key, np.inf))
         elif not sizes:
             return None
-        return replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes}), least_of(before, inside)
+        finer_wishes = replace(wishes, edge_sizes={**wishes.edge_sizes, **sizes})
+        return Asks(finer_wishes, least_of(before, inside), divisions)
 
     def judged(made: Meshed) -> Judged[Meshed]:
         return Judged(made, measure(part, made[0], options))
 
-    asked: Asks = (wishes, None)
+    named = frozenset(wishes.edge_sizes)
+    asked = Asks(wishes, None, {})
     best, notes = nearest(
         part,
         judged(first),
         asked,
         options,
         run,
-        make=lambda asked: judged(mesh_cells(part, plan, options, run, asked[0], model, asked[1])),
+        make=lambda asked: judged(
+            mesh_cells(part, plan, options, run, asked.wishes, model, asked.inside, asked.divisions)
+        ),
         finer=finer,
     )
     blocks, counts, said = best.made
@@ -306,11 +334,15 @@ def _blamed(part: Part, joined: CellBlocks, found: Found, caps: Collection[tuple
         solid = part.solids[cell]
         sags = {e: edge_sag(part, joined, cell, e) for e in solid.faces[face].edges}
         blamed = [e for e, own in sags.items() if own > SHARE * found.sags[cell, face]]
-        if not blamed and (cell, face) not in caps:
+        is_cap = (cell, face) in caps
+        if not blamed and not is_cap:
             blamed = list(sags)
         for e in blamed:
+            # Quads inside a cap are no longer than is wished for there, whatever the segments of its rim are.
+            own = needed * sqrt(min(1.0, sags[e] / found.sags[cell, face])) if is_cap else needed
             key = int(solid.edge_keys[e])
-            factors[key] = max(factors.get(key, 1.0), needed)
+            if own > 1.0:
+                factors[key] = max(factors.get(key, 1.0), own)
     return factors
 
 
