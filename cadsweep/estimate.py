@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from .corner_blocks import CornerBlocks
 from .errors import InputError
 from .machine import GIGABYTE, free_memory
-from .mesh import SurfaceMesh
 from .sweep import Intervals, Sweep
 
 BYTES_PER_HEX = 400
@@ -107,16 +106,6 @@ def estimate(sweep: Sweep, intervals: Intervals, *, scale: float = 1.0, streamed
     return _from_counts(sweep, intervals.size, intervals.n_layers, n_edges, scale=scale, streamed=streamed)
 
 
-def estimate_made(
-    sweep: Sweep, intervals: Intervals, surfaces: SurfaceMesh, *, scale: float = 1.0, streamed: bool = False
-) -> Estimate:
-    """What a sweep costs whose boundary is meshed: its hexahedra are counted."""
-    n_quads = len(surfaces.source.quads)
-    n_layers = len(surfaces.rings) - 1
-    made = estimate(sweep, intervals, scale=scale, streamed=streamed)
-    return _with_counts(made, n_quads, n_layers)
-
-
 def estimate_counted(expected: Estimate, n_quads: int, n_hexes: int, *, streamed: bool = False) -> Estimate:
     """The same estimate of a mesh whose quads on caps and hexahedra are counted."""
     return replace(
@@ -175,6 +164,8 @@ def estimate_cells(
     sizes: Sequence[float],
     *,
     layers: int | None = None,
+    edge_sizes: Mapping[int, float] | None = None,
+    edge_counts: Mapping[tuple[int, ...], int] | None = None,
     scale: float = 1.0,
     streamed: bool = False,
 ) -> Estimate:
@@ -188,6 +179,8 @@ def estimate_cells(
         Edge length wanted in each, working units.
     layers : int or None
         Layers of every cell; None: as its size asks for.
+    edge_sizes, edge_counts : mapping
+        As of :func:`estimate_size`, by keys of edges.
     scale : float
         Model units per working unit.
     streamed : bool
@@ -196,9 +189,7 @@ def estimate_cells(
     cells = [
         _of_corners(fill, size, scale=scale)
         if isinstance(fill, CornerBlocks)
-        else _from_counts(
-            fill, size, layers or max(1, _bounded(_sweep_length(fill) / size)), 0, scale=scale, streamed=streamed
-        )
+        else _of_sweep(fill, size, layers, edge_sizes or {}, edge_counts or {}, scale=scale, streamed=streamed)
         for fill, size in zip(fills, sizes, strict=True)
     ]
     largest = max(cells, key=lambda cell: cell.n_hexes)
@@ -209,6 +200,27 @@ def estimate_cells(
         layers_follow=layers is None,
         streamed=streamed,
     )
+
+
+def _of_sweep(
+    sweep: Sweep,
+    size: float,
+    layers: int | None,
+    edge_sizes: Mapping[int, float],
+    edge_counts: Mapping[tuple[int, ...], int],
+    *,
+    scale: float,
+    streamed: bool,
+) -> Estimate:
+    """Of a cell that is swept; edges by key."""
+    ids = {key: e for e, key in enumerate(sweep.solid.edge_keys.tolist())}
+    n_edges, n_rail = _asked_of_edges(
+        sweep,
+        {ids[key]: own for key, own in edge_sizes.items() if key in ids},
+        {(ids[key],): -(-n // len(keys)) for keys, n in edge_counts.items() for key in keys if key in ids},
+    )
+    n_layers = layers or max(n_rail, 1, _bounded(_sweep_length(sweep) / size))
+    return _from_counts(sweep, size, n_layers, n_edges, scale=scale, streamed=streamed)
 
 
 def _asked_of_edges(

@@ -24,11 +24,16 @@ from .joined import JoinedMesh
 from .naming import NamedFaces, Place, unite_quads
 from .slabs import ArrayBlock, Block
 
+_ROLES = ("source", "target", "side")
+"""What the faces of a sweep are, in the order in which its boundaries are listed."""
+
 
 def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str, Any]) -> HexMesh:
     """Give a joined mesh its names; points in model units."""
     owners = np.array(part.owners, dtype=np.int64)[mesh.hex_cells]
     faces = by_face(mesh)
+    if mesh.structure is not None:  # the caps first, as its user thinks of a sweep
+        faces.sort(key=lambda own: _ROLES.index(mesh.roles[own[0]]))
     outside = [
         own for place, quads in faces if place in names.outside for own in _by_patch(part, mesh, names, place, quads)
     ]

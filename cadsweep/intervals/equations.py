@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-import scipy
 
 from ..corner_blocks import CornerBlocks
+from ..disjoint import DisjointSets
 from ..errors import SurfaceMeshError
 from ..sweep import DirectedEdge, Sweep
 from .balance import FIRM
@@ -49,7 +49,7 @@ class Equations:
         self.least = wishes.least_counts
         self.firm = firm
         self.most_least: dict[int, int] = {}
-        self.classes = scipy.cluster.hierarchy.DisjointSet(wanted)
+        self.classes = DisjointSets(wanted)
         for a, b, _ in wishes.alike:
             self.classes.merge(a, b)
         self.opposite: list[tuple[list[int], list[int]]] = []
@@ -160,7 +160,7 @@ class Equations:
         """Counts by key, None where there are none. `steps`: what those of keys in patterns should be multiples of."""
         members: dict[int, list[int]] = {}
         for key in wanted:
-            members.setdefault(self.classes[key], []).append(key)
+            members.setdefault(self.classes.find(key), []).append(key)
         column = {root: j for j, root in enumerate(members)}
         of = {key: column[root] for root, keys in members.items() for key in keys}
         kept = {of[key] for key in firm}

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..brep import Solid
+from ..disjoint import DisjointSets
 from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .sizes import turns_back
 
@@ -60,16 +61,10 @@ def find_levels(sweep: Sweep) -> list[Levels]:
 
 def _levels(sweep: Sweep, *, stations: bool, columns: bool) -> Levels | None:
     solid = sweep.solid
-    parent = list(range(len(solid.vertices)))
-
-    def find(v: int) -> int:
-        while parent[v] != v:
-            parent[v] = parent[parent[v]]
-            v = parent[v]
-        return v
-
+    sets = DisjointSets(range(len(solid.vertices)))
+    find = sets.find
     for a, b in _joined(sweep, stations=stations, columns=columns):
-        parent[find(a)] = find(b)
+        sets.merge(a, b)
     source = find(directed_ends(solid, sweep.source_loops[0][0])[0])
     target = find(directed_ends(solid, sweep.target_loops[0][0])[0])
     number = {source: 0}

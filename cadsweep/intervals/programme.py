@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from ..arrays import FloatArray
+from ..disjoint import DisjointSets
 from .balance import balance
 
 _NEAR = 2.0
@@ -67,25 +68,18 @@ class Programme:
 
     def _groups(self) -> Iterator[tuple[list[int], list[Mapping[int, float]], list[Mapping[int, int]]]]:
         """Classes that hang together, with their sums."""
-        parent = list(range(len(self.want)))
-
-        def find(j: int) -> int:
-            while parent[j] != j:
-                parent[j] = parent[parent[j]]
-                j = parent[j]
-            return j
-
+        sets = DisjointSets(range(len(self.want)))
         for row in [*self.sums, *self.evens]:
             members = list(row)
             for j in members[1:]:
-                parent[find(j)] = find(members[0])
+                sets.merge(j, members[0])
         groups: dict[int, tuple[list[int], list[Mapping[int, float]], list[Mapping[int, int]]]] = {}
         for j in range(len(self.want)):
-            groups.setdefault(find(j), ([], [], []))[0].append(j)
+            groups.setdefault(sets.find(j), ([], [], []))[0].append(j)
         for row in self.sums:
-            groups[find(next(iter(row)))][1].append(row)
+            groups[sets.find(next(iter(row)))][1].append(row)
         for odd in self.evens:
-            groups[find(next(iter(odd)))][2].append(odd)
+            groups[sets.find(next(iter(odd)))][2].append(odd)
         yield from groups.values()
 
     def _step(self, j: int, count: int) -> tuple[int, float]:

@@ -387,7 +387,8 @@ def _make_cell(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Mad
     from .complexes.swept import alone, wishes_of_sweep
 
     found = alone(part, sweep)
-    mesh, shortfall = mesh_judged(found, options, run, wishes_of_sweep(found.part, sweep, options))
+    # Nodes on the model's faces stay: what slides makes quads of very unlike lengths for the sake of their angles.
+    mesh, shortfall = mesh_judged(found, options, run, wishes_of_sweep(found.part, sweep, options), slide=False)
     return Made(mesh=mesh, shortfall=shortfall)
 
 

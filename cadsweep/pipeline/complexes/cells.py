@@ -211,6 +211,8 @@ def expected_cells(part: Part, plan: Plan, wishes: Wishes, *, streamed: bool = F
         [cell.fill for cell in cells],
         cell_sizes(cells, wishes),
         layers=wishes.layers,
+        edge_sizes=wishes.edge_sizes,
+        edge_counts={own.keys: own.count for own in wishes.demands},
         scale=part.scale,
         streamed=streamed,
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -21,6 +21,7 @@ from ...errors import NotSweepableError, PlanError
 from ...plan import Fill, Plan, list_ways, make_plan
 from ...sweep import Sweep
 from ..run import Run
+from .complex import Complex
 from .subsets import subset
 
 log = logging.getLogger(__name__)
@@ -33,16 +34,6 @@ _SAME = 1e-5
 
 _MOST_CONTACTS = 3
 """Contacts of a solid that a refusal lists."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Complex:
-    """Cells with a filling for each; `model` is the part before it was cut, `sweep` that of a part of one cell."""
-
-    part: Part
-    plan: Plan
-    model: Part
-    sweep: Sweep | None = None
 
 
 def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:

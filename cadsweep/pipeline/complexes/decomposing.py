@@ -31,7 +31,8 @@ from ..run import Run, silent
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.shared_hints import resolve_wishes
 from .cells import expected_cells
-from .complexes import Complex, as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
+from .complex import Complex
+from .complexes import as_complex, cutting_tools, plan_cells, recognise, say_open, with_caps_grown
 from .several import mesh_complex
 
 log = logging.getLogger(__name__)

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ... import smoothing
 from ...blocks.block_mesh import BlockMesh
 from ...blocks.cells import CellBlocks
 from ...blocks.finish import by_face, to_block_mesh, to_hex_mesh
-from ...blocks.interface_slides import find_interface_slides
 from ...blocks.joined import JoinedMesh
 from ...blocks.naming import NamedFaces, find_colors, name_faces
 from ...blocks.reference import make_references
@@ -33,7 +31,6 @@ from ...orders.elevate import elevate
 from ...plan import Fill
 from ...quality import CadReference, QualityReport, check_mesh
 from ...quality.thickness import single_share
-from ...smoothing import Blocks, Slides
 from ...sweep import Intervals
 from ..candidates import SMOOTH_BELOW, PostponedError
 from ..finished.pairs import with_pairs
@@ -44,7 +41,10 @@ from ..origin import CellsOrigin, made_of
 from ..refusing import refusal
 from ..run import Run, measured
 from .cells import expected_cells
-from .complexes import Complex
+from .complex import Complex
+
+if TYPE_CHECKING:  # hardly any mesh needs it
+    from ...smoothing import Slides, Smoothed
 
 _THIN_SHARE = 0.2
 """Part of the boundary's area with one hexahedron to the other side from which on the mesh's notes say so."""
@@ -300,7 +300,7 @@ def checked_cells(
     make: Callable[[JoinedMesh, dict[str, Any]], HexMesh],
     info: dict[str, Any],
     smooth_below: float = SMOOTH_BELOW,
-    goal: float = smoothing.GOAL,
+    goal: float | None = None,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
     references: CadReference | Mapping[str, CadReference] | None = None,
@@ -313,8 +313,8 @@ def checked_cells(
         Makes the mesh of `joined`, or of it with other points, with names and `info`.
     smooth_below : float
         Worst scaled Jacobian below which it is smoothed, valid or not.
-    goal : float
-        Scaled Jacobian that smoothing tries to reach.
+    goal : float or None
+        Scaled Jacobian that smoothing tries to reach; None for the usual one.
     kept : (n,) bool or None
         Nodes that smoothing must not move, besides those on the model's faces.
     slides : callable or None
@@ -387,18 +387,20 @@ def _smoothed(
     run: Run,
     *,
     asked: bool,
-    goal: float = smoothing.GOAL,
+    goal: float | None = None,
     kept: np.ndarray | None = None,
     slides: Callable[[], Slides] | None = None,
-) -> smoothing.Smoothed:
+) -> Smoothed:
+    from ... import smoothing
+
     with run.stage("smoothing"):
         fixed = fixed_nodes(joined, names)
-        blocks = Blocks(joined.hexes, len(joined.points))
+        blocks = smoothing.Blocks(joined.hexes, len(joined.points))
         return smoothing.improve(
             joined.points,
             blocks,
             fixed=fixed if kept is None else fixed | kept,
-            goal=goal,
+            goal=smoothing.GOAL if goal is None else goal,
             slides=None if slides is None else slides(),
             is_over=partial(run.ends_polishing, asked=asked),
         )
@@ -420,6 +422,8 @@ def find_slides(
     if options.wall_layers or not (outside or names.between):
         return None
     matched = bool(options.periodic)
+    from ...blocks.interface_slides import find_interface_slides
+
     return lambda: find_interface_slides(
         part,
         joined,

@@ -12,14 +12,15 @@ from ...plan import Plan, way_of
 from ...sweep import Sweep
 from ..wishes.rails import demand_layers
 from ..wishes.shared_hints import check_words, resolve_wishes
-from .complexes import Complex
+from .complex import Complex
 
 
 def alone(part: Part, sweep: Sweep) -> Complex:
     """The part as the one cell of a sweep."""
     if sweep.closed:
         sweep = replace(sweep, solid=at_one_place(sweep.solid, {t: e for e, (t, _) in sweep.target_edges.items()}))
-    own = replace(part, solids=(sweep.solid,))
+    name = sweep.solid.name or part.name  # of a file with one solid that has none: the file's
+    own = replace(part, solids=(sweep.solid,), models=tuple(replace(model, name=name) for model in part.models))
     return Complex(part=own, plan=Plan(ways=(way_of(sweep),), order=(0,)), model=own, sweep=sweep)
 
 
