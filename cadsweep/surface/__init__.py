@@ -129,6 +129,7 @@ def mesh_surfaces(
     ring = rings.points[0].copy()
     loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
     opposite = opposite_angles(sweep, rings.node_vertices[[0, -1]])
+    around = {e for loop in sweep.target_loops for e, _ in loop}
     cap = CapBuilder(sweep, intervals, ring, loops, opposite, sizes=sizes, graded=graded, memory=memory, walls=walls)
     return SurfaceMesh(
         source=cap.build(),
@@ -136,5 +137,10 @@ def mesh_surfaces(
         side_faces=rings.side_faces,
         node_edges=rings.node_edges,
         node_vertices=rings.node_vertices,
+        target_edge_points={
+            t: sweep.solid.edges[t].curve.evaluate(rings.fractions[t])
+            for t, _ in sweep.target_edges.values()
+            if t in rings.fractions and t not in around
+        },
         notes=(*rings.notes, *cap.notes),
     )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from dataclasses import replace
+
+import numpy as np
 
 from ...brep import Part, Solid
 from ...intervals import Wishes
@@ -18,23 +20,32 @@ from .complex import Complex
 def alone(part: Part, sweep: Sweep) -> Complex:
     """The part as the one cell of a sweep."""
     if sweep.closed:
-        sweep = replace(sweep, solid=at_one_place(sweep.solid, {t: e for e, (t, _) in sweep.target_edges.items()}))
+        sweep = replace(sweep, solid=at_one_place(sweep.solid, sweep.source))
     name = sweep.solid.name or part.name  # of a file with one solid that has none: the file's
     own = replace(part, solids=(sweep.solid,), models=tuple(replace(model, name=name) for model in part.models))
     return Complex(part=own, plan=Plan(ways=(way_of(sweep),), order=(0,)), model=own, sweep=sweep)
 
 
-def at_one_place(solid: Solid, twins: Mapping[int, int]) -> Solid:
-    """A ring that was cut open, its edges on one side of the cut under the keys of their `twins` on the other."""
-    vertices, edges, faces = (keys.copy() for keys in (solid.vertex_keys, solid.edge_keys, solid.face_keys))
-    for t, e in twins.items():
-        edges[t] = edges[e]
-        for v, w in ((solid.edges[e].start, solid.edges[t].start), (solid.edges[e].end, solid.edges[t].end)):
-            vertices[w] = vertices[v]
+def at_one_place(solid: Solid, kept: Collection[int]) -> Solid:
+    """A ring that was cut open, what is on one side of the cut under the keys of what is on the other.
+
+    `kept`: faces of the side that keeps its keys.
+    """
     assert solid.opened is not None, "it was cut"
-    sides = [{frozenset(edges[list(solid.faces[f].edges)].tolist()): f for f in side} for side in solid.opened]
-    for outline, face in sides[0].items():
-        faces[sides[1][outline]] = faces[face]
+    here, there = solid.opened if solid.opened[0] & set(kept) else solid.opened[::-1]
+    vertices, edges, faces = (keys.copy() for keys in (solid.vertex_keys, solid.edge_keys, solid.face_keys))
+    own, other = (sorted({e for f in side for e in solid.faces[f].edges}) for side in (here, there))
+    middles = np.array([solid.edges[e].midpoint for e in own])
+    for t in other:
+        e = own[int(np.argmin(np.linalg.norm(middles - solid.edges[t].midpoint, axis=1)))]
+        edges[t] = edges[e]
+        ends = [solid.edges[e].start, solid.edges[e].end]
+        for v in (solid.edges[t].start, solid.edges[t].end):
+            away = np.linalg.norm(solid.vertices[ends] - solid.vertices[v], axis=1)
+            vertices[v] = vertices[ends[int(np.argmin(away))]]
+    outlines = {frozenset(edges[list(solid.faces[f].edges)].tolist()): f for f in there}
+    for face in here:
+        faces[outlines[frozenset(edges[list(solid.faces[face].edges)].tolist())]] = faces[face]
     return replace(solid, vertex_keys=vertices, edge_keys=edges, face_keys=faces)
 
 

@@ -121,8 +121,8 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
     with run.stage("recognition"):
         part, match = _paired(part, template)
         if template.twins:
-            twins = {match.edges[t][0]: match.edges[e][0] for t, e in template.twins.items()}
-            part = replace(part, solids=(at_one_place(part.solids[0], twins),))
+            kept = {f for e in template.twins.values() for f in part.solids[0].edges[match.edges[e][0]].faces}
+            part = replace(part, solids=(at_one_place(part.solids[0], kept),))
     starts = first_ids(part)
     with run.stage("surface"):
         known, places = _boundary(template, match, part)

@@ -16,12 +16,13 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from ...arrays import FloatArray, IntArray
+from ...arrays import FloatArray, IntArray, small_ints
 from ...blocks.cell_files import cells_as_arrays, cells_from_arrays
 from ...blocks.files import reading
 from ...brep import Units
 from ...mesh import HexMesh
 from ...projection.carried import MeshedFace
+from ...quality.conformity import row_keys
 from .graphs import Graph
 from .template import AnyTemplate, FactoredCells, GroupsTemplate, Template, make_template
 
@@ -105,11 +106,16 @@ def _template_arrays(template: Template) -> dict[str, Any]:
     arrays: dict[str, Any] = {
         "text": np.array(json.dumps(text)),
         "hex_solids": _runs_of(template.hex_solids),
-        "quads": template.quads,
+        "quads": small_ints(template.quads),
         "quad_faces": template.quad_faces,
         "vertices": template.vertices,
     }
     arrays |= _mesh_arrays(template.mesh, placed=factored is None)
+    for kind in ("boundaries", "interfaces"):
+        for j, quads in enumerate(getattr(template.mesh, kind).values()):
+            rows = _rows_in(template.quads, quads)
+            if rows is not None:
+                arrays[f"{kind}_{j}"] = _runs_of(rows - np.arange(len(rows)))
     if factored is None:
         arrays["points"] = template.points
     else:
@@ -132,6 +138,7 @@ def _is_plain(value: Any) -> bool:
 def _template_of_arrays(own: Mapping[str, Any]) -> Template:
     """The template again."""
     text = json.loads(str(own["text"]))
+    own = {**own, "quads": own["quads"].astype(np.int64)}
     quads, ids, hex_solids = own["quads"], own["quad_faces"], own["hex_solids"]
     factored = _factored_of_arrays(own)
     if factored is not None:
@@ -194,11 +201,23 @@ def _named(own: Mapping[str, Any], points: FloatArray, hexes: IntArray) -> HexMe
     named: dict[str, Any] = {
         kind: {name: own[f"{kind}_{j}"] for j, name in enumerate(names)} for kind, names in text["names"].items()
     }
-    for name, ids in named["parts"].items():
-        if ids.ndim == 2:  # older files have the hexes themselves
-            values = _values_of_runs(ids)
-            named["parts"][name] = values + np.arange(len(values))
+    for kind, every in named.items():
+        for name, ids in every.items():
+            if ids.ndim == 2 and ids.shape[1] == 2:  # older files have the quads and hexes themselves
+                values = _values_of_runs(ids)
+                rows = values + np.arange(len(values))
+                every[name] = rows if kind == "parts" else own["quads"][rows]
     return HexMesh(points=points, hexes=hexes, info=text["info"], **named)
+
+
+def _rows_in(quads: IntArray, some: IntArray) -> IntArray | None:
+    """Where quads stand among all that faces have; None where one of them does not, or is turned otherwise."""
+    if not len(quads) or not len(some):
+        return None
+    keys = row_keys(quads)
+    order = np.argsort(keys, kind="stable")
+    rows = order[np.minimum(np.searchsorted(keys[order], row_keys(some)), len(order) - 1)]
+    return rows if np.array_equal(quads[rows], some) else None
 
 
 def _runs_of(values: IntArray) -> IntArray:
