@@ -20,7 +20,8 @@ class ModelSolid:
     Attributes
     ----------
     name : str
-        Unique among the model's solids, also without regard to case, and made of ``[A-Za-z0-9_]``.
+        Unique among the model's solids, also without regard to case, and made of ``[A-Za-z0-9_]``; of an only solid
+        without one, what the part is called.
     path : str
         The names of the assemblies that it is in and its own as the user gave it, joined by ``/``.
     volume : float
@@ -127,7 +128,7 @@ class Part:
         if not self.models:
             models = tuple(
                 ModelSolid(
-                    name=solid.name or (f"solid_{j + 1}" if len(self.solids) > 1 else "solid"),
+                    name=solid.name or (f"solid_{j + 1}" if len(self.solids) > 1 else self.name),
                     volume=solid.volume,
                     material=solid.material,
                     color=solid.color,

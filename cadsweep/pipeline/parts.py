@@ -54,7 +54,7 @@ def load(
     >>> box = cq.Workplane().box(4, 3, 2)
     >>> cs.load(box)
     Part part: 6 faces, volume 24
-      1 solid: solid
+      1 solid: part
     >>> cs.load("models/elbow.py", params={"angle": 45}).name
     'elbow'
     >>> [model.name for model in cs.load("models/flanges.step").models]

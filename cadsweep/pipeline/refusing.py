@@ -7,6 +7,8 @@ what still crosses between facets a sixteenth as long crosses between the faces 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
@@ -49,7 +51,7 @@ def explain_crossings(
                 try_="repair it in its CAD program",
             )
     said = [str(crossing) for crossing in crossings]
-    return InvertedHexError(
+    error = InvertedHexError(
         "no valid mesh: it runs into itself where the model's own faces keep apart, by less than facets lie off them",
         where=said[0],
         try_="a smaller size or more layers, or leave a wider gap in the model",
@@ -57,6 +59,14 @@ def explain_crossings(
         hexes=[],
         min_scaled_jacobian=worst,
     )
+    error.crossing = _places(crossings)
+    return error
+
+
+def _places(crossings: Sequence[BoundaryCrossing]) -> tuple[tuple[float, float, float], ...]:
+    """Corners of the quads that cross."""
+    corners = np.concatenate([crossing.corners.reshape(-1, 3) for crossing in crossings])
+    return tuple((x, y, z) for x, y, z in corners.tolist())
 
 
 def refusal(report: QualityReport, part: Part | None = None, names: NamedFaces | None = None) -> CadSweepError:
@@ -70,8 +80,7 @@ def refusal(report: QualityReport, part: Part | None = None, names: NamedFaces |
         min_scaled_jacobian=report.min_scaled_jacobian,
     )
     if report.crossings and not report.n_inverted:
-        corners = np.concatenate([crossing.corners.reshape(-1, 3) for crossing in report.crossings])
-        error.crossing = tuple((x, y, z) for x, y, z in corners.tolist())
+        error.crossing = _places(report.crossings)
     return error
 
 

@@ -84,7 +84,7 @@ class Skeleton:
         intervals: Sequence[Intervals],
         *,
         fractions: Mapping[int, FloatArray] | None = None,
-        sizes: Callable[[FloatArray], FloatArray] | None = None,
+        sizes: Mapping[int, Callable[[FloatArray], FloatArray]] | None = None,
         partners: Sequence[Partners] = (),
         walls: Mapping[int, WallLayers] | None = None,
         rings: Mapping[int, Rings] | None = None,
@@ -92,13 +92,13 @@ class Skeleton:
     ) -> None:
         """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
 
-        `sizes`: wanted lengths (m,) at points (m, 3) inside caps, where they are not the same everywhere.
+        `sizes`: wanted lengths (m,) at points (m, 3) of sources, by cell, where they are not the same everywhere.
         `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
         `rings`: of cells whose linking sides are nobody else's. `memory`: faces of caps that were meshed before.
         """
         self.solids = solids
         self.intervals = intervals
-        self.sizes = sizes
+        self.sizes = sizes or {}
         self.partners = [own for one in partners for own in (one, one.inverse())]
         self._images = {b: (a, same, one.motion) for one in partners for a, (b, same) in one.edges.items() if a != b}
         self._cell_of = {
@@ -282,7 +282,7 @@ class Skeleton:
             self.points[ring],
             [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)],
             np.full(len(ring), np.nan) if opposite is None else opposite,
-            sizes=None if self.sizes is None else partial(_at_most, self.intervals[cell].size, self.sizes),
+            sizes=partial(_at_most, self.intervals[cell].size, self.sizes[cell]) if cell in self.sizes else None,
             memory=self._memory,
             graded={e: self.fractions[int(keys[e])] for e in edges},
             walls=self._walls_at(solid, cap.source),

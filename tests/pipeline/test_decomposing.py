@@ -41,7 +41,7 @@ def test_crossing_bars_are_cubes_all_through():
     assert report.volume == pytest.approx(mesh.info["cad_volume"], rel=1e-12)
     # Seven cubes of 8 x 8 x 8 and six ends of 3 x 8 x 8 more: 2 layers of 4 in 8, 3 in the arms of 11.
     assert mesh.n_hexes == 2**3 + 6 * 3 * 2 * 2
-    assert list(mesh.parts) == ["solid"]
+    assert list(mesh.parts) == ["part"]
 
 
 def test_pockets_in_two_sides_keep_their_faces():

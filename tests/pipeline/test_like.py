@@ -157,13 +157,12 @@ def test_as_many_holes_as_there_are_find_their_places():
 
 def test_what_smoothing_moved_goes_along():
     mesh = cs.sweep_mesh(elbow(), size=0.5, layers=4, allow_coarse=True)
-    origin = mesh.origin
-    structure = origin.factored.structure
+    origin, structure = mesh.origin, mesh.structure
     inner = np.setdiff1d(np.arange(structure.n_nodes), np.concatenate(structure.loops))
-    nodes = 2 * structure.n_nodes + inner
-    placed = origin.factored.sweep.layer(2)[inner]
-    shifted = replace(origin.factored, moved_nodes=nodes, moved_points=placed + [0.0, 0.01, 0.0])
-    base = replace(mesh, points=shifted.to_mesh().points, origin=replace(origin, factored=shifted))
+    points = mesh.points.copy()
+    points[2 * structure.n_nodes + inner] += [0.0, 0.01, 0.0]
+    moved = origin.joined.moved((points - origin.part.offset) / origin.part.scale)
+    base = replace(mesh, points=points, origin=replace(origin, joined=moved))
     itself = cs.sweep_mesh(elbow(), like=base)
     assert np.abs(itself.points - base.points).max() < 1e-9
     assert np.abs(itself.points - mesh.points).max() == pytest.approx(0.01)
@@ -314,6 +313,6 @@ def test_caps_that_have_to_be_relaxed_still_answer_each_other():
     mesh = cs.sweep_mesh(plate((-0.6, 0), length=3.0), size=0.2, layers=2)
     moved = cs.sweep_mesh(plate((0.6, 0.1), length=3.0), like=mesh)
     same_arrays(mesh, moved)
-    n = mesh.origin.factored.structure.n_nodes
+    n = mesh.structure.n_nodes
     first, last = moved.points[:n, :2], moved.points[-n:, :2]
     assert np.abs(first - last).max() < 1e-7

@@ -189,9 +189,19 @@ def test_the_node_sets_of_exodus_list_pairs_in_one_order(tmp_path):
     assert np.column_stack([sets["left"], sets["right"]]).tolist() == mesh.periodic["left__right"].tolist()
 
 
+def test_a_side_and_a_cap_of_a_sweep_answer_each_other():
+    cube = cq.Workplane().box(2, 2, 2)
+    mesh = cs.sweep_mesh(cube, source="<Z", target=">Z", size=0.5, periodic={"<X": ">Z"})
+    (pairs,) = mesh.periodic.values()
+    side, cap = mesh.points[pairs[:, 0]], mesh.points[pairs[:, 1]]
+    assert len(pairs) == 25
+    assert np.abs(side[:, 0] + 1.0).max() < 1e-12
+    assert np.abs(cap[:, 2] - 1.0).max() < 1e-12
+    apart = [np.linalg.norm(own[:, None] - own[None], axis=2) for own in (side, cap)]
+    assert np.abs(apart[0] - apart[1]).max() < 1e-12, "the one is carried to the other by a motion"
+
+
 def test_faces_that_cannot_be_matched_are_refused():
-    with pytest.raises(InputError, match="neither both sides of the sweep"):
-        cs.sweep_mesh(cq.Workplane().box(2, 2, 2), source="<Z", target=">Z", periodic={"<X": ">Z"})
     with pytest.raises(InputError, match="no translation or rotation carries 'left' to 'high'"):
         cs.sweep_mesh(box(), source="floor", periodic={"left": "high"})
     with pytest.raises(InputError, match="No face matches 'lefft'"):

@@ -47,6 +47,8 @@ from ..run import Run
 from ..wishes.biases import say_graded
 from ..wishes.cell_asks import CellAsks, resolve_asks
 from ..wishes.leaving import heights_of
+from ..wishes.local_sizes import Field
+from ..wishes.size_divisions import least_along
 from ..wishes.wall_heights import between_caps, on_caps, row_tolerance
 from .corner_cells import fill_corners
 
@@ -96,7 +98,7 @@ def mesh_cells(  # noqa: PLR0917
                 counts,
                 fractions=fractions,
                 rings=rings,
-                sizes=least_of(asks.field, inside),
+                sizes=_sizes(plan, asks.field, inside),
                 partners=asks.partners,
                 walls=asks.walls.layers,
             )
@@ -130,7 +132,8 @@ def mesh_cells(  # noqa: PLR0917
     n_finer = len(wishes.edge_sizes) - len(asked.edge_sizes)
     finer = [f"{n_finer} edges at narrow places divided finer than their size asks"] if n_finer else []
     single = say_graded(divisions, asks.biased, {key: len(nodes) - 1 for key, nodes in skeleton.edges.items()})
-    return builder.built(), counts, [*finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
+    said = [note for way in plan.ways if isinstance(way.fill, Sweep) for note in way.fill.notes]
+    return builder.built(), counts, [*said, *finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
 def _graded(
@@ -153,6 +156,19 @@ def _graded(
         (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
     ]
     return graded_together(part.solids, list(sweeps.values()), grids, n, asked, alike)
+
+
+def _sizes(plan: Plan, field: Field | None, inside: InsideSizes | None) -> dict[int, InsideSizes]:
+    """Wanted lengths on the sources of cells: what is asked for on the way to the target counts there, too."""
+    found = {}
+    for cell, way in enumerate(plan.ways):
+        own = field
+        if field is not None and isinstance(way.fill, Sweep):
+            own = least_along(way.fill, field)
+        least = least_of(own, inside)
+        if least is not None:
+            found[cell] = least
+    return found
 
 
 def _rings(  # noqa: PLR0917
@@ -308,6 +324,7 @@ class _Builder:
                 source = surfaces.source
                 skeleton.move(boundary.nodes, source.points)
             ends, faces = self.carried(cell, sweep, boundary, cap), cap.faces
+            skeleton.notes += cap.notes
         place = partial(
             project_layers,
             source.points,

@@ -21,8 +21,7 @@ def alone(part: Part, sweep: Sweep) -> Complex:
     """The part as the one cell of a sweep."""
     if sweep.closed:
         sweep = replace(sweep, solid=at_one_place(sweep.solid, sweep.source))
-    name = sweep.solid.name or part.name  # of a file with one solid that has none: the file's
-    own = replace(part, solids=(sweep.solid,), models=tuple(replace(model, name=name) for model in part.models))
+    own = replace(part, solids=(sweep.solid,))
     return Complex(part=own, plan=Plan(ways=(way_of(sweep),), order=(0,)), model=own, sweep=sweep)
 
 

@@ -22,12 +22,14 @@ from typing import Any
 import numpy as np
 
 from ...arrays import FloatArray, IntArray
+from ...blocks.cells import CellBlocks, SweptCell
 from ...blocks.joined import JoinedMesh
 from ...blocks.naming import NamedFaces
-from ...brep import Part, volume_doubt
+from ...brep import Part, Units, volume_doubt
 from ...errors import CadError, CadSweepError, InputError, NotSweepableError
 from ...mesh import HexMesh
 from ...options import SweepOptions
+from ...projection import project_layers
 from ...projection.carried import carry_face
 from ...projection.inside import carry_inside
 from ...projection.target import sweep_normals, worst_corner
@@ -48,6 +50,9 @@ from .matching import Match, match_graphs
 from .refinement import refined
 from .template import AnyTemplate, GroupsTemplate, Template, make_template
 from .template_files import load_template
+
+_UNMOVED = 1e-9
+"""Part of a section by which smoothing moves nodes that it does not move."""
 
 STEPS = 4
 """Steps in which a boundary that moves far is followed; more of them mended no more of what folded."""
@@ -127,7 +132,7 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
     with run.stage("surface"):
         known, places = _boundary(template, match, part)
     with run.stage("projection"):
-        points = _carried(template, known, places)
+        points, cells = _carried(template, known, places)
     joined, names = _joined(template, match, part, starts, points), _names(template, match, starts)
     origin = CellsOrigin(
         model=part,
@@ -135,6 +140,7 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
         joined=joined,
         names=names,
         options=options,
+        cells=cells,
         is_swept=template.is_swept,
     )
     old = template.mesh
@@ -188,13 +194,57 @@ def _paired(part: Part, template: Template) -> tuple[Part, Match]:
     raise first
 
 
-def _carried(template: Template, known: IntArray, places: FloatArray) -> FloatArray:
-    """All nodes; where folded hexes would come of it, they go to their places in steps."""
+def _carried(template: Template, known: IntArray, places: FloatArray) -> tuple[FloatArray, CellBlocks | None]:
+    """All nodes, and their factors; where folded hexes would come of it, nodes go to their places in steps."""
     hexes = template.mesh.hexes[:, :8]
-    points = carry_inside(template.points, hexes, known, places)
-    if scaled_jacobians(points, hexes).min() > 0.0:
-        return points
-    return carry_inside(template.points, hexes, known, places, n_steps=STEPS)
+    made = _between_layers(template, known, carry_inside(template.points, hexes, known, places))
+    if scaled_jacobians(made[0], hexes).min() > 0.0:
+        return made
+    return _between_layers(template, known, carry_inside(template.points, hexes, known, places, n_steps=STEPS))
+
+
+def _between_layers(template: Template, known: IntArray, points: FloatArray) -> tuple[FloatArray, CellBlocks | None]:
+    """All nodes, those inside of cells that no cut bounds placed anew between their rings; and the factors.
+
+    What smoothing moved there is moved by as much, in the map between the rings.
+    """
+    if template.factored is None:
+        return points, None
+    cells, on_model = template.factored.cells, np.zeros(len(points), dtype=bool)
+    factors = list(cells.cells)
+    on_model[known] = True
+    points = points.copy()
+    for number, own in enumerate(cells.cells):
+        if not isinstance(own, SweptCell):
+            continue
+        how, block = own.sweep, cells.swept_block(number, Units(), 0)
+        nodes = block.layers(np.arange(how.n_layers + 1))
+        rings, inside = nodes[:, how.ring_nodes], nodes[1:-1][:, block.inside]
+        if not inside.size or not all(on_model[some].all() for some in (nodes[0], nodes[-1], rings)):
+            continue
+        layers = slice(1, how.n_layers)
+        placed = project_layers(
+            points[nodes[0]],
+            how.quads,
+            points[rings],
+            loops=how.loops,
+            functional=how.functional,
+            strategy=how.strategy,
+            target_points=points[nodes[-1]],
+            residual=how.n_modes > 0,
+        )
+        factors[number] = replace(own, sweep=placed)
+        shifts = template.points[inside] - how.points(layers)[:, block.inside]
+        points[inside] = placed.points(layers)[:, block.inside]
+        for k in np.flatnonzero((np.abs(shifts) > _UNMOVED * np.ptp(how.rings, axis=(0, 1)).max()).any(axis=(1, 2))):
+            near = slice(max(0, min(k, how.n_layers - 2)), max(k + 3, 3))
+            source, image = how.rings[near].reshape(-1, 3), points[rings[near]].reshape(1, -1, 3)
+            points[inside[k]] += shifts[k] @ fit_linear_parts(source, image)[0].T
+    nothing = np.empty(0, dtype=np.int64)
+    skeleton = points[cells.numbers]
+    return points, replace(
+        cells, points=skeleton, cells=tuple(factors), moved_nodes=nothing, moved_points=np.empty((0, 3))
+    )
 
 
 def _meshed_solids(part: Part, wanted: dict[str, Any]) -> Part:

@@ -206,7 +206,7 @@ def _named(own: Mapping[str, Any], points: FloatArray, hexes: IntArray) -> HexMe
             if ids.ndim == 2 and ids.shape[1] == 2:  # older files have the quads and hexes themselves
                 values = _values_of_runs(ids)
                 rows = values + np.arange(len(values))
-                every[name] = rows if kind == "parts" else own["quads"][rows]
+                every[name] = rows if kind == "parts" else own["quads"][rows].astype(np.int64)
     return HexMesh(points=points, hexes=hexes, info=text["info"], **named)
 
 

@@ -60,6 +60,7 @@ def resolve_asks(  # noqa: PLR0917
     """
     partners = partners_of(part, find_matches(part, model, options))
     wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
+    _refuse_unlike(part, wishes)
     biases = divisions_of(resolve_biases(part, options, model))
     wishes = replace(wishes, splits=splits_of(biases))
     divisions, field = dict(biases), None
@@ -97,6 +98,16 @@ def resolve_asks(  # noqa: PLR0917
     return CellAsks(
         wishes=wishes, divisions=divisions, biased=frozenset(biases), field=field, partners=partners, walls=walls
     )
+
+
+def _refuse_unlike(part: Part, wishes: Wishes) -> None:
+    """Refuse unlike counts of edges that answer each other on matched faces."""
+    single = {own.keys[0]: own.count for own in wishes.demands if len(own.keys) == 1}
+    for a, b, _ in wishes.alike:
+        if single.get(a, 0) != single.get(b, 0) and a in single and b in single:
+            edges = {int(key): e for solid in part.solids for key, e in zip(solid.edge_keys, solid.edges, strict=True)}
+            labels = " and ".join(edges[key].label() for key in (a, b))
+            raise InputError(f"periodic: {labels} answer each other, and are asked to have unlike counts")
 
 
 def _refuse_on_rails(part: Part, rails: Collection[int], walls: CellWalls, biases: Collection[int]) -> None:
