@@ -214,13 +214,17 @@ def _of_sweep(
 ) -> Estimate:
     """Of a cell that is swept; edges by key."""
     ids = {key: e for e, key in enumerate(sweep.solid.edge_keys.tolist())}
-    n_edges, n_rail = _asked_of_edges(
+    found = estimate_size(
         sweep,
-        {ids[key]: own for key, own in edge_sizes.items() if key in ids},
-        {(ids[key],): -(-n // len(keys)) for keys, n in edge_counts.items() for key in keys if key in ids},
+        size=size,
+        layers=layers,
+        edge_sizes={ids[key]: own for key, own in edge_sizes.items() if key in ids},
+        edge_counts={(ids[key],): -(-n // len(keys)) for keys, n in edge_counts.items() for key in keys if key in ids},
+        scale=scale,
+        streamed=streamed,
     )
-    n_layers = layers or max(n_rail, 1, _bounded(_sweep_length(sweep) / size))
-    return _from_counts(sweep, size, n_layers, n_edges, scale=scale, streamed=streamed)
+    assert found is not None, "it has a size"
+    return found
 
 
 def _asked_of_edges(

@@ -7,12 +7,13 @@ cut, which is neither.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Part, Units
 from ..io.sides import find_sides
 from ..mesh import HexMesh
@@ -34,9 +35,7 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
     faces = by_face(mesh)
     if mesh.structure is not None:  # the caps first, as its user thinks of a sweep
         faces.sort(key=lambda own: _ROLES.index(mesh.roles[own[0]]))
-    outside = [
-        own for place, quads in faces if place in names.outside for own in _by_patch(part, mesh, names, place, quads)
-    ]
+    outside, notes = _outside(part, names, [(place, mesh.points[quads], quads) for place, quads in faces])
     parts = {model.name: np.flatnonzero(owners == j) for j, model in enumerate(part.models)}
     return HexMesh(
         points=part.to_model(mesh.points),
@@ -45,29 +44,37 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
         interfaces=unite_quads((names.between[place], quads) for place, quads in faces if names.first.get(place)),
         parts={name: ids for name, ids in parts.items() if len(ids)},
         structure=mesh.structure,
-        info=info,
+        info=info | {"notes": [*info.get("notes", []), *notes]} if notes else info,
     )
 
 
-def _by_patch(
-    part: Part, mesh: JoinedMesh, names: NamedFaces, place: Place, quads: IntArray
-) -> list[tuple[tuple[str, ...], IntArray]]:
-    """Names and quads of a face, and of the patches of one that was merged."""
-    faces = part.solids[place[0]].faces
-    n_patches = len(faces[place[1]].former)
-    if not n_patches:
-        return [(names.outside[place], quads)]
-    owners, _ = own_quads(
-        np.full(len(quads), place[1]),
-        lambda at: mesh.points[quads[at]],
-        faces,
-        np.zeros(len(faces), dtype=np.int64),
-        {(place[1], j): j + 1 for j in range(n_patches)},
-    )
-    return [
-        (names.outside[place] if j == 0 else names.patches[*place, j - 1], quads[owners == j])
-        for j in np.unique(owners).tolist()
-    ]
+def _outside(
+    part: Part, names: NamedFaces, faces: Iterable[tuple[Place, FloatArray, IntArray]]
+) -> tuple[list[tuple[tuple[str, ...], IntArray]], list[str]]:
+    """Names and rows of the faces outside, and of the patches of those that were merged; and what is to be said.
+
+    `faces`: each with the corners (q, 4, 3) of its quads, working units, and rows (q, ...) that stand for these.
+    """
+    found, notes = list[tuple[tuple[str, ...], IntArray]](), list[str]()
+    for place, corners, rows in faces:
+        if place not in names.outside:
+            continue
+        own = part.solids[place[0]].faces
+        n_patches = len(own[place[1]].former)
+        if not n_patches:
+            found.append((names.outside[place], rows))
+            continue
+        owners, shares = own_quads(
+            np.full(len(corners), place[1]),
+            lambda at, corners=corners: corners[at],  # type: ignore[misc]
+            own,
+            np.zeros(len(own), dtype=np.int64),
+            {(place[1], j): j + 1 for j in range(n_patches)},
+        )
+        called = [names.outside[place], *(names.patches[*place, j] for j in range(n_patches))]
+        found += [(called[j], rows[owners == j]) for j in np.unique(owners).tolist()]
+        notes += [share.describe(own, [known[0] for known in called]) for share in shares]
+    return found, notes
 
 
 def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[str, Any]) -> BlockMesh:
@@ -95,11 +102,13 @@ def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[st
         rows, unfit = fit_surfaces(quads)
         surfaces.append(mesh.numbers[quads[rows]])
         problems += [f"part '{part.models[owner].name}': {problem}" for problem in unfit]
-    with_hexes = replace(mesh, quads=np.column_stack([mesh.numbers[mesh.quads], np.concatenate(beside)]))
+    rows = np.column_stack([mesh.quads, mesh.numbers[mesh.quads], np.concatenate(beside)])
+    by_place = by_face(replace(mesh, quads=rows))
+    outside, notes = _outside(part, names, [(place, mesh.points[own[:, :4]], own[:, 4:]) for place, own in by_place])
+    shared = [(names.between[place], own[:, 4:]) for place, own in by_place if names.first.get(place)]
 
-    def faces(labels: dict[Place, tuple[str, ...]]) -> dict[str, Faces]:
-        rows = unite_quads((labels[place], own) for place, own in by_face(with_hexes) if place in labels)
-        return {name: Faces(own[:, :4], own[:, 4]) for name, own in rows.items()}
+    def faces(called: list[tuple[tuple[str, ...], IntArray]]) -> dict[str, Faces]:
+        return {name: Faces(own[:, :4], own[:, 4]) for name, own in unite_quads(called).items()}
 
     order = np.argsort(mesh.numbers)
     kept = np.arange(0) if mesh.structure is not None else order  # its slabs have all nodes
@@ -113,10 +122,10 @@ def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[st
         surface_nodes=mesh.numbers[order],
         surface_points=points[order],
         part_quads=tuple(surfaces),
-        boundaries=faces(names.outside),
-        interfaces=faces({place: given for place, given in names.between.items() if names.first[place]}),
+        boundaries=faces(outside),
+        interfaces=faces(shared),
         problems=tuple(problems),
-        info=info,
+        info=info | {"notes": [*info.get("notes", []), *notes]} if notes else info,
     )
 
 

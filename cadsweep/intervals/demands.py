@@ -35,12 +35,6 @@ class Demand:
         return f"{self.count} on {name_edges(solid, self.edges)}{together}"
 
 
-def name_demands(solid: Solid, demands: Sequence[Demand], *, most: int = 6) -> str:
-    """Name demands with their edges and counts, for a message."""
-    more = f"; and {len(demands) - most} more" if len(demands) > most else ""
-    return "; ".join(demand.label(solid) for demand in demands[:most]) + more
-
-
 def find_conflict(demands: Sequence[_Demand], is_feasible: Callable[[Sequence[_Demand]], bool]) -> list[_Demand]:
     """Find demands that contradict each other, none of which could be left out.
 

@@ -1,6 +1,6 @@
 """How far sharp edges of the part lie off the segments that stand for them.
 
-Place in the flow: :mod:`.deviation` asks for it beside what quads sag.
+Place in the flow: ``pipeline`` asks for it beside what quads sag (:mod:`.deviation`).
 
 Method: a segment may be near both faces of its edge and far from the edge: where a shallow cap meets a wall at 24
 degrees, the rim is off by 2.5 times what the cap is. Around its middle the faces are taken for half planes, and so are
@@ -16,43 +16,9 @@ import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Solid
-from ..mesh import SurfaceMesh
-from ..segments import segments_by_edge
-from ..sweep import Sweep
 
 _TANGENT = 0.02
 """Sine of the angle between two faces below which no edge is seen, and a segment that is off it loses nothing."""
-
-
-def rim_deviations(sweep: Sweep, surfaces: SurfaceMesh, target_points: FloatArray) -> dict[int, float]:
-    """Greatest distance, working units, of each curved edge from its segments, as far as its faces part there.
-
-    Parameters
-    ----------
-    sweep : Sweep
-    surfaces : SurfaceMesh
-    target_points : (n, 3) float64
-        The source's nodes on the target cap.
-    """
-    solid, n = sweep.solid, len(surfaces.source.points)
-    if not any(map(is_rim, solid.edges)):
-        return {}
-    ring = np.concatenate(surfaces.source.loops)
-    place = np.full(n, -1)
-    place[ring] = np.arange(len(ring))
-    last = len(surfaces.rings) - 1
-
-    def points(ids: np.ndarray) -> FloatArray:
-        layer, node = np.divmod(ids, n)
-        found: FloatArray = surfaces.rings[layer, place[node]]
-        found[layer == 0] = surfaces.source.points[node[layer == 0]]
-        found[layer == last] = target_points[node[layer == last]]
-        return found
-
-    on_edges = segments_by_edge(sweep, surfaces)
-    return off_edges(
-        solid, {e: (points(own[:, 0]), points(own[:, 1])) for e, own in on_edges.items() if is_rim(solid.edges[e])}
-    )
 
 
 def is_rim(edge: Edge) -> bool:

@@ -1,6 +1,6 @@
 """Lengths that keep the quads of a curved cap near to it: inside the cap, and along its edges.
 
-Place in the flow: :mod:`.accuracy` asks for them where quads of a cap sag too much.
+Place in the flow: :mod:`.cell_cap_sizes` and :mod:`.uneven` ask for them where quads of a cap sag too much.
 
 Method: a quad that sags s where d is allowed should be shorter by the square root of s / d, and lengths grow from there
 at the rate of all sizes. A quad at the rim is as long as the segment that it stands on, whatever is wanted inside: so
@@ -16,7 +16,6 @@ import numpy as np
 import scipy
 
 from ...arrays import FloatArray
-from ...quality.deviation import Deviation
 from ...surface import Division
 from ...sweep import Sweep
 from ..wishes.local_sizes import GROWTH
@@ -32,41 +31,10 @@ _NEARLY = 0.7
 """Share of the length at which a quad would sag too much from which on it may not grow by much, either."""
 _NEAR = 16
 """Quads that sag, among those nearest to a place, that the length wanted there grows from."""
-_SHARE = 0.1
-"""A quad that sags less than this part of the greatest sag loses no volume to speak of."""
 _SAMPLES = 400
 """Places along an edge where the length is asked for."""
 _LITTLE = 1.05
 """Factor that is not worth a round."""
-
-
-def sizes_inside(
-    deviation: Deviation, distance: float, margin: float, excess: float, before: InsideSizes | None
-) -> InsideSizes | None:
-    """Wanted lengths at points of the source, from the quads that sag too much there; None where none does.
-
-    A mesher's quads on a small crown are larger than the lengths wanted `before`: these are made shorter, then.
-
-    Parameters
-    ----------
-    deviation : Deviation
-    distance : float
-        What quads may sag.
-    margin : float
-        How much more than the sag asks for.
-    excess : float
-        Factor by which all quads that sag should be shorter for the sake of volume and area.
-    before : callable or None
-    """
-    sags, lengths = deviation.cap_sags, deviation.cap_lengths
-    if not len(sags):
-        return None
-    factor = np.sqrt(np.maximum(margin * sags / distance, 1e-12))
-    if excess > 1.0:
-        factor = np.where(sags > _SHARE * deviation.distance, np.maximum(factor, excess), factor)
-    if not ((factor > _LITTLE) | (sags > distance)).any():
-        return None
-    return sizes_of_quads(deviation.cap_middles, lengths, factor, before)
 
 
 def sizes_of_quads(

@@ -17,18 +17,18 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...arrays import FloatArray
 from ...blocks.cells import CellBlocks
 from ...blocks.finish import by_face
 from ...blocks.joined import JoinedMesh, neighbours_of
 from ...blocks.naming import NamedFaces
 from ...blocks.reference import make_references
-from ...brep import Part, Surface
+from ...brep import Part
 from ...errors import SurfaceMeshError
 from ...intervals import Wishes
 from ...options import SweepOptions
 from ...plan import Plan
 from ...quality import volume_and_area
+from ...quality.deviation import quad_sags, side_sags
 from ...quality.rims import is_rim, off_edges
 from ...surface import Division
 from ...sweep import Intervals
@@ -363,7 +363,12 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
     for (cell, face), quads in by_face(joined):
         own = part.solids[cell].faces[face]
         if own.kind != "plane":
-            found[cell, face] = _sag(own.surface, joined.points[quads[:, :4]])
+            sags = (
+                side_sags(own, joined.points[quads[:, :4]])
+                if joined.roles.get((cell, face)) == "side"
+                else quad_sags(own.surface, joined.points[quads[:, :4]])
+            )
+            found[cell, face] = float(sags.max())
     beyond = neighbours_of(part)
     for cell, solid in enumerate(part.solids):
         segments = {}
@@ -377,12 +382,6 @@ def _sags(part: Part, joined: JoinedMesh | CellBlocks) -> dict[tuple[int, int], 
                 if place in found:
                     found[place] = max(found[place], off)
     return found
-
-
-def _sag(surface: Surface, corners: FloatArray) -> float:
-    """Greatest distance of the middles of quads (q, 4, 3), and of their sides, from their surface."""
-    middles = np.concatenate([corners.mean(axis=1), *((corners[:, j] + corners[:, j - 1]) / 2 for j in range(4))])
-    return float(np.max(surface.distance(middles)))
 
 
 def edge_sag(part: Part, joined: JoinedMesh | CellBlocks, cell: int, edge: int) -> float:

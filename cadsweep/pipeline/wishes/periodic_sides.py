@@ -16,7 +16,7 @@ from ...options import SweepOptions
 from ...stack import Stack
 from ...surface import Division, Motion, turned
 from ...sweep import Intervals, Sweep
-from .periodic import SAME, Match, edge_images, find_matches, nearness, no_motion
+from .periodic import SAME, Match, edge_images, find_matches
 
 _ALONG = 1e-9
 """Part of a motion along the columns up to which it stays on the plane."""
@@ -37,38 +37,6 @@ class SweepMatch:
     faces: tuple[frozenset[int], frozenset[int]]
     motion: Motion
     edges: dict[int, tuple[int, bool]]
-
-
-def of_sweep(part: Part, sweep: Sweep, options: SweepOptions) -> tuple[SweepMatch, ...]:
-    """The matched faces of a sweep.
-
-    Raises
-    ------
-    InputError
-        As :func:`find_matches`, or faces that are neither both sides nor the two caps of the sweep.
-    """
-    found = []
-    edges = {e.id: e for e in sweep.solid.edges}
-    for match in find_matches(part, part, options):
-        one, other = (frozenset(face for _, face in own) for own in match.places)
-        _check_roles(sweep, one, other, match.words)
-        ours, theirs = ({e: edges[e] for f in own for e in sweep.solid.faces[f].edges} for own in (one, other))
-        images, alone = edge_images(ours, theirs, match.motion, nearness(part))
-        if alone:
-            raise no_motion(match.words)
-        found.append(SweepMatch(faces=(one, other), motion=match.motion, edges=images))
-    return tuple(found)
-
-
-def _check_roles(sweep: Sweep, first: frozenset[int], second: frozenset[int], words: tuple[str, str]) -> None:
-    sides = {side.face for side in sweep.linking_sides}
-    caps = {frozenset(sweep.source), frozenset(sweep.target)}
-    if (first <= sides and second <= sides) or {first, second} == caps:
-        return
-    raise InputError(
-        f"periodic: '{words[0]}' and '{words[1]}' are neither both sides of the sweep from "
-        f"{sweep.solid.faces[sweep.source[0]].label()} nor its two caps: choose the caps with source and target"
-    )
 
 
 def tied_counts(
@@ -112,16 +80,6 @@ def side_motions(sweep: Sweep, matches: Sequence[SweepMatch]) -> list[tuple[froz
     """Matches of sides, for the surface stage."""
     sides = {side.face for side in sweep.linking_sides}
     return [(*match.faces, match.motion) for match in matches if match.faces[0] <= sides]
-
-
-def cap_motion(sweep: Sweep, matches: Sequence[SweepMatch]) -> Motion | None:
-    """The motion from the source to the target, where these are matched."""
-    for match in matches:
-        if match.faces[0] == frozenset(sweep.source):
-            return match.motion
-        if match.faces[0] == frozenset(sweep.target):
-            return match.motion.inverse()
-    return None
 
 
 def of_walls(part: Part, stack: Stack, options: SweepOptions) -> tuple[SweepMatch, ...]:

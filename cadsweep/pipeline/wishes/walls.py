@@ -11,12 +11,11 @@ from math import sin
 
 from ...arrays import FloatArray
 from ...asked import WallLayers
-from ...brep import Part
 from ...errors import InputError
 from ...options import SweepOptions
 from ...surface import Division, Walls
 from ...sweep import Intervals, Sweep
-from .leaving import MOST_OF_EDGE, STRAIGHT_ON, Leaving, heights_of, joints, leave_at, walls_asked
+from .leaving import STRAIGHT_ON, Leaving, joints
 
 
 @dataclass(kw_only=True, eq=False)
@@ -51,91 +50,11 @@ class WallPlan(Leaving[int]):
         return Walls(layers=self.edges, faces=frozenset(self.faces))
 
 
-def plan_walls(part: Part, sweep: Sweep, options: SweepOptions, counts: Intervals) -> WallPlan:
-    """Find what wall layers ask of a sweep whose counts are roughly known.
-
-    Raises
-    ------
-    InputError
-        A name that no face has, a face that is neither a side nor a cap, or walls that contradict each other.
-    """
-    plan = WallPlan()
-    for word, own, (_, f) in walls_asked(part, part, options):
-        if options.fractions is not None and f in (*sweep.source, *sweep.target):
-            label = sweep.solid.faces[f].label()
-            raise InputError(
-                f"wall layers of '{word}': {label} is a cap, and fractions place the layers along the sweep"
-            )
-        _take_face(sweep, plan, f, own, word)
-    end_rows(sweep, plan, counts, options)
-    return plan
-
-
 def end_rows(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
     """Find where the rows along the edges of a plan end, and the segments that this asks for."""
     _go_on(sweep, plan)
     _end_rows(sweep, plan)
     _need_segments(sweep, plan, counts, options)
-
-
-def _take_face(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, word: str) -> None:
-    label = sweep.solid.faces[face].label()
-    for cap, at_source in ((sweep.source, True), (sweep.target, False)):
-        if face not in cap:
-            continue
-        _layers_at_cap(sweep, plan, face, own, at_source=at_source)
-        if len(cap) > 1:
-            plan.notes.append(f"wall layers of '{word}' are those of the whole cap, of {len(cap)} faces")
-        return
-    sides = [side for side in sweep.linking_sides if side.face == face]
-    if not sides:
-        raise InputError(f"wall layers of '{word}': {label} is neither a side of the sweep nor one of its caps")
-    edges = {e for side in sides for e in _source_edges_below(sweep, side.face)}
-    if not edges:
-        raise InputError(f"wall layers of '{word}': no edge of the source lies below {label}")
-    plan.faces.add(face)
-    for e in sorted(edges):
-        known = plan.edges.setdefault(e, own)
-        if known != own:
-            raise InputError(f"{sweep.solid.edges[e].label()}: wall layers of '{word}' and of another name differ")
-
-
-def _source_edges_below(sweep: Sweep, face: int) -> set[int]:
-    """Edges of the source cap from which a column of sides leads to a face."""
-    under: dict[int, set[int]] = {}
-    for side in sweep.linking_sides:
-        for e, _ in side.top:
-            under.setdefault(e, set()).update(e for e, _ in side.bottom)
-    on_source = {e for loop in sweep.source_loops for e, _ in loop}
-    waiting = [e for side in sweep.linking_sides if side.face == face for e, _ in side.bottom]
-    found, seen = set(), set(waiting)
-    while waiting:
-        e = waiting.pop()
-        if e in on_source:
-            found.add(e)
-            continue
-        new = under.get(e, set()) - seen
-        seen |= new
-        waiting += new
-    return found
-
-
-def _layers_at_cap(sweep: Sweep, plan: WallPlan, face: int, own: WallLayers, *, at_source: bool) -> None:
-    """Ask the rails that begin at a cap for layers of the heights asked for, square to it."""
-    solid = sweep.solid
-    loops = sweep.source_loops if at_source else sweep.target_loops
-    at_cap = {v for loop in loops for e, _ in loop for v in (solid.edges[e].start, solid.edges[e].end)}
-    plan.cap_heights[at_source] = heights_of(own)
-    for e in sweep.rails:
-        edge = solid.edges[e]
-        for at_start, sine in leave_at(solid, solid.faces[face], edge, at_cap):
-            taken = float(plan.leave(e, own, sine=sine, at_start=at_start)[-1])
-            if taken > MOST_OF_EDGE * edge.length:
-                scale = solid.units.scale
-                raise InputError(
-                    f"wall layers: {own.n} layers at {solid.faces[face].label()} take {taken * scale:.3g} of "
-                    f"{edge.label()}, which is {edge.length * scale:.3g} long: ask for fewer or thinner ones"
-                )
 
 
 def _go_on(sweep: Sweep, plan: WallPlan) -> None:
