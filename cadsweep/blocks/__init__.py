@@ -3,7 +3,6 @@
 ============ =====================================================================
 module       what it knows
 ============ =====================================================================
-block        the factors of one sweep, and which of its quads bound which face
 naming       what the boundaries are called
 former_faces quads of a merged face that go by the name of one of its pieces
 reference    the CAD figures that a mesh is checked against

@@ -1,10 +1,9 @@
 """Intervals: how many segments every edge of the solid gets.
 
-Place in the flow: takes a :class:`~cadsweep.sweep.Sweep`, gives
+Place in the flow: takes a :class:`~cadsweep.sweep.Sweep`, or cells, gives
 :class:`~cadsweep.sweep.Intervals` to ``surface``. :mod:`.sizes` derives the wanted counts,
-:mod:`.layers` settles the edges along the sweep, :mod:`.loops` those along the loops: two integer
-programmes, because no linking side ties the one kind to the other. :mod:`.rails` knows chains of rails and spans.
-:mod:`.whole` settles all edges of a part of several cells together, by the :mod:`.equations` between them.
+:mod:`.whole` settles all edges of a part together, by the :mod:`.equations` between them: :mod:`.loops` knows those of
+caps, :mod:`.levels` those along a sweep, :mod:`.rails` chains of rails and spans. :mod:`.assign` asks that of one sweep.
 
 Not handled: counts that change from layer to layer (a hex mesh swept from one quad mesh cannot).
 """

@@ -1,6 +1,6 @@
 """Wishes spread over what hangs together, before counts become whole numbers.
 
-Place in the flow: used by :mod:`.layers` and :mod:`.programme` where a user's wish or demand moves some counts
+Place in the flow: used by :mod:`.programme` where a user's wish or demand moves some counts
 away from what their lengths ask for. The integer programmes minimise a sum of absolute deviations, which says
 how far the others must follow and not which of them; here all follow alike.
 """

@@ -1,6 +1,6 @@
 """Counts that a user demands, and which of them contradict each other.
 
-Place in the flow: used by :mod:`.layers` and :mod:`.loops`, which know what is feasible.
+Place in the flow: used by :mod:`.whole`, which knows what is feasible.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Levels: which vertices of a sweep stand on one layer.
 
-Place in the flow: used by :mod:`.layers`. All vertices that edges along the loops join lie on one *level*; the
+Place in the flow: used by :mod:`.equations`. All vertices that edges along the loops join lie on one *level*; the
 source cap is level 0, the target cap the last. An edge along the sweep goes from one level to a higher one.
 
 Where a linking side is one face beside columns that are divided (a mitre seen from its plane side), vertices that

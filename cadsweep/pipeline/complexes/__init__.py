@@ -1,10 +1,11 @@
-"""Parts of several cells: a plan for them, one skeleton, and a mesh that has passed its checks.
+"""Parts of cells, one or many: a plan for them, one skeleton, and a mesh that has passed its checks.
 
 ============ =======================================================================================
 module       what it does
 ============ =======================================================================================
 assemblies   solids that touch together, others side by side (`groups`, `beside`, `separate`)
 decomposing  a solid that is cut, by the searches in a table
+complex      cells and how each is filled; `swept` makes one of a lone sweep
 complexes    which cells, and a plan; `planning` as plain rows
 cells        the cells one after another on one skeleton; `corner_cells` those of blocks at corners
 several      from a plan to a checked mesh

@@ -4,10 +4,10 @@
 module          what it does
 =============== =======================================================================
 nearer          what is allowed, and the loop
-accuracy        one sweep; `cells_accuracy` cells, `stack_accuracy` columns
-cap_sizes       quads of curved caps; `cell_cap_sizes` those of cells
+cells_accuracy  sweeps and cells; `stack_accuracy` columns
+cap_sizes       quads of curved caps; `cell_cap_sizes` carries that from cell to cell
+uneven          edges of caps divided unevenly, where nobody else has them
 curvature       edges divided by how they bend
-dividing        counts, and again where a cap cannot be meshed
 crossing_facets edges divided where facets cross
 =============== =======================================================================
 """

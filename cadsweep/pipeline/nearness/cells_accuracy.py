@@ -1,7 +1,7 @@
-"""Several cells as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided finer,
-and caps inside.
+"""Cells, one or many, as near to the CAD model as is asked for: measured solid by solid, edges of what sags divided
+finer, and caps inside.
 
-The limits are those of a single sweep (:mod:`.nearer`): with a tolerance the distance from the CAD faces, without one
+The limits are those of :mod:`.nearer`: with a tolerance the distance from the CAD faces, without one
 and without a size what a solid may lose of its volume and area. Nodes lie on their faces, so a mesh is off where its
 quads sag: at the middles of their sides and their own.
 """

@@ -1,6 +1,6 @@
 """Edges divided by their curvature: short segments at a thin leading edge, and long ones beside it.
 
-Place in the flow: :mod:`.accuracy` asks for it where a side sags around the sweep, before it divides its edges evenly.
+Place in the flow: :mod:`.uneven` asks for it where a side sags around the sweep, before it divides its edges evenly.
 
 Method: a chord of length h under an arc of radius R is off by d where ``h^2 = 8 R d - 4 d^2``; what turns with a
 radius below d cannot be off by more. From where the chords are shortest they grow at the rate of all sizes. A side's

@@ -2,7 +2,7 @@
 
 Without a tolerance and without a size a mesh may lose `MOST_LOST` of volume and area and be off by `MOST_OFF` of the
 part's size; with a size the user has the last word, and `LOST_SIZED` alone is held. How far a mesh is off and what is
-to be finer for it, :mod:`.accuracy` knows of one sweep, :mod:`.cells_accuracy` of cells, and
+to be finer for it, :mod:`.cells_accuracy` knows of sweeps and cells, and
 :mod:`.stack_accuracy` of columns.
 """
 
