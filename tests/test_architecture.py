@@ -18,7 +18,7 @@ FOUNDATION = {
     "contacts",
     "brep",
     "sweep",
-    "segments",
+    "disjoint",
     "stack",
     "stack_mesh",
     "processor",

@@ -3,7 +3,8 @@
 Place in the flow: takes a :class:`~cadsweep.sweep.Sweep`, or cells, gives
 :class:`~cadsweep.sweep.Intervals` to ``surface``. :mod:`.sizes` derives the wanted counts,
 :mod:`.whole` settles all edges of a part together, by the :mod:`.equations` between them: :mod:`.loops` knows those of
-caps, :mod:`.levels` those along a sweep, :mod:`.rails` chains of rails and spans. :mod:`.assign` asks that of one sweep.
+caps, :mod:`.levels` those along a sweep, :mod:`.rails` chains of rails and spans.
+:mod:`.assign` asks that of one sweep.
 
 Not handled: counts that change from layer to layer (a hex mesh swept from one quad mesh cannot).
 """
