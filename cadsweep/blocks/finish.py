@@ -32,9 +32,7 @@ _ROLES = ("source", "target", "side")
 def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str, Any]) -> HexMesh:
     """Give a joined mesh its names; points in model units."""
     owners = np.array(part.owners, dtype=np.int64)[mesh.hex_cells]
-    faces = by_face(mesh)
-    if mesh.structure is not None:  # the caps first, as its user thinks of a sweep
-        faces.sort(key=lambda own: _ROLES.index(mesh.roles[own[0]]))
+    faces = _listed(mesh, by_face(mesh))
     outside, notes = _outside(part, names, [(place, mesh.points[quads], quads) for place, quads in faces])
     parts = {model.name: np.flatnonzero(owners == j) for j, model in enumerate(part.models)}
     return HexMesh(
@@ -46,6 +44,11 @@ def to_hex_mesh(part: Part, mesh: JoinedMesh, names: NamedFaces, info: dict[str,
         structure=mesh.structure,
         info=info | {"notes": [*info.get("notes", []), *notes]} if notes else info,
     )
+
+
+def _listed(mesh: JoinedMesh | CellBlocks, faces: list[tuple[Place, IntArray]]) -> list[tuple[Place, IntArray]]:
+    """The faces in the order in which their boundaries are listed: of one sweep the caps first."""
+    return faces if mesh.structure is None else sorted(faces, key=lambda own: _ROLES.index(mesh.roles[own[0]]))
 
 
 def _outside(
@@ -103,7 +106,7 @@ def to_block_mesh(part: Part, mesh: CellBlocks, names: NamedFaces, info: dict[st
         surfaces.append(mesh.numbers[quads[rows]])
         problems += [f"part '{part.models[owner].name}': {problem}" for problem in unfit]
     rows = np.column_stack([mesh.quads, mesh.numbers[mesh.quads], np.concatenate(beside)])
-    by_place = by_face(replace(mesh, quads=rows))
+    by_place = _listed(mesh, by_face(replace(mesh, quads=rows)))
     outside, notes = _outside(part, names, [(place, mesh.points[own[:, :4]], own[:, 4:]) for place, own in by_place])
     shared = [(names.between[place], own[:, 4:]) for place, own in by_place if names.first.get(place)]
 

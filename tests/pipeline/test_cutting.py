@@ -107,7 +107,7 @@ def test_a_plane_of_the_user_cuts_where_it_says():
     mesh = cs.sweep_mesh(block, cuts=["plane x=1002"], size=2.0)
     assert mesh.info["quality"].valid
     assert np.any(np.isclose(mesh.points[:, 0], 1002.0))
-    assert list(mesh.parts) == ["solid"]
+    assert list(mesh.parts) == ["part"]
     assert not mesh.interfaces
 
 

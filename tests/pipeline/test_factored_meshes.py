@@ -30,6 +30,19 @@ def same(a: cs.HexMesh, b: cs.HexMesh) -> bool:
     )
 
 
+def test_a_streamed_mesh_has_the_names_of_imprints_that_no_sweep_follows(tmp_path):
+    bar = cq.Workplane().polygon(6, 20).extrude(25).val()
+    tool = cq.Workplane("XZ", origin=(0, -6, 12)).rect(4, 8).extrude(6).val()
+    solid = bar.cut(tool).fuse(bar.intersect(tool)).Solids()[0]
+    model = cq.Assembly(solid)
+    model.addSubshape(min(solid.Faces(), key=lambda face: face.Area()), name="pad")
+    mesh = cs.sweep_mesh(model, size=2.0)
+    figures = cs.stream_mesh(model, tmp_path / "p.vtkhdf", size=2.0)
+    assert len(mesh.boundaries["pad"])
+    assert same(cs.read(tmp_path / "p.vtkhdf"), mesh)
+    assert figures["notes"] == mesh.info["notes"]
+
+
 @pytest.mark.parametrize("part", ["elbow", "plate", "ring"])
 def test_factors_give_the_mesh_back_bit_for_bit(part, request, tmp_path):
     mesh = write_factors(request.getfixturevalue(part), tmp_path / "p.sweep.npz", size=1.5)
