@@ -87,7 +87,7 @@ def assign_intervals(
         ],
         splits=[(tuple(keys[list(own)].tolist()), shares) for own, shares in splits],
     )
-    cell = CellSweep(fill=sweep, grids=tuple(sweep.linking_sides), free=sweep.source)
+    cell = CellSweep(fill=sweep, grids=tuple(sweep.linking_sides), free=sweep.source, by_itself=True)
     return assign_shared_intervals([cell], wishes)[0]
 
 

@@ -25,11 +25,14 @@ class CellSweep:
         All faces that are logical rectangles: the linking sides, and caps that are.
     free : tuple of int
         Faces that get free quads; their loops need even sums.
+    by_itself : bool
+        Whether it is swept and nobody else has its linking sides: then its layers lie on levels, the same all around.
     """
 
     fill: Sweep | CornerBlocks
     grids: tuple[LinkingSide, ...]
     free: tuple[int, ...] = ()
+    by_itself: bool = False
 
     @property
     def solid(self) -> Solid:

@@ -30,7 +30,7 @@ from .loops import (
     submapped_sides,
     symmetric_sides,
 )
-from .patterns import ring_sides, stepped
+from .patterns import nearly, ring_sides, stepped
 from .programme import Programme
 
 
@@ -93,7 +93,7 @@ class Equations:
                     pairs.append(([e for e, _ in near], [e for e, _ in far]))
         if isinstance(cell.fill, Sweep):
             pairs += [([a], [b]) for a, (b, _) in cell.fill.target_edges.items()]
-            choices = find_levels(cell.fill)
+            choices = find_levels(cell.fill) if cell.by_itself else []
             if choices:
                 levels = choices[0 if align else -1]
                 pairs += level_pairs(levels)
@@ -109,7 +109,9 @@ class Equations:
             pairs += [pair for f in cell.free for pair in symmetric_sides(solid, f, own)]
             rings = [pair for f in cell.free for pair in ring_sides(solid, solid.faces[f], own)]
             if isinstance(cell.fill, Sweep):
-                rings += [pair for f in cell.free for pair in across_wall(cell.fill, f, own)]
+                walls = [pair for f in cell.free for pair in across_wall(cell.fill, f, own)]
+                # Rims that want very different counts would be made equal by what of them a neighbour has.
+                rings += [pair for pair in walls if cell.by_itself or nearly(pair, own)]
             wished = {e for e in own if int(keys[e]) in self.firm}
             pairs += [] if any(squeezes(*pair, own, wished) for pair in rings) else rings
         for one, other in pairs:

@@ -184,7 +184,9 @@ def _wanted(
             own = corner_counts(cell.fill, sizes[i], sized=sized)
         else:
             own = wanted_counts(cell.fill, loop_edges(cell.fill), sizes[i], {}, sized=sized)
-            own |= _rail_counts(cell.fill, sizes[i], wishes.layers, sized=sized, alone=len(cells) == 1)
+            own |= _rail_counts(
+                cell.fill, sizes[i], wishes.layers, sized=sized, alone=len(cells) == 1, on_levels=cell.by_itself
+            )
             if wishes.layers is not None:
                 firm.update(int(keys[e]) for e in cell.fill.rails)
         for e, n in own.items():
@@ -249,7 +251,9 @@ def _in_patterns(cells: Sequence[CellSweep], wanted: dict[int, float]) -> dict[i
     return steps
 
 
-def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool, alone: bool) -> dict[int, float]:
+def _rail_counts(
+    sweep: Sweep, size: float, layers: int | None, *, sized: bool, alone: bool, on_levels: bool
+) -> dict[int, float]:
     """Wanted layers of every rail: its share of those of the whole way."""
     solid = sweep.solid
     if layers is not None:
@@ -261,7 +265,7 @@ def _rail_counts(sweep: Sweep, size: float, layers: int | None, *, sized: bool, 
         n = max(plain, 1.0 if sized else 2.0, turns)
     totals = {e: sum(ls) for loop, ls in zip(sweep.spans, sweep.span_lengths, strict=True) for s in loop for e in s}
     shares = {e: n * solid.edges[e].length / totals[e] for e in sweep.rails}
-    choices = find_levels(sweep)
+    choices = find_levels(sweep) if on_levels else []
     if choices:  # rails between the same two levels have one count: of all of them the mean, so that the whole is n
         between: dict[tuple[int, int], list[float]] = {}
         for e, pair in choices[0].rails.items():

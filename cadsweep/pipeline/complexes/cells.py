@@ -250,6 +250,7 @@ def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:
         for f, role in enumerate(way.roles)
         if role in ("grid", "star")
     }
+    own_sides = plan.by_themselves(part)
     return [
         CellSweep(
             fill=way.fill,
@@ -257,8 +258,9 @@ def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:
             free=tuple(
                 f for f, role in enumerate(way.roles) if role == "first" and int(solid.face_keys[f]) not in given
             ),
+            by_itself=cell in own_sides,
         )
-        for solid, way in zip(part.solids, plan.ways, strict=True)
+        for cell, (solid, way) in enumerate(zip(part.solids, plan.ways, strict=True))
     ]
 
 
