@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Face, Solid, Surface
+from ..disjoint import DisjointSets
 from .finding import Blend
 
 _SAMPLES = 25
@@ -40,13 +41,7 @@ def find_patches(
 
     Pieces of one face that was divided are in one patch, and faces that are `united` in the design.
     """
-    root = list(range(len(solid.faces)))
-
-    def find(face: int) -> int:
-        while root[face] != face:
-            face = root[face]
-        return face
-
+    sets = DisjointSets(range(len(solid.faces)))
     by_key: dict[str, list[int]] = {}
     for face in solid.faces:
         by_key.setdefault(face.key or f"face {face.id}", []).append(face.id)
@@ -54,9 +49,9 @@ def find_patches(
               if set(blend.faces) <= set(gone)]  # fmt: skip
     for group in (*by_key.values(), *map(list, united), *around):
         for member in group:
-            low, high = sorted((find(group[0]), find(member)))
-            root[high] = low
-    return np.array([find(face) for face in root], dtype=np.int64)
+            low, high = sorted((sets.find(group[0]), sets.find(member)))
+            sets.merge(high, low)
+    return np.array([sets.find(face.id) for face in solid.faces], dtype=np.int64)
 
 
 class PatchSurface:

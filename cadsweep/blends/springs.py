@@ -16,6 +16,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Face, Solid
+from ..disjoint import DisjointSets
 
 TANGENT = 0.05
 """Largest angle between faces, radians, at an edge that is smooth."""
@@ -95,21 +96,15 @@ def find_springs(solid: Solid) -> Springs:
             for e, forward in loop.directed:
                 if abs(solid.edges[e].dihedral - pi) < TANGENT:
                     sides[e, face.id] = _measured(solid, face, e, forward=forward)
-    root = list(range(len(solid.faces)))
-
-    def find(face: int) -> int:
-        while root[face] != face:
-            face = root[face]
-        return face
-
+    sets = DisjointSets(range(len(solid.faces)))
     for edge in solid.edges:
         first, second = edge.faces
         if (edge.id, first) in sides and _one_rounding(
             solid, edge.faces, sides[edge.id, first], sides[edge.id, second]
         ):
-            low, high = sorted((find(first), find(second)))
-            root[high] = low
-    return Springs(solid=solid, sides=sides, group_of=[find(f) for f in root])
+            low, high = sorted((sets.find(first), sets.find(second)))
+            sets.merge(high, low)
+    return Springs(solid=solid, sides=sides, group_of=[sets.find(face.id) for face in solid.faces])
 
 
 def joined(solid: Solid, edges: list[int]) -> list[list[int]]:

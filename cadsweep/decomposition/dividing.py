@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from ..disjoint import DisjointSets
 from .planar import Cell, Facet, Pair, Pool, Use
 from .tracing import TracingError, flattened, is_inside, trace
 from .vectors import Vector, between, cross, distance, dot, minus, norm, plus, times, turn, unit
@@ -244,22 +245,15 @@ def _runs(pool: Pool, use: Use, pair: Pair) -> bool:
 
 def _shells(pool: Pool, half: Sequence[Use]) -> list[Cell] | None:
     """Cells of facets that hang together by edges; a shell around a void joins the cell it lies in."""
-    parent = list(range(len(half)))
-
-    def find(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
+    sets = DisjointSets(range(len(half)))
     number = {use: j for j, use in enumerate(half)}
     for own in pool.uses(tuple(half)).values():
         if len(own) != 2:
             return None
-        parent[find(number[own[0]])] = find(number[own[1]])
+        sets.merge(number[own[0]], number[own[1]])
     groups: dict[int, list[Use]] = {}
     for j, use in enumerate(half):
-        groups.setdefault(find(j), []).append(use)
+        groups.setdefault(sets.find(j), []).append(use)
     shells = [tuple(group) for group in groups.values()]
     solid = [shell for shell in shells if pool.volume(shell) > 0]
     for void in (shell for shell in shells if pool.volume(shell) <= 0):

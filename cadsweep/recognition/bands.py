@@ -18,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..brep import Solid
+from ..disjoint import DisjointSets
 from .choices import Tries, cheapest
 from .corners import Reading, read_rectangles, why_no_rectangle
 from .narrowing import Narrowed, State, narrow
@@ -59,24 +60,6 @@ class BandSearch:
     bands: list[Band]
     reasons: dict[int, str]
     readings: list[tuple[Reading, ...]] = field(default_factory=list)
-
-
-class _EdgeSets:
-    """Disjoint sets of edges."""
-
-    def __init__(self, n: int) -> None:
-        self.parent = list(range(n))
-
-    def find(self, i: int) -> int:
-        while self.parent[i] != i:
-            self.parent[i] = self.parent[self.parent[i]]
-            i = self.parent[i]
-        return i
-
-    def join(self, edges: tuple[int, ...]) -> None:
-        first = self.find(edges[0])
-        for e in edges[1:]:
-            self.parent[self.find(e)] = first
 
 
 def find_bands(solid: Solid, *, folded: bool = False, most_readings: int | None = None) -> BandSearch:
@@ -143,12 +126,13 @@ class _Net:
 
 def _tie_edges(solid: Solid, readings: list[tuple[Reading, ...]]) -> _Net:
     """Join edges that faces of one reading set opposite to each other."""
-    sets = _EdgeSets(len(solid.edges))
+    sets = DisjointSets(range(len(solid.edges)))
     for options in readings:
         if len(options) == 1:
             a, b, c, d = options[0].chains
-            sets.join(a + c)
-            sets.join(b + d)
+            for tied in (a + c, b + d):
+                for e in tied[1:]:
+                    sets.merge(e, tied[0])
     net = _Net(readings=readings, of_edge=[sets.find(e) for e in range(len(solid.edges))])
     for face, options in zip(solid.faces, readings, strict=True):
         if not options:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from ..brep import Solid
+from ..disjoint import DisjointSets
 from .bands import Band
 
 
@@ -115,7 +116,7 @@ class _Groups:
     def __init__(self, solid: Solid, owner: dict[int, int]) -> None:
         self.solid = solid
         self.owner = owner
-        self.parent = list(range(len(solid.faces)))
+        self.sets = DisjointSets(range(len(solid.faces)))
         for f in range(len(solid.faces)):
             if f not in owner:
                 self.open(f)
@@ -125,14 +126,11 @@ class _Groups:
         for e in self.solid.faces[face].edges:
             g = across(self.solid, e, face)
             if g not in self.owner:
-                self.parent[self.find(g)] = self.find(face)
+                self.sets.merge(g, face)
 
     def find(self, face: int) -> int:
         """The face that stands for the group."""
-        while self.parent[face] != face:
-            self.parent[face] = self.parent[self.parent[face]]
-            face = self.parent[face]
-        return face
+        return self.sets.find(face)
 
 
 def _orient(solid: Solid, band: Band) -> tuple[dict[int, int], str]:

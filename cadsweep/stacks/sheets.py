@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
-import scipy
 
 from ..arrays import FloatArray
 from ..brep import Face
+from ..disjoint import DisjointSets
 from ..errors import NotSweepableError
 from ..stack import Stack
 from .along import heights_on_cap, heights_on_edge
@@ -27,9 +26,6 @@ from .along import heights_on_cap, heights_on_edge
 TOLERANCE = 1e-6
 """Heights nearer to each other than this, in sizes of the part, are the same."""
 _FLAT = 1e-9
-
-Joined: TypeAlias = "scipy.cluster.hierarchy.DisjointSet"
-"""Faces and edges, numbered one after the other, that are of one sheet."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,7 +62,7 @@ def find_sheets(stack: Stack) -> Sheets:
     tolerance = TOLERANCE * stack.solid.size + 2.0 * stack.solid.tolerance
     table = _Places(stack)
     n_faces = len(stack.solid.faces)
-    union: Joined = scipy.cluster.hierarchy.DisjointSet(range(n_faces + len(stack.solid.edges)))
+    union = DisjointSets(range(n_faces + len(stack.solid.edges)))
     sides = dict.fromkeys(stack.source, -1) | dict.fromkeys(stack.target, 1)
     for edge in stack.solid.edges:
         a, b = edge.faces
@@ -75,15 +71,15 @@ def find_sheets(stack: Stack) -> Sheets:
     _join_flat(stack, union, tolerance)
     _join_meeting(stack, table, union, sides, tolerance)
     # Sheets are numbered by their least cap or station, whatever the order in which they were joined.
-    roots = list(dict.fromkeys(union[item] for item in sorted([*sides, *(n_faces + e for e in stack.stations)])))
+    roots = list(dict.fromkeys(union.find(item) for item in sorted([*sides, *(n_faces + e for e in stack.stations)])))
     number = {root: j for j, root in enumerate(roots)}
-    caps = {f: number[union[f]] for f in sides}
-    stations = {e: number[union[n_faces + e]] for e in stack.stations}
+    caps = {f: number[union.find(f)] for f in sides}
+    stations = {e: number[union.find(n_faces + e)] for e in stack.stations}
     sums = np.zeros((2, len(roots)))
     found = Sheets(caps=caps, stations=stations, heights=np.zeros(len(roots)))
     for place in [*table.vertices, *table.middles]:
         groups = table.groups(place, tolerance)
-        levels = [(number[union[group[0][1]]], sum(h for h, _ in group) / len(group), group) for group in groups]
+        levels = [(number[union.find(group[0][1])], sum(h for h, _ in group) / len(group), group) for group in groups]
         for (low, bottom, one), (high, top, other) in pairwise(levels):
             if low == high:
                 if table.has_material(place, (bottom + top) / 2.0):
@@ -119,13 +115,15 @@ def is_flat(face: Face, direction: FloatArray) -> bool:
     return face.kind == "plane" and bool(abs(face.normal @ direction) > 1.0 - _FLAT)
 
 
-def _join_meeting(stack: Stack, table: _Places, union: Joined, sides: dict[int, int], tolerance: float) -> None:
+def _join_meeting(
+    stack: Stack, table: _Places, union: DisjointSets[int], sides: dict[int, int], tolerance: float
+) -> None:
     """Join caps that meet along a line, and refuse those that meet in a point alone."""
     for place in [*table.middles, *table.vertices]:
         for group in table.groups(place, tolerance):
             height, first = group[0]
             for _, item in group[1:]:
-                if union[item] == union[first]:
+                if union.find(item) == union.find(first):
                     continue
                 if place in table.weights and item in sides and sides[item] == sides.get(first):
                     union.merge(item, first)
@@ -152,7 +150,7 @@ def _label(stack: Stack, item: int) -> str:
     return stack.solid.faces[item].label() if item < n else stack.solid.edges[item - n].label()
 
 
-def _join_flat(stack: Stack, union: Joined, tolerance: float) -> None:
+def _join_flat(stack: Stack, union: DisjointSets[int], tolerance: float) -> None:
     """Flat caps of one height are one sheet: their levels can follow their heights."""
     flat = [
         (float(face.center @ stack.direction), face.id)
