@@ -395,10 +395,11 @@ def _smoothed(
 
     with run.stage("smoothing"):
         fixed = fixed_nodes(joined, names)
-        blocks = smoothing.Blocks(joined.hexes, len(joined.points))
+        # Of one sweep the heights of layers are known on its rings: graded ones stay so.
+        known = joined.structure or smoothing.Blocks(joined.hexes, len(joined.points))
         return smoothing.improve(
             joined.points,
-            blocks,
+            known,
             fixed=fixed if kept is None else fixed | kept,
             goal=smoothing.GOAL if goal is None else goal,
             slides=None if slides is None else slides(),
