@@ -80,7 +80,9 @@ class Equations:
             for own in even_by_symmetry(cell.solid, f)
         ]
         for cell in cells:
-            self._need({int(cell.solid.edge_keys[e]): n for e, n in least_counts(cell.solid, cell.free).items()})
+            # Between others an edge of a small cap has what they want: more would go on through all of them.
+            if cell.by_itself:
+                self._need({int(cell.solid.edge_keys[e]): n for e, n in least_counts(cell.solid, cell.free).items()})
 
     def _tie_cell(self, cell: CellSweep, wanted: Mapping[int, float], *, align: bool) -> None:
         solid, keys = cell.solid, cell.solid.edge_keys
