@@ -23,7 +23,7 @@ from ..quality import part_surfaces
 from ..quality.conformity import row_keys
 from ..record import MeshRecord
 from .naming import unite_quads
-from .slabs import ArrayBlock, Block
+from .slabs import ArrayBlock, Block, SweptBlock
 
 
 class Faces(NamedTuple):
@@ -78,6 +78,12 @@ class BlockMesh:
     def n_hexes(self) -> int:
         """Hexahedra of all blocks."""
         return sum(block.n_layers * block.per_layer for block in self.blocks)
+
+    @property
+    def sweep(self) -> SweptBlock | None:
+        """The one sweep that the mesh is; None where it is more."""
+        block = self.blocks[0]
+        return block if isinstance(block, SweptBlock) and block.whole is not None and len(self.blocks) == 1 else None
 
     @property
     def faces(self) -> dict[str, Faces]:

@@ -181,6 +181,16 @@ class SweptBlock:
         """Nodes (k, n) of layers of nodes."""
         return self.structure.layers(layers)
 
+    def placed(self, first: int, last: int, out: FloatArray | None = None) -> tuple[FloatArray, IntArray]:
+        """Nodes of the layers `first` to `last` (inclusive): their places (m, 3), working units, and numbers (m,)."""
+        points = self.sweep.points(slice(first, last + 1), out=out).reshape(-1, 3)
+        nodes = self.layers(np.arange(first, last + 1)).reshape(-1)
+        if len(self.moved_nodes):
+            at = np.minimum(np.searchsorted(self.moved_nodes, nodes), len(self.moved_nodes) - 1)
+            moved = self.moved_nodes[at] == nodes
+            points[moved] = self.moved_points[at[moved]]
+        return points, nodes
+
     def slabs(self, start: int = 0, stop: int | None = None) -> Iterator[Slab]:
         """Multiply out into one buffer."""
         n = self.sweep.n_nodes
@@ -190,12 +200,7 @@ class SweptBlock:
         hexes = np.empty((0, 8), dtype=np.int64)
         for first in range(start, stop, step):
             last = min(first + step, stop)
-            points = self.sweep.points(slice(first, last + 1), out=buffer[: last - first + 1]).reshape(-1, 3)
-            nodes = self.layers(np.arange(first, last + 1)).reshape(-1)
-            if len(self.moved_nodes):
-                at = np.minimum(np.searchsorted(self.moved_nodes, nodes), len(self.moved_nodes) - 1)
-                moved = self.moved_nodes[at] == nodes
-                points[moved] = self.moved_points[at[moved]]
+            points, nodes = self.placed(first, last, out=buffer[: last - first + 1])
             if len(hexes) != (last - first) * self.per_layer:
                 hexes = sweep_hexes(self.sweep.quads, n, last - first)
             own, first_node = self._own(first, last)

@@ -16,11 +16,13 @@ import numpy as np
 from ..arrays import IntArray
 from ..io.vtk_cells import color_fields
 from ..quality import (
+    BoundaryLimit,
     CadReference,
     PartSurface,
     QualityAccumulator,
     QualityReport,
     Skin,
+    boundary_limit,
     check_skin,
     fit_surfaces,
     make_report,
@@ -30,8 +32,9 @@ from ..quality import (
     volume_and_area,
 )
 from ..quality.boundary import boundary_problems
+from ..quality.check import POOR
 from .block_mesh import BlockMesh, Faces
-from .slabs import Block, Slab
+from .slabs import Block, Slab, SweptBlock
 
 if TYPE_CHECKING:
     from ..io.slabs import SlabWriter
@@ -51,7 +54,7 @@ def measure(mesh: BlockMesh, runs: list[Run]) -> QualityAccumulator:
 
 def measure_slab(seen: QualityAccumulator, mesh: BlockMesh, slab: Slab) -> None:
     """Add a slab's hexahedra to running metrics; a mesh of one sweep alone has layers to speak of."""
-    layers = {} if len(mesh.blocks) > 1 else {"per_layer": slab.per_layer, "layer": slab.layer}
+    layers = {} if mesh.sweep is None else {"per_layer": slab.per_layer, "layer": slab.layer}
     seen.add_hexes(slab.points, slab.hexes, first_hex=slab.first_hex, **layers)
 
 
@@ -96,8 +99,15 @@ def check_blocks(
         problems=[*problems, *boundary_problems(flat, outside), *surface.problems],
         areas=surface.areas,
         euler=surface.euler,
+        limit=_limit(mesh.sweep) if mesh.sweep is not None and seen.min_scaled_jacobian < POOR else None,
         crossings=surface.crossings,
     )
+
+
+def _limit(sweep: SweptBlock) -> BoundaryLimit:
+    """What the boundary of a mesh of one sweep allows."""
+    assert sweep.whole is not None, "it is all of the mesh"
+    return boundary_limit(lambda k: sweep.units.to_model(sweep.placed(k, k)[0]), sweep.whole)
 
 
 class BoundaryMarks:

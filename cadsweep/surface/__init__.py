@@ -1,6 +1,6 @@
 """The surface stage: ring nodes on edges and linking sides, quads on the source cap.
 
-Place in the flow: after ``intervals``, before ``projection``. cells are meshed through a
+Place in the flow: after ``intervals``, before ``projection``. Cells are meshed through a
 :class:`Skeleton`, the plane of columns by :func:`mesh_surfaces`.
 
 Method: the counts fix where every vertex stands in a grid of ring nodes times layers (``layout``);

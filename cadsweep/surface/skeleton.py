@@ -23,7 +23,7 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .memory import Memory
+from .congruent import Congruent
 from .outline import reversed_loop
 from .partners import Partners, image_nodes
 from .quads import CapBuilder
@@ -88,13 +88,12 @@ class Skeleton:
         partners: Sequence[Partners] = (),
         walls: Mapping[int, WallLayers] | None = None,
         rings: Mapping[int, Rings] | None = None,
-        memory: Memory | None = None,
     ) -> None:
         """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
 
         `sizes`: wanted lengths (m,) at points (m, 3) of sources, by cell, where they are not the same everywhere.
         `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
-        `rings`: of cells whose linking sides are nobody else's. `memory`: faces of caps that were meshed before.
+        `rings`: of cells whose linking sides are nobody else's.
         """
         self.solids = solids
         self.intervals = intervals
@@ -111,7 +110,7 @@ class Skeleton:
         self.faces: dict[int, FaceMesh] = {}
         self.rows: dict[int, list[WallRows]] = {}
         self.notes: list[str] = []
-        self._memory = Memory() if memory is None else memory
+        self._congruent = Congruent()
         self._placed: dict[int, FloatArray] = {}
         for cell, own in (rings or {}).items():
             self._follow(solids[cell], own)
@@ -283,7 +282,7 @@ class Skeleton:
             [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)],
             np.full(len(ring), np.nan) if opposite is None else opposite,
             sizes=partial(_at_most, self.intervals[cell].size, self.sizes[cell]) if cell in self.sizes else None,
-            memory=self._memory,
+            congruent=self._congruent,
             graded={e: self.fractions[int(keys[e])] for e in edges},
             walls=self._walls_at(solid, cap.source),
         )
@@ -364,17 +363,19 @@ class Skeleton:
         nodes = np.concatenate([rings[0], inside])
         loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
         order = np.argsort(nodes, kind="stable")
-        local = order[np.searchsorted(nodes, every, sorter=order)]
+
+        def local_of(ids: IntArray) -> IntArray:
+            return order[np.searchsorted(nodes, ids, sorter=order)]
+
         number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
         edge_nodes = {
             e: np.array([number[v] for v in self.edges[int(keys[e])].tolist()], dtype=np.int64)
             for f in sweep.source
             for e in self.solids[cell].faces[f].edges
         }
-        local_of = np.vectorize(number.__getitem__, otypes=[np.int64])
         source = QuadMesh(
             points=self.points[nodes],
-            quads=local,
+            quads=local_of(every),
             faces=faces,
             loops=tuple(loops),
             edge_nodes=edge_nodes,

@@ -387,7 +387,7 @@ def test_the_record_knows_where_solids_are_in_the_assembly_and_what_they_are_mad
 
 def test_nodes_of_a_contact_slide_on_its_face_and_along_its_edges_when_smoothing_needs_them():
     from cadsweep.blocks.interface_slides import find_interface_slides
-    from cadsweep.pipeline.complexes.several import fixed_nodes
+    from cadsweep.pipeline.complexes.checking import fixed_nodes
     from cadsweep.smoothing import Blocks, improve
 
     mesh = cs.sweep_mesh(shells(), size=1.0, allow_coarse=True)

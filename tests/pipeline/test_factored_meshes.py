@@ -12,6 +12,9 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.blocks import slabs
+from cadsweep.blocks.finish import to_block_mesh
+from cadsweep.blocks.pieces import share_out
+from cadsweep.blocks.stream import check_blocks, measure
 from cadsweep.pipeline import expand, write_factors
 
 pytestmark = pytest.mark.cad
@@ -30,14 +33,21 @@ def same(a: cs.HexMesh, b: cs.HexMesh) -> bool:
     )
 
 
-def test_a_streamed_mesh_has_the_names_of_imprints_that_no_sweep_follows(tmp_path):
-    bar = cq.Workplane().polygon(6, 20).extrude(25).val()
-    tool = cq.Workplane("XZ", origin=(0, -6, 12)).rect(4, 8).extrude(6).val()
-    solid = bar.cut(tool).fuse(bar.intersect(tool)).Solids()[0]
-    model = cq.Assembly(solid)
-    model.addSubshape(min(solid.Faces(), key=lambda face: face.Area()), name="pad")
-    mesh = cs.sweep_mesh(model, size=2.0)
-    figures = cs.stream_mesh(model, tmp_path / "p.vtkhdf", size=2.0)
+def test_a_mesh_in_blocks_is_limited_by_its_boundary_as_the_same_in_memory():
+    wedge = cq.Workplane().polyline([(0, 0), (10, 0), (10, 1)]).close().extrude(4)
+    mesh = cs.sweep_mesh(wedge, size=1.0)
+    origin = mesh.origin
+    blocks = to_block_mesh(origin.part, origin.cells, origin.names, {"cad_volume": 20.0})
+    report = check_blocks(blocks, None, measure(blocks, share_out(blocks, 0, 1)))
+    known = mesh.info["quality"].limit
+    assert known.value < 0.3
+    assert (report.limit.value, report.limit.node, report.limit.hex) == (known.value, known.node, known.hex)
+    assert [one.layer for one in report.worst] == [one.layer for one in mesh.info["quality"].worst]
+
+
+def test_a_streamed_mesh_has_the_names_of_imprints_that_no_sweep_follows(padded, tmp_path):
+    mesh = cs.sweep_mesh(padded, size=2.0)
+    figures = cs.stream_mesh(padded, tmp_path / "p.vtkhdf", size=2.0)
     assert len(mesh.boundaries["pad"])
     assert same(cs.read(tmp_path / "p.vtkhdf"), mesh)
     assert figures["notes"] == mesh.info["notes"]

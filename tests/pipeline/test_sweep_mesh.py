@@ -227,14 +227,8 @@ def test_options_out_of_range_are_refused_by_name(options):
         cs.sweep_mesh(cq.Workplane().box(1, 1, 1), **options)
 
 
-def test_a_named_imprint_that_no_sweep_follows_keeps_its_boundary():
-    cq = pytest.importorskip("cadquery")
-    bar = cq.Workplane().polygon(6, 20).extrude(25).val()
-    tool = cq.Workplane("XZ", origin=(0, -6, 12)).rect(4, 8).extrude(6).val()
-    solid = bar.cut(tool).fuse(bar.intersect(tool)).Solids()[0]
-    assembly = cq.Assembly(solid)
-    assembly.addSubshape(min(solid.Faces(), key=lambda face: face.Area()), name="pad")
-    mesh = cs.sweep_mesh(assembly, size=1.0)
+def test_a_named_imprint_that_no_sweep_follows_keeps_its_boundary(padded):
+    mesh = cs.sweep_mesh(padded, size=1.0)
     assert mesh.info["quality"].valid
     middles = mesh.points[mesh.boundaries["pad"]].mean(axis=1)
     assert (np.abs(middles - [0, -10 * np.sqrt(3) / 2, 12]) <= [2, 1e-6, 4]).all()

@@ -8,7 +8,8 @@ decomposing  a solid that is cut, by the searches in a table
 complex      cells and how each is filled; `swept` makes one of a lone sweep
 complexes    which cells, and a plan; `planning` as plain rows
 cells        the cells one after another on one skeleton; `corner_cells` those of blocks at corners
-several      from a plan to a checked mesh
+laying       their edges' divisions, sizes and rings, before a node is laid
+several      from a plan to a mesh with names; `checking` checks, smooths and raises it
 subsets      some of a part's cells alone
 ============ =======================================================================================
 """

@@ -6,7 +6,6 @@ order the caps and the inside.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -16,12 +15,12 @@ from itertools import pairwise
 import numpy as np
 
 from ... import estimate
-from ...arrays import FloatArray, IntArray
+from ...arrays import IntArray
 from ...blocks.cells import CellBlocks, FilledCell, SweptCell, number_blocks
 from ...brep import Part
 from ...corner_blocks import CornerBlocks
 from ...errors import CadSweepError, ProjectionError, SurfaceMeshError
-from ...intervals import CellSweep, Wishes, assign_shared_intervals, cell_sizes
+from ...intervals import Wishes, assign_shared_intervals, cell_sizes
 from ...mesh import SurfaceMesh
 from ...options import SweepOptions
 from ...plan import Plan
@@ -32,25 +31,20 @@ from ...surface import (
     Division,
     Rings,
     Skeleton,
-    divided,
-    graded_together,
-    lay_rings,
     lay_star,
     match_quads,
     opposite_angles,
     turn_grid,
 )
 from ...sweep import Intervals, Sweep
-from ..nearness.cap_sizes import InsideSizes, least_of
+from ..nearness.cap_sizes import InsideSizes
 from ..nearness.nearer import MOST_HALVINGS
 from ..run import Run
 from ..wishes.biases import say_graded
-from ..wishes.cell_asks import CellAsks, resolve_asks
-from ..wishes.leaving import heights_of
-from ..wishes.local_sizes import Field
-from ..wishes.size_divisions import least_along
+from ..wishes.cell_asks import resolve_asks
 from ..wishes.wall_heights import between_caps, on_caps, row_tolerance
 from .corner_cells import fill_corners
+from .laying import cell_sweeps, fractions_of, rings_of_cells, sizes_on_sources
 
 
 def mesh_cells(  # noqa: PLR0917
@@ -82,23 +76,24 @@ def mesh_cells(  # noqa: PLR0917
     SurfaceMeshError, ProjectionError
         A face or a layer of some cell cannot be meshed.
     """
-    asks = resolve_asks(part, model, plan, cell_sweeps(part, plan), options, wishes)
+    cells = cell_sweeps(part, plan)
+    asks = resolve_asks(part, model, plan, cells, options, wishes)
     wishes, divisions = asks.wishes, {**(uneven or {}), **asks.divisions}
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
     run.checks(expected, options)
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
-            counts = assign_shared_intervals(cell_sweeps(part, plan), wishes)
+            counts = assign_shared_intervals(cells, wishes)
         with run.stage("surface"):
-            fractions = _graded(part, plan, counts, divisions, wishes.alike)
-            rings = _rings(part, plan, counts, options, divisions, fractions, asks)
+            fractions = fractions_of(part, cells, counts, divisions, wishes.alike)
+            rings = rings_of_cells(part, plan, counts, options, divisions, fractions, asks)
             skeleton = Skeleton(
                 part.solids,
                 counts,
                 fractions=fractions,
                 rings=rings,
-                sizes=_sizes(plan, asks.field, inside),
+                sizes=sizes_on_sources(plan, asks.field, inside),
                 partners=asks.partners,
                 walls=asks.walls.layers,
             )
@@ -136,80 +131,6 @@ def mesh_cells(  # noqa: PLR0917
     return builder.built(), counts, [*said, *finer, *single, *dict.fromkeys(asks.walls.notes), *skeleton.notes]
 
 
-def _graded(
-    part: Part,
-    plan: Plan,
-    counts: Sequence[Intervals],
-    divisions: Mapping[int, Division],
-    alike: Sequence[tuple[int, int, bool]],
-) -> dict[int, FloatArray]:
-    """Fractions of all edges that are not divided evenly, by key."""
-    with_counts = list(zip(part.solids, counts, strict=True))
-    n = {int(key): int(c) for solid, own in with_counts for key, c in zip(solid.edge_keys, own.counts, strict=True)}
-    asked = divided(divisions, n)
-    sweeps = {
-        cell: (own.fill, counts[cell])
-        for cell, own in enumerate(cell_sweeps(part, plan))
-        if not isinstance(own.fill, CornerBlocks)
-    }
-    grids = [
-        (solid, side) for solid, own in zip(part.solids, cell_sweeps(part, plan), strict=True) for side in own.grids
-    ]
-    return graded_together(part.solids, list(sweeps.values()), grids, n, asked, alike)
-
-
-def _sizes(plan: Plan, field: Field | None, inside: InsideSizes | None) -> dict[int, InsideSizes]:
-    """Wanted lengths on the sources of cells: what is asked for on the way to the target counts there, too."""
-    found = {}
-    for cell, way in enumerate(plan.ways):
-        own = field
-        if field is not None and isinstance(way.fill, Sweep):
-            own = least_along(way.fill, field)
-        least = least_of(own, inside)
-        if least is not None:
-            found[cell] = least
-    return found
-
-
-def _rings(  # noqa: PLR0917
-    part: Part,
-    plan: Plan,
-    counts: Sequence[Intervals],
-    options: SweepOptions,
-    divisions: Mapping[int, Division],
-    fractions: Mapping[int, FloatArray],
-    asks: CellAsks,
-) -> dict[int, Rings]:
-    """Rings of the cells whose linking sides nobody else has."""
-    uses = Counter(int(key) for solid in part.solids for key in solid.edge_keys.tolist())
-    matched = {key for own in asks.partners for key in own.faces}
-    found = {}
-    for cell in sorted(plan.by_themselves(part)):
-        sweep, own, solid = plan.ways[cell].fill, counts[cell], part.solids[cell]
-        assert isinstance(sweep, Sweep), "what is by itself is swept"
-        if not matched.isdisjoint(int(solid.face_keys[side.face]) for side in sweep.linking_sides):
-            continue
-        keys = solid.edge_keys.tolist()
-        n = {key: int(c) for key, c in zip(keys, own.counts.tolist(), strict=True)}
-        asked = divided({key: divisions[key] for key in keys if key in divisions}, n)
-        fixed = {
-            e: fractions.get(key, np.linspace(0.0, 1.0, n[key] + 1))
-            for e, key in enumerate(keys)
-            if uses[key] > 1 or key in asked
-        }
-        graded = {e: fractions[key] for e, key in enumerate(keys) if key in fractions}
-        heights = {
-            cap is sweep.source: heights_of(asks.walls.layers[int(solid.face_keys[f])])
-            for cap in (sweep.target, sweep.source)
-            for f in cap
-            if int(solid.face_keys[f]) in asks.walls.layers
-        }
-        found[cell] = lay_rings(
-            sweep, own, graded, fixed, bias=options.bias, fractions=options.fractions, heights=heights
-        )
-    return found
-
-
 def _of_solid(part: Part, cell: int, error: CadSweepError) -> CadSweepError:
     """The same error, with the solid that it is about."""
     name = part.models[part.owners[cell]].name
@@ -240,28 +161,6 @@ def _halved(part: Part, cell: int, counts: Intervals, edges: Sequence[int], aske
     spoken = {key for demand in asked.demands for key in demand.keys} | set(asked.edge_sizes)
     sizes = {int(solid.edge_keys[e]): solid.edges[e].length / (2 * int(counts.counts[e])) for e in edges}
     return {key: size for key, size in sizes.items() if key not in spoken}
-
-
-def cell_sweeps(part: Part, plan: Plan) -> list[CellSweep]:
-    """What the counts of the cells depend on: a cap gets free quads where it is a grid to nobody."""
-    given = {
-        int(solid.face_keys[f])
-        for solid, way in zip(part.solids, plan.ways, strict=True)
-        for f, role in enumerate(way.roles)
-        if role in ("grid", "star")
-    }
-    own_sides = plan.by_themselves(part)
-    return [
-        CellSweep(
-            fill=way.fill,
-            grids=tuple(way.grids.values()),
-            free=tuple(
-                f for f, role in enumerate(way.roles) if role == "first" and int(solid.face_keys[f]) not in given
-            ),
-            by_itself=cell in own_sides,
-        )
-        for cell, (solid, way) in enumerate(zip(part.solids, plan.ways, strict=True))
-    ]
 
 
 def _lay_stars(skeleton: Skeleton, cell: int, blocks: CornerBlocks, counts: Intervals) -> IntArray:

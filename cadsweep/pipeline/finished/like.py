@@ -36,8 +36,8 @@ from ...projection.target import sweep_normals, worst_corner
 from ...quality import scaled_jacobians
 from ...surface.spacing import fit_linear_parts
 from ..attempts import open_and_find
+from ..complexes.checking import checked_cells
 from ..complexes.groups import make_group, put_together
-from ..complexes.several import checked_cells
 from ..complexes.subsets import chosen_solids, separated, subset, touching_groups
 from ..complexes.swept import at_one_place
 from ..nearness.cells_accuracy import boundary_distance

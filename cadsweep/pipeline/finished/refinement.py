@@ -33,8 +33,8 @@ from ...mesh import HexMesh
 from ...options import SweepOptions
 from ...orders.placing import place
 from ...projection.target import GOOD_ENOUGH
+from ..complexes.checking import checked_cells
 from ..complexes.groups import put_together
-from ..complexes.several import checked_cells
 from ..nearness.cells_accuracy import boundary_distance
 from ..origin import GroupsOrigin, first_order, origin_of
 from ..refusing import refusal
