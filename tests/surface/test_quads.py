@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from cadsweep.errors import SurfaceMeshError
-from cadsweep.surface import mesh_surfaces, quads
+from cadsweep.surface import quads
 from cadsweep.surface.filling import best_quads
 from cadsweep.surface.gmsh_quads import parted
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
 
+from ..lone import mesh_surfaces
 from .surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
 
 
