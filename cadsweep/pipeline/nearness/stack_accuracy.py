@@ -21,7 +21,8 @@ from ...stack import Stack
 from ...stack_mesh import Placed
 from ..run import Run
 from ..wishes.stack_hints import StackHints
-from .cells_accuracy import LEAST_MORE, SHARE, Found, Judged, check_most, edge_sag, keeps_shape, measure, nearest
+from .cells_accuracy import LEAST_MORE, SHARE, Judged, check_most, nearest
+from .measured import Found, edge_sag, keeps_shape, measure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
