@@ -3,25 +3,31 @@
 Place in the flow: asked by :mod:`.strips`.
 
 Method: widths are tried one by one, each as good as the worst of its angles and gaps: a side that leaves a circle
-at a sharp angle, or runs next to a feature, a corner or a floor, makes poor hexahedra.
+at a sharp angle, or runs next to a feature, a corner or a floor, makes poor hexahedra. Where all fail, widths between
+the circles are tried, too, and those that hold a bore.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
+from operator import itemgetter
 
 import numpy as np
 
 from ...arrays import FloatArray
-from .turned import Feature
+from .turned import Feature, unlike
 
-N_WIDTHS = 24
-"""Widths of a strip that are tried."""
+N_WIDTHS, N_BETWEEN = 24, 8
+"""Widths of a strip that are tried, and between two circles at least."""
 BEST_SINE, BEST_GAP, BEST_CORNER = 0.75, 0.4, 0.2
 """What is good enough: the sine of the angle at which a strip's side leaves a circle, the distance of a side from the
 feature in half widths of it, and of other places from each other in radii."""
+MARGIN = 0.12
+"""Distance of a plane from a feature, in its width, at least; twice that within it."""
+UNLIKE = 0.05
+"""Difference of the radii of two bores that cross, as a share of one, from which on planes alone part them."""
 LEAST = 0.25
 """Share of what is good enough below which there is no room for a strip."""
 
@@ -40,6 +46,8 @@ class Section:
         Where what goes along each direction has its floors.
     radii : list of float
         Of all cylinders about the axis.
+    bores : list of float
+        Those of them that are bores: strips may hold them.
     corners : list of (3,) float64
         Ends of the edges of what goes along the axis and all around it.
     """
@@ -48,37 +56,79 @@ class Section:
     beside: list[Feature]
     floors: tuple[list[float], list[float]]
     radii: list[float]
+    bores: list[float]
     corners: list[FloatArray]
 
     def widths(self) -> tuple[float, float] | None:
         """Half of the width of the strips along the two directions, 0 where there is none; None where none has room."""
-        choices = []
-        for way in (0, 1):
-            if not self.across[way]:
-                choices.append([0.0])
-                continue
-            half = self.half(way)
-            choices.append(np.linspace(1.05 * half, max(self.radii), N_WIDTHS).tolist())
-        best, chosen = LEAST, None
-        for widths in product(*choices):
-            score = self.score(widths)
-            if score > best:
-                best, chosen = score, widths
-        return None if chosen is None else (chosen[0], chosen[1])
+        for bores, stops in (((), [max(self.radii)]), (self.bores, self.radii)):
+            choices = [self.choices(way, stops) if self.across[way] else [0.0] for way in (0, 1)]
+            scored = ((self.score(pair, bores), *pair) for pair in product(*choices))
+            best, first, second = max(scored, key=itemgetter(0))
+            if best > LEAST:
+                return first, second
+        return None
+
+    def choices(self, way: int, stops: Sequence[float]) -> list[float]:
+        """Half widths to try along a direction, between the least and every one of some radii."""
+        least, n = 1.05 * self.half(way), max(N_BETWEEN, N_WIDTHS // len(stops))
+        ends = [least, *(stop for stop in stops if stop > least)]
+        return [width for low, high in pairwise(ends) for width in np.linspace(low, high, n).tolist()] or [least]
 
     def half(self, way: int) -> float:
         """How far what goes along a direction reaches aside."""
         return max(float(np.abs(feature.points[:, 1 - way]).max()) for feature in self.across[way])
 
-    def score(self, widths: Sequence[float]) -> float:
-        """How good a section is, 1 at best: the worst of its angles and its gaps, as shares of what is good enough."""
-        found = [1.0]
+    def held(self, widths: Sequence[float]) -> list[float]:
+        """Radii of the bores that lie inside of a strip."""
+        return [radius for radius in self.bores if any(width > radius for width in widths)]
+
+    def heights(self, widest: float, near: float) -> list[float] | None:
+        """Where planes go across what crosses a bore in its strips, and between; None where they harm a feature.
+
+        Parameters
+        ----------
+        widest : float
+            Radius of the widest bore in the strips.
+        near : float
+            Distance up to which two places are one.
+        """
+        crossed: list[tuple[float, float]] = []
+        for way, features in enumerate(self.across):
+            for feature in features:
+                if not _is_clear(feature.points[:, 1 - way]):
+                    return None
+                bore = float(np.hypot(*feature.points[:, :2].T).min())
+                if bore > widest + near:
+                    continue
+                half, (low, high) = _half(feature, way), _reach(feature.points[:, 2])
+                if abs(half - bore) < UNLIKE * bore:
+                    return None
+                crossed.append((low + half, high - half))
+        crossed.sort()
+        between = [0.5 * (below[1] + above[0]) for below, above in pairwise(crossed) if above[0] - below[1] > near]
+        found = unlike([*(at for own in crossed for at in own), *between], near)
+        is_harmed = any(
+            not _is_clear(feature.points[:, 2] - at)
+            for features in self.across for feature in features for at in found
+        ) or not all(_is_clear(feature.points[:, k]) for feature in self.beside if not surrounds(feature) for k in (0, 1))
+        return None if is_harmed else found
+
+    def score(self, widths: Sequence[float], bores: Sequence[float]) -> float:
+        """How good a section is, 1 at best: the worst of its angles and its gaps, as shares of what is good enough.
+
+        Strips may hold some bores; all of them do, or none.
+        """
+        found, held = [1.0], [radius for radius in bores if max(widths) > radius]
         for way, width in enumerate(widths):
             if not width:
                 continue
             half = self.half(way)
             found.append((width - half) / (BEST_GAP * half))
             for radius in self.radii:
+                if radius in held:
+                    found.append((width - radius) / (BEST_GAP * radius))
+                    continue
                 if width >= radius:
                     return 0.0
                 found.append(float(np.sqrt(1.0 - (width / radius) ** 2)) / BEST_SINE)
@@ -97,8 +147,28 @@ class Section:
                     found.append(max(low - side, side - high) / (BEST_CORNER * half))
         if all(widths):
             meeting = float(np.hypot(widths[0], widths[1]))
-            found += [abs(meeting - radius) / (BEST_CORNER * radius) for radius in self.radii]
+            for radius in self.radii:
+                if radius not in held:
+                    gap = radius - meeting if radius in bores else abs(radius - meeting)
+                    found.append(gap / (BEST_CORNER * radius))
         return min(found)
+
+
+def _reach(places: FloatArray) -> tuple[float, float]:
+    return float(places.min()), float(places.max())
+
+
+def _half(feature: Feature, way: int) -> float:
+    """Half of the width of what goes along a direction."""
+    low, high = _reach(feature.points[:, 1 - way])
+    return 0.5 * (high - low)
+
+
+def _is_clear(places: FloatArray) -> bool:
+    """Whether a plane at 0 passes by a feature, its extent given, or goes through well inside."""
+    low, high = _reach(places)
+    margin = MARGIN * (high - low)
+    return not (low - margin < 0.0 < low + 2.0 * margin or high - 2.0 * margin < 0.0 < high + margin)
 
 
 def surrounds(feature: Feature) -> bool:

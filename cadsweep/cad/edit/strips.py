@@ -23,13 +23,16 @@ a feature; bosses across the axis.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .central import Cutter
+from .axes import Axis, find_axes
+from .blind import LEAST_SLOPE, SHARE, bored_rims, countersink
+from .central import Cutter, plane_tool
 from .strip_widths import Section, surrounds
 from .turned import ALONG, Feature, TurnedBody
 
@@ -61,10 +64,19 @@ def along_features(solid: Solid, flat: float) -> list[Cutter]:
 
 
 class _Stripped(TurnedBody):
-    """A turned body, and its strips."""
+    """A turned body, and its strips.
+
+    Attributes
+    ----------
+    coned : set of float
+        Radii of what is wider than the bore that goes on from it: cones end there, no rings.
+    """
+
+    coned: set[float]
 
     def tools(self) -> list[Any]:
         """All faces that part the body; none where there is nothing across, or no room."""
+        self.coned = set()
         features = self.features()
         ways = [self.way(feature) for feature in features]
         if any(way is None for way in ways):
@@ -94,13 +106,52 @@ class _Stripped(TurnedBody):
             beside=beside,
             floors=(self.floors(across[0], frame[0]), self.floors(across[1], frame[1])),
             radii=radii,
+            bores=[bore.radius for bore in self.bores()],
             corners=[corner for feature in beside if surrounds(feature) for corner in self.corners(feature, frame)],
         )
         levels = self.levels()
         widths = section.widths() if all(self.has_room(f, levels) for own in across for f in own) else None
         if widths is None:
             return []
-        return [*self.planes(frame, widths, section), *self.turned_tools(levels)]
+        held = section.held(widths)
+        inside = self.inside(frame, section, held, levels) if held else []
+        if inside is None:
+            return []
+        innermost = min((radius for radius, _ in self.rings()), default=np.inf)
+        is_beyond = any(abs(floor) > innermost for own in section.floors for floor in own)
+        seams = partial(_corners, frame, widths) if held or is_beyond else None
+        return [*self.planes(frame, widths, section), *self.turned_tools(levels, seams), *inside]
+
+    def bores(self) -> list[Axis]:
+        """The bores about the body's axis."""
+        return [
+            axis
+            for axis in find_axes(self.solid)
+            if axis.is_bore and self.line.is_along(axis.direction) and self.line.off(axis.place) < self.near
+        ]
+
+    def rings(self) -> list[tuple[float, Any]]:
+        """Those of the body, without the ones that end in cones."""
+        return [ring for ring in super().rings() if ring[0] not in self.coned]
+
+    def inside(self, frame: FloatArray, section: Section, held: Sequence[float], levels: Sequence[float]) -> list[Any] | None:
+        """Planes through everything where something crosses the bores in strips, and cones of these; None for no room."""
+        heights = section.heights(max(held), self.near)
+        if heights is None:
+            return None
+        tools = [plane_tool(self.solid, normal, self.line.place) for normal in frame[:2]]
+        tools += [plane_tool(self.solid, frame[2], self.line.place + at * frame[2]) for at in heights]
+        stops = [*levels, *heights, *(end for own in section.across for f in own for end in f.points[:, 2])]
+        for rim, bore, _, depth in bored_rims(self.solid, self.flat):
+            if rim.radius not in held:
+                continue
+            level, down = float((rim.center - self.line.place) @ frame[2]), -float(rim.normal @ frame[2])
+            room = SHARE * min((ahead for at in stops if (ahead := down * (at - level)) > self.near), default=np.inf)
+            if room < LEAST_SLOPE * (rim.radius - bore.radius):
+                return None
+            self.coned.add(rim.radius)
+            tools.append(countersink(self.solid, rim, bore, frame[0], min(depth, room))[0])
+        return tools
 
     def corners(self, feature: Feature, frame: FloatArray) -> FloatArray:
         """The vertices (n, 3) of a feature, in the frame of the section."""
@@ -126,6 +177,14 @@ class _Stripped(TurnedBody):
                     yield self.rectangle(frame, 1 - way, side, whole, length)
                 for floor in section.floors[way]:
                     yield self.rectangle(frame, way, floor, (-width, width), length)
+
+
+def _corners(frame: FloatArray, widths: Sequence[float], radius: float) -> list[FloatArray]:
+    """Unit vectors to where the sides of strips leave a ring: a seam elsewhere would end on a floor beyond it."""
+    way = 0 if widths[0] else 1
+    aside = widths[way] / radius
+    out = float(np.sqrt(1.0 - aside**2))
+    return [np.asarray(a * frame[way] + b * frame[1 - way]) for a in (-out, out) for b in (-aside, aside)]
 
 
 __all__ = ["along_features"]
