@@ -205,4 +205,13 @@ def _cone(rim: Rim, out: FloatArray, depth: float) -> Any:
     return BRepBuilderAPI_MakeFace(surface, 0.0, 2.0 * pi, -depth / np.cos(half_angle), 0.0, 1e-7).Face()
 
 
-__all__ = ["LEAST_SLOPE", "SHARE", "SLOPE", "bored_rims", "countersink", "seam_in", "under_bored_bosses", "under_circles"]
+__all__ = [
+    "LEAST_SLOPE",
+    "SHARE",
+    "SLOPE",
+    "bored_rims",
+    "countersink",
+    "seam_in",
+    "under_bored_bosses",
+    "under_circles",
+]

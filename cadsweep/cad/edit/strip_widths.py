@@ -61,9 +61,9 @@ class Section:
 
     def widths(self) -> tuple[float, float] | None:
         """Half of the width of the strips along the two directions, 0 where there is none; None where none has room."""
-        for bores, stops in (((), [max(self.radii)]), (self.bores, self.radii)):
+        for holds, stops in ((False, [max(self.radii)]), (True, self.radii)):
             choices = [self.choices(way, stops) if self.across[way] else [0.0] for way in (0, 1)]
-            scored = ((self.score(pair, bores), *pair) for pair in product(*choices))
+            scored = ((self.score(pair, holds=holds), *pair) for pair in product(*choices))
             best, first, second = max(scored, key=itemgetter(0))
             if best > LEAST:
                 return first, second
@@ -81,7 +81,7 @@ class Section:
 
     def held(self, widths: Sequence[float]) -> list[float]:
         """Radii of the bores that lie inside of a strip."""
-        return [radius for radius in self.bores if any(width > radius for width in widths)]
+        return [radius for radius in self.bores if radius < max(widths)]
 
     def heights(self, widest: float, near: float) -> list[float] | None:
         """Where planes go across what crosses a bore in its strips, and between; None where they harm a feature.
@@ -96,30 +96,35 @@ class Section:
         crossed: list[tuple[float, float]] = []
         for way, features in enumerate(self.across):
             for feature in features:
-                if not _is_clear(feature.points[:, 1 - way]):
-                    return None
+                left, half = _reach(feature.points[:, 1 - way])
                 bore = float(np.hypot(*feature.points[:, :2].T).min())
+                if abs(left + half) > near or abs(half - bore) < UNLIKE * bore:
+                    return None
                 if bore > widest + near:
                     continue
-                half, (low, high) = _half(feature, way), _reach(feature.points[:, 2])
-                if abs(half - bore) < UNLIKE * bore:
-                    return None
+                low, high = _reach(feature.points[:, 2])
                 crossed.append((low + half, high - half))
         crossed.sort()
         between = [0.5 * (below[1] + above[0]) for below, above in pairwise(crossed) if above[0] - below[1] > near]
         found = unlike([*(at for own in crossed for at in own), *between], near)
-        is_harmed = any(
-            not _is_clear(feature.points[:, 2] - at)
-            for features in self.across for feature in features for at in found
-        ) or not all(_is_clear(feature.points[:, k]) for feature in self.beside if not surrounds(feature) for k in (0, 1))
-        return None if is_harmed else found
+        own = [feature for features in self.across for feature in features]
+        apart = [feature for feature in self.beside if not surrounds(feature)]
+        met = [feature.points[:, 2] - at for feature in own for at in found]
+        met += [feature.points[:, k] for feature in apart for k in (0, 1)]
+        return found if all(map(_is_clear, met)) else None
 
-    def score(self, widths: Sequence[float], bores: Sequence[float]) -> float:
+    def goes_through(self, way: int, floor: float, widths: Sequence[float]) -> bool:
+        """Whether a floor where strips cross goes on through the other one: cells there end on floors of their own."""
+        other = 1 - way
+        inside = abs(floor) < widths[other] and any(abs(end) > widths[way] for end in self.floors[other])
+        return inside and all(_is_clear(f.points[:, way] - floor) for f in (*self.across[other], *self.beside))
+
+    def score(self, widths: Sequence[float], *, holds: bool) -> float:
         """How good a section is, 1 at best: the worst of its angles and its gaps, as shares of what is good enough.
 
-        Strips may hold some bores; all of them do, or none.
+        Where strips may hold bores, all of them do, or none.
         """
-        found, held = [1.0], [radius for radius in bores if max(widths) > radius]
+        found, held = [1.0], self.held(widths) if holds else []
         for way, width in enumerate(widths):
             if not width:
                 continue
@@ -145,23 +150,21 @@ class Section:
                 low, high = feature.points[:, 1 - way].min(), feature.points[:, 1 - way].max()
                 for side in (-width, width):
                     found.append(max(low - side, side - high) / (BEST_CORNER * half))
-        if all(widths):
-            meeting = float(np.hypot(widths[0], widths[1]))
-            for radius in self.radii:
-                if radius not in held:
-                    gap = radius - meeting if radius in bores else abs(radius - meeting)
-                    found.append(gap / (BEST_CORNER * radius))
-        return min(found)
+        return min(found + self.meeting(widths, held, holds=holds))
+
+    def meeting(self, widths: Sequence[float], held: Sequence[float], *, holds: bool) -> list[float]:
+        """How far the lines where strips cross keep from circles; a bore that is not held holds them all."""
+        corner = float(np.hypot(*widths)) if all(widths) else 0.0
+        return [
+            (radius - corner if holds and radius in self.bores else abs(radius - corner)) / (BEST_CORNER * radius)
+            for radius in self.radii
+            if corner and radius not in held
+        ]
 
 
 def _reach(places: FloatArray) -> tuple[float, float]:
+    """The least and the greatest place."""
     return float(places.min()), float(places.max())
-
-
-def _half(feature: Feature, way: int) -> float:
-    """Half of the width of what goes along a direction."""
-    low, high = _reach(feature.points[:, 1 - way])
-    return 0.5 * (high - low)
 
 
 def _is_clear(places: FloatArray) -> bool:

@@ -30,7 +30,7 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...brep import Solid
-from .axes import Axis, find_axes
+from .axes import find_axes
 from .blind import LEAST_SLOPE, SHARE, bored_rims, countersink
 from .central import Cutter, plane_tool
 from .strip_widths import Section, surrounds
@@ -68,15 +68,14 @@ class _Stripped(TurnedBody):
 
     Attributes
     ----------
-    coned : set of float
+    coned : sequence of float
         Radii of what is wider than the bore that goes on from it: cones end there, no rings.
     """
 
-    coned: set[float]
+    coned: Sequence[float] = ()
 
     def tools(self) -> list[Any]:
         """All faces that part the body; none where there is nothing across, or no room."""
-        self.coned = set()
         features = self.features()
         ways = [self.way(feature) for feature in features]
         if any(way is None for way in ways):
@@ -106,7 +105,7 @@ class _Stripped(TurnedBody):
             beside=beside,
             floors=(self.floors(across[0], frame[0]), self.floors(across[1], frame[1])),
             radii=radii,
-            bores=[bore.radius for bore in self.bores()],
+            bores=self.bores(radii),
             corners=[corner for feature in beside if surrounds(feature) for corner in self.corners(feature, frame)],
         )
         levels = self.levels()
@@ -122,20 +121,28 @@ class _Stripped(TurnedBody):
         seams = partial(_corners, frame, widths) if held or is_beyond else None
         return [*self.planes(frame, widths, section), *self.turned_tools(levels, seams), *inside]
 
-    def bores(self) -> list[Axis]:
-        """The bores about the body's axis."""
-        return [
+    def bores(self, radii: Sequence[float]) -> list[float]:
+        """Those of the radii about the body's axis that bores have, and nothing on its outside."""
+        own = [
             axis
             for axis in find_axes(self.solid)
-            if axis.is_bore and self.line.is_along(axis.direction) and self.line.off(axis.place) < self.near
+            if self.line.is_along(axis.direction) and self.line.off(axis.place) < self.near
         ]
+        inner, outer = ([axis.radius for axis in own if axis.is_bore is side] for side in (True, False))
+        return [radius for radius in radii if self.is_one_of(radius, inner) and not self.is_one_of(radius, outer)]
+
+    def is_one_of(self, radius: float, others: Sequence[float]) -> bool:
+        """Whether a radius is one of others."""
+        return any(abs(radius - other) <= self.near for other in others)
 
     def rings(self) -> list[tuple[float, Any]]:
         """Those of the body, without the ones that end in cones."""
-        return [ring for ring in super().rings() if ring[0] not in self.coned]
+        return [ring for ring in super().rings() if not self.is_one_of(ring[0], self.coned)]
 
-    def inside(self, frame: FloatArray, section: Section, held: Sequence[float], levels: Sequence[float]) -> list[Any] | None:
-        """Planes through everything where something crosses the bores in strips, and cones of these; None for no room."""
+    def inside(
+        self, frame: FloatArray, section: Section, held: Sequence[float], levels: Sequence[float]
+    ) -> list[Any] | None:
+        """Planes through everything where something crosses bores in strips, and their cones; None without room."""
         heights = section.heights(max(held), self.near)
         if heights is None:
             return None
@@ -143,13 +150,13 @@ class _Stripped(TurnedBody):
         tools += [plane_tool(self.solid, frame[2], self.line.place + at * frame[2]) for at in heights]
         stops = [*levels, *heights, *(end for own in section.across for f in own for end in f.points[:, 2])]
         for rim, bore, _, depth in bored_rims(self.solid, self.flat):
-            if rim.radius not in held:
+            if not self.is_one_of(rim.radius, held):
                 continue
             level, down = float((rim.center - self.line.place) @ frame[2]), -float(rim.normal @ frame[2])
             room = SHARE * min((ahead for at in stops if (ahead := down * (at - level)) > self.near), default=np.inf)
             if room < LEAST_SLOPE * (rim.radius - bore.radius):
                 return None
-            self.coned.add(rim.radius)
+            self.coned = (*self.coned, rim.radius)
             tools.append(countersink(self.solid, rim, bore, frame[0], min(depth, room))[0])
         return tools
 
@@ -168,21 +175,30 @@ class _Stripped(TurnedBody):
 
     def planes(self, frame: FloatArray, widths: Sequence[float], section: Section) -> Iterator[Any]:
         """The sides of strips through all of the body, and floors through their strip."""
-        reach = 1.5 * self.solid.size
-        along = float((self.solid.vertices.mean(axis=0) - self.line.place) @ frame[2])
-        whole, length = (-reach, reach), (along - reach, along + reach)
         for way, width in enumerate(widths):
             if width > 0.0:
                 for side in (-width, width):
-                    yield self.rectangle(frame, 1 - way, side, whole, length)
+                    yield self.strip(frame, 1 - way, side)
                 for floor in section.floors[way]:
-                    yield self.rectangle(frame, way, floor, (-width, width), length)
+                    yield self.strip(frame, way, floor, np.inf if section.goes_through(way, floor, widths) else width)
+
+    def strip(self, frame: FloatArray, across: int, offset: float, width: float = np.inf) -> Any:
+        """A plane face along the axis, through all of the body or as far as a strip is wide."""
+        reach = 1.5 * self.solid.size
+        along = float((self.solid.vertices.mean(axis=0) - self.line.place) @ frame[2])
+        half = min(width, reach)
+        return self.rectangle(frame, across, offset, (-half, half), (along - reach, along + reach))
 
 
 def _corners(frame: FloatArray, widths: Sequence[float], radius: float) -> list[FloatArray]:
-    """Unit vectors to where the sides of strips leave a ring: a seam elsewhere would end on a floor beyond it."""
+    """Unit vectors to where the sides of a strip leave a ring, or the planes in it one that it holds.
+
+    A seam elsewhere would end on a floor beyond it.
+    """
     way = 0 if widths[0] else 1
     aside = widths[way] / radius
+    if aside > 1.0:
+        return [frame[0], -frame[0]]
     out = float(np.sqrt(1.0 - aside**2))
     return [np.asarray(a * frame[way] + b * frame[1 - way]) for a in (-out, out) for b in (-aside, aside)]
 
