@@ -154,7 +154,7 @@ class Section:
 
     def meeting(self, widths: Sequence[float], held: Sequence[float], *, holds: bool) -> list[float]:
         """How far the lines where strips cross keep from circles; a bore that is not held holds them all."""
-        corner = float(np.hypot(*widths)) if all(widths) else 0.0
+        corner = float(np.hypot(widths[0], widths[1])) if all(widths) else 0.0
         return [
             (radius - corner if holds and radius in self.bores else abs(radius - corner)) / (BEST_CORNER * radius)
             for radius in self.radii
