@@ -16,8 +16,12 @@ beside it that are swept along the axis::
 What goes across in two directions square to each other gets two strips. They cross in bricks, each of which is a slice
 of either.
 
+Where a strip is no narrower than the bore, as a hole across is wider, the bore lies inside of it: three planes through
+all of the body part every crossing, as they do in a block, and a wider end of the bore closes in a cone to its wall
+instead of a ring that would run on through them.
+
 Not handled: features that are slanted to the axis or to each other, or as wide as the body; shoulders that run through
-a feature; bosses across the axis.
+a feature; bosses across the axis; a keyway over a hole across; holes of the bore's own radius.
 """
 
 from __future__ import annotations
@@ -150,7 +154,7 @@ class _Stripped(TurnedBody):
         tools += [plane_tool(self.solid, frame[2], self.line.place + at * frame[2]) for at in heights]
         stops = [*levels, *heights, *(end for own in section.across for f in own for end in f.points[:, 2])]
         for rim, bore, _, depth in bored_rims(self.solid, self.flat):
-            if not self.is_one_of(rim.radius, held):
+            if self.line.off(rim.center) > self.near or not self.is_one_of(rim.radius, held):
                 continue
             level, down = float((rim.center - self.line.place) @ frame[2]), -float(rim.normal @ frame[2])
             room = SHARE * min((ahead for at in stops if (ahead := down * (at - level)) > self.near), default=np.inf)
