@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "recognition"))
 from recognition_solids import plate_with_square_holes, prism, regular, square
 
 from cadsweep.brep import Solid
-from cadsweep.intervals import assign_intervals
+from cadsweep.intervals import CellSweep, Wishes, assign_shared_intervals
 from cadsweep.recognition import find_sweeps
 
 
@@ -49,7 +49,10 @@ def measure(make: Callable[[int], Solid], sizes: Sequence[int]) -> list[tuple[in
             start = time.perf_counter()
             sweeps = find_sweeps(solid)
             middle = time.perf_counter()
-            assign_intervals(sweeps[0])
+            cell = CellSweep(
+                fill=sweeps[0], grids=tuple(sweeps[0].linking_sides), free=sweeps[0].source, by_itself=True
+            )
+            assign_shared_intervals([cell], Wishes())
             end = time.perf_counter()
             best = [min(best[0], middle - start), min(best[1], end - middle)]
         rows.append((len(solid.faces), *best))

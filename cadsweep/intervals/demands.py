@@ -6,33 +6,9 @@ Place in the flow: used by :mod:`.whole`, which knows what is feasible.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TypeVar
 
-from ..brep import Solid
-from .naming import name_edges
-
 _Demand = TypeVar("_Demand")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Demand:
-    """A number of segments that one edge, or several together, must get.
-
-    Attributes
-    ----------
-    edges : tuple of int
-    count : int
-        Sum over the edges.
-    """
-
-    edges: tuple[int, ...]
-    count: int
-
-    def label(self, solid: Solid) -> str:
-        """How messages name the demand: count and edges."""
-        together = " together" if len(self.edges) > 1 else ""
-        return f"{self.count} on {name_edges(solid, self.edges)}{together}"
 
 
 def find_conflict(demands: Sequence[_Demand], is_feasible: Callable[[Sequence[_Demand]], bool]) -> list[_Demand]:
@@ -40,14 +16,14 @@ def find_conflict(demands: Sequence[_Demand], is_feasible: Callable[[Sequence[_D
 
     Parameters
     ----------
-    demands : sequence of Demand
+    demands : sequence
         Not feasible together.
     is_feasible : callable
         Whether demands can be met together.
 
     Returns
     -------
-    list of Demand
+    list
         Empty where nothing is feasible even without demands.
 
     References

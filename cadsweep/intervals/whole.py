@@ -195,14 +195,14 @@ def _wanted(
     for cell in cells:
         for edge in cell.solid.edges:
             key = int(cell.solid.edge_keys[edge.id])
-            if key in wishes.least_counts:
-                wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
-                firm.add(key)
             if key in wishes.most_sizes and edge.length / wishes.most_sizes[key] > wanted[key]:
                 wanted[key] = edge.length / wishes.most_sizes[key]
                 firm.add(key)
             if key in wishes.edge_sizes:
                 wanted[key] = max(1.0, edge.length / wishes.edge_sizes[key])
+                firm.add(key)
+            if key in wishes.least_counts:
+                wanted[key] = max(wanted[key], float(wishes.least_counts[key]))
                 firm.add(key)
     for demand in wishes.demands:
         total = sum(wanted[key] for key in demand.keys)

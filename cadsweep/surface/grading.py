@@ -103,18 +103,6 @@ def _turned(chain: Sequence[DirectedEdge]) -> list[DirectedEdge]:
     return [(e, not forward) for e, forward in reversed(chain)]
 
 
-def graded_edges(sweep: Sweep, intervals: Intervals, asked: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
-    """Fractions of the edges around the loops and inside the caps that are graded, or answer one that is."""
-    if not asked:
-        return {}
-    edges = sweep.solid.edges
-    counts = {e.id: int(intervals.counts[e.id]) for e in edges}
-    return spread(
-        answering_chains(sweep, intervals.counts), counts, {e.id: e.length for e in edges},
-        {e: fractions for e, fractions in asked.items() if e not in sweep.rails},
-    )  # fmt: skip
-
-
 def graded_together(  # noqa: PLR0917
     solids: Sequence[Solid],
     sweeps: Sequence[tuple[Sweep, Intervals]],

@@ -1,4 +1,4 @@
-"""Faces of a cap that were meshed before: for who meshes the cap again with other counts on a few edges.
+"""Faces of caps that were meshed before: the same ones with other counts on a few edges elsewhere, or others like them.
 
 Place in the flow: ``quads`` asks here before it fills a face.
 """
@@ -25,22 +25,19 @@ class _Known:
 
 @dataclass(frozen=True, eq=False)
 class Memory:
-    """Quads of faces by the nodes of their outlines, of one sweep with one size.
+    """Quads of faces by the nodes of their outlines, of one part with the same sizes, and plane ones by their shape."""
 
-    Attributes
-    ----------
-    congruent : Congruent
-        Plane faces that others may be like.
-    """
-
-    congruent: Congruent = field(default_factory=Congruent)
+    _congruent: Congruent = field(default_factory=Congruent)
     _known: dict[bytes, _Known] = field(default_factory=dict)
 
     def recall(self, outline: Outline) -> FaceQuads | None:
-        """Quads of the same face on the same nodes, in the outline's numbers; None where there are none."""
-        known = self._known.get(_key(outline))
+        """Quads of the face on the same nodes, or of one like it, in the outline's numbers; None if there are none."""
+        known = None if outline.walls is not None else self._known.get(_key(outline))
         if known is None:
-            return None
+            like = self._congruent.recall(outline)
+            if like is not None:
+                self._keep(outline, like)
+            return like
         # Numbers of the nodes then, in order, and the place of each on the face's edges.
         old, at = np.unique(known.nodes, return_index=True)
         quads = known.patch.quads
@@ -50,6 +47,12 @@ class Memory:
 
     def keep(self, outline: Outline, patch: FaceQuads) -> None:
         """Remember a face."""
+        self._congruent.keep(outline, patch)
+        self._keep(outline, patch)
+
+    def _keep(self, outline: Outline, patch: FaceQuads) -> None:
+        if outline.walls is not None:
+            return
         nodes, first = _edge_nodes(outline), len(outline.known)
         self._known[_key(outline)] = _Known(patch=patch, nodes=nodes, first=first)
 

@@ -12,7 +12,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray, IntArray, distinct
-from .matched import Motion
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """A rigid motion: ``points @ matrix.T + shift``."""
+
+    matrix: FloatArray
+    shift: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Carry points (..., 3)."""
+        return np.asarray(points @ self.matrix.T + self.shift)
+
+    def inverse(self) -> Motion:
+        """The motion back."""
+        return Motion(matrix=self.matrix.T, shift=-self.matrix.T @ self.shift)
+
+    def in_units(self, scale: float, offset: FloatArray) -> Motion:
+        """The same in units of which one is `scale`, with another origin."""
+        return Motion(matrix=self.matrix, shift=scale * self.shift + offset - self.matrix @ offset)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

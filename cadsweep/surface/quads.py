@@ -17,7 +17,6 @@ from ..brep import Face
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
 from ..sweep import Intervals, Sweep
-from .congruent import Congruent
 from .filling import best_quads
 from .memory import Memory
 from .outline import FaceQuads, Outline, reversed_loop
@@ -44,21 +43,16 @@ class CapBuilder:
         *,
         sizes: Callable[[FloatArray], FloatArray] | None = None,
         memory: Memory | None = None,
-        congruent: Congruent | None = None,
         graded: Mapping[int, FloatArray] | None = None,
         walls: Walls | None = None,
     ) -> None:
-        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly.
-
-        `congruent`: plane faces that were filled before; those of `memory` where there is one.
-        """
+        """`graded`: arc-length fractions of the edges of the cap that are not divided evenly."""
         self.solid = sweep.solid
         self.sweep = sweep
         self.counts = intervals.counts
         self.size = intervals.size
         self.sizes = sizes
-        self.memory = memory
-        self.congruent = memory.congruent if memory is not None else (congruent or Congruent())
+        self.memory = memory or Memory()
         self.graded = graded or {}
         self.walls = walls
         self.notes: list[str] = []
@@ -140,15 +134,10 @@ class CapBuilder:
 
     def _fill(self, face: Face) -> FaceQuads:
         outline = self._outline(face)
-        memory = self.memory if outline.walls is None else None
-        patch = None if memory is None else memory.recall(outline)
+        patch = self.memory.recall(outline)
         if patch is None:
-            patch = self.congruent.recall(outline)
-            if patch is None:
-                patch = best_quads(outline)
-                self.congruent.keep(outline, patch)
-            if memory is not None:
-                memory.keep(outline, patch)
+            patch = best_quads(outline)
+            self.memory.keep(outline, patch)
         if patch.worst < _FLAT:
             raise SurfaceMeshError(
                 f"{face.label()}: the best quads that could be made are folded (worst corner sine "

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..sweep import Intervals, Sweep
 from .cap_heights import keep_heights
 from .grading import grade_places
@@ -28,17 +28,12 @@ class Rings:
     points : (n_layers + 1, b, 3) float64
     fractions : dict of int to (n + 1,) float64
         Of the edges around the caps, along the sweep, and inside the target.
-    side_faces, node_edges, node_vertices
-        As in :class:`~cadsweep.mesh.SurfaceMesh`.
     notes : tuple of str
     """
 
     layout: SweepGrid
     points: FloatArray
     fractions: dict[int, FloatArray]
-    side_faces: IntArray
-    node_edges: IntArray
-    node_vertices: IntArray
     notes: tuple[str, ...]
 
 
@@ -85,14 +80,11 @@ def lay_rings(
     builder = RingBuilder(sweep, layout, places, fit, graded=graded, fixed=fixed)
     builder.build()
     inner = divide_target_edges(sweep, intervals.counts, graded, builder.rings, fit)
-    side_faces, node_edges, node_vertices = builder.labels()
+    side_faces, node_edges, _ = layout.labels()
     keep_heights(sweep, builder.rings, side_faces, node_edges, heights or {})
     return Rings(
         layout=layout,
         points=builder.rings,
         fractions={**inner, **builder.fractions, **fixed},
-        side_faces=side_faces,
-        node_edges=node_edges,
-        node_vertices=node_vertices,
         notes=tuple(builder.notes),
     )

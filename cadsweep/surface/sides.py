@@ -14,7 +14,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..errors import SurfaceMeshError
 from ..sweep import Sweep
 from .spacing import Fit, divide_lengths, finer, image_lengths, rescaled
@@ -196,21 +196,6 @@ class RingBuilder:
         # A slide that hurts the side itself is not worth what it brings inside.
         if worst_corner(new, normals, uv) >= min(0.3, 0.9 * worst_corner(grid, normals, before)):
             self.rings[self.layout.block(placed)] = new
-
-    def labels(self) -> tuple[IntArray, IntArray, IntArray]:
-        """``side_faces``, ``node_edges`` and ``node_vertices`` of the surface mesh."""
-        layout = self.layout
-        side_faces = np.full((layout.n_layers, layout.n_ring), -1, dtype=np.int64)
-        for side in layout.sides:
-            columns = layout.columns(side.loop, side.column, side.width)
-            side_faces[side.layer : side.layer + side.height, columns] = side.side.face
-        node_edges = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
-        for edge in layout.edges.values():
-            node_edges[layout.nodes(edge)] = edge.edge
-        node_vertices = np.full_like(node_edges, -1)
-        for vertex, (column, layer) in layout.vertices.items():
-            node_vertices[layer, column] = vertex
-        return side_faces, node_edges, node_vertices
 
 
 def slide_rows(grid: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray] | None:

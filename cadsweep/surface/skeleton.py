@@ -23,12 +23,11 @@ from ..brep import Face, Solid
 from ..errors import SurfaceMeshError
 from ..mesh import QuadMesh, WallRows
 from ..sweep import DirectedEdge, Intervals, LinkingSide, Sweep
-from .congruent import Congruent
+from .memory import Memory
 from .outline import reversed_loop
 from .partners import Partners, image_nodes
 from .quads import CapBuilder
 from .rings import Rings
-from .sweep_grid import SweepGrid, build_grid
 from .transfinite import fill, join_chains
 from .walls import Walls
 
@@ -54,27 +53,6 @@ class FaceMesh:
     patches: Mapping[int, IntArray] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CellBoundary:
-    """The boundary of a cell as far as it is known before its inside is placed.
-
-    Attributes
-    ----------
-    layout : SweepGrid
-    rings : (n_layers + 1, b) int64
-        Nodes of every layer's ring, numbers of the whole part.
-    source : QuadMesh
-        In local numbers: the ring comes first.
-    nodes : (n,) int64
-        The number in the whole part of every source node.
-    """
-
-    layout: SweepGrid
-    rings: IntArray
-    source: QuadMesh
-    nodes: IntArray
-
-
 class Skeleton:
     """What has been meshed so far: nodes, edges by key, faces by key."""
 
@@ -88,12 +66,14 @@ class Skeleton:
         partners: Sequence[Partners] = (),
         walls: Mapping[int, WallLayers] | None = None,
         rings: Mapping[int, Rings] | None = None,
+        memory: Memory | None = None,
     ) -> None:
         """`fractions`: by key, arc-length fractions of the nodes of edges that are not divided evenly.
 
         `sizes`: wanted lengths (m,) at points (m, 3) of sources, by cell, where they are not the same everywhere.
         `partners`: edges and faces that are images of others. `walls`: layers along faces, by key, working units.
-        `rings`: of cells whose linking sides are nobody else's.
+        `rings`: of cells whose linking sides are nobody else's. `memory`: faces of caps that were meshed before, of the
+        same part with the same sizes.
         """
         self.solids = solids
         self.intervals = intervals
@@ -110,7 +90,7 @@ class Skeleton:
         self.faces: dict[int, FaceMesh] = {}
         self.rows: dict[int, list[WallRows]] = {}
         self.notes: list[str] = []
-        self._congruent = Congruent()
+        self._memory = memory or Memory()
         self._placed: dict[int, FloatArray] = {}
         for cell, own in (rings or {}).items():
             self._follow(solids[cell], own)
@@ -268,7 +248,18 @@ class Skeleton:
             loops = tuple(tuple(reversed_loop(loop.directed)) for loop in solid.faces[face].loops)
             self._lay_cap(cell, replace(sweep, source=(face,), source_loops=loops, target_loops=loops), None)
 
-    def _lay_cap(self, cell: int, cap: Sweep, opposite: FloatArray | None) -> None:
+    def build_cap(
+        self, cell: int, cap: Sweep, opposite: FloatArray | None = None, walls: Walls | None = None
+    ) -> QuadMesh:
+        """Quads of a cap in numbers of their own, the ring's first, and nothing kept of it.
+
+        `walls`: edges along which rows are laid, where they are not below faces that have layers.
+
+        Raises
+        ------
+        SurfaceMeshError
+            It cannot be meshed with quads alone.
+        """
         solid = self.solids[cell]
         keys = solid.edge_keys
         rings = [self.chain(cell, loop)[:-1] for loop in cap.source_loops]
@@ -282,12 +273,19 @@ class Skeleton:
             [np.arange(a, b, dtype=np.int64) for a, b in pairwise(starts)],
             np.full(len(ring), np.nan) if opposite is None else opposite,
             sizes=partial(_at_most, self.intervals[cell].size, self.sizes[cell]) if cell in self.sizes else None,
-            congruent=self._congruent,
+            memory=self._memory,
             graded={e: self.fractions[int(keys[e])] for e in edges},
-            walls=self._walls_at(solid, cap.source),
+            walls=walls or self._walls_at(solid, cap.source),
         )
         made = builder.build()
         self.notes += builder.notes
+        return made
+
+    def _lay_cap(self, cell: int, cap: Sweep, opposite: FloatArray | None) -> None:
+        solid = self.solids[cell]
+        keys = solid.edge_keys
+        made = self.build_cap(cell, cap, opposite)
+        ring = np.concatenate([self.chain(cell, loop)[:-1] for loop in cap.source_loops])
         numbers = np.full(len(made.points), -1, dtype=np.int64)
         numbers[: len(ring)] = ring
         for e, nodes in made.edge_nodes.items():
@@ -338,52 +336,6 @@ class Skeleton:
         if found is None:
             raise SurfaceMeshError(f"{self.solids[cell].faces[side.face].label()} has other corners in its neighbour")
         return found
-
-    def boundary_of(self, cell: int, sweep: Sweep) -> CellBoundary:
-        """Collect the rings and the source cap of a cell, whose sides and source faces are meshed.
-
-        Raises
-        ------
-        SurfaceMeshError
-            The counts do not fit together.
-        """
-        layout = build_grid(sweep, self.intervals[cell])
-        rings = np.full((layout.n_layers + 1, layout.n_ring), -1, dtype=np.int64)
-        keys = self.solids[cell].edge_keys
-        for placed in layout.edges.values():
-            own = self.edges[int(keys[placed.edge])]
-            rings[layout.nodes(placed)] = own if placed.forward else own[::-1]
-        for side in layout.sides:
-            rings[layout.block(side)] = self.grid_of(cell, side.side)
-        assert (rings >= 0).all(), "the sides tile the rings"
-        quads = [self.quads_of(cell, f)[:, ::-1] for f in sweep.source]
-        faces = np.repeat(np.array(sweep.source, dtype=np.int64), [len(q) for q in quads])
-        every = np.concatenate(quads)
-        inside = np.setdiff1d(every, rings[0])
-        nodes = np.concatenate([rings[0], inside])
-        loops = [layout.columns(j, 0, n) for j, n in enumerate(layout.loop_sizes)]
-        order = np.argsort(nodes, kind="stable")
-
-        def local_of(ids: IntArray) -> IntArray:
-            return order[np.searchsorted(nodes, ids, sorter=order)]
-
-        number = dict(zip(nodes.tolist(), range(len(nodes)), strict=True))
-        edge_nodes = {
-            e: np.array([number[v] for v in self.edges[int(keys[e])].tolist()], dtype=np.int64)
-            for f in sweep.source
-            for e in self.solids[cell].faces[f].edges
-        }
-        source = QuadMesh(
-            points=self.points[nodes],
-            quads=local_of(every),
-            faces=faces,
-            loops=tuple(loops),
-            edge_nodes=edge_nodes,
-            walls=tuple(
-                replace(rows, ring=local_of(rows.ring), nodes=local_of(rows.nodes)) for rows in self.rows.get(cell, ())
-            ),
-        )
-        return CellBoundary(layout=layout, rings=rings, source=source, nodes=nodes)
 
 
 def _at_most(size: float, sizes: Callable[[FloatArray], FloatArray], points: FloatArray) -> FloatArray:

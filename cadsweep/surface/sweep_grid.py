@@ -105,6 +105,20 @@ class SweepGrid:
         layers = placed.layer + np.arange(placed.height + 1, dtype=np.int64)
         return layers[:, None], self.columns(placed.loop, placed.column, placed.width + 1)[None, :]
 
+    def labels(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Face (n_layers, b) of every quad of the rings; edge and vertex (n_layers + 1, b) of every node, else -1."""
+        side_faces = np.full((self.n_layers, self.n_ring), -1, dtype=np.int64)
+        for side in self.sides:
+            columns = self.columns(side.loop, side.column, side.width)
+            side_faces[side.layer : side.layer + side.height, columns] = side.side.face
+        node_edges = np.full((self.n_layers + 1, self.n_ring), -1, dtype=np.int64)
+        for edge in self.edges.values():
+            node_edges[self.nodes(edge)] = edge.edge
+        node_vertices = np.full_like(node_edges, -1)
+        for vertex, (column, layer) in self.vertices.items():
+            node_vertices[layer, column] = vertex
+        return side_faces, node_edges, node_vertices
+
 
 def build_grid(sweep: Sweep, intervals: Intervals) -> SweepGrid:
     """Lay the edges and linking sides of a sweep out in the grid of ring nodes times layers.

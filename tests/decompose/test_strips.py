@@ -58,7 +58,37 @@ def rounded_pin():
     return pin.faces("<Z or >Z").edges().fillet(2).cut(drilled(4, 10))
 
 
-@pytest.mark.parametrize("make", [piston, keyed_and_drilled, drilled_sleeve, banjo_bolt, rounded_pin])
+def drilled_wider_than_its_bore():
+    """The strip holds the bore, and the counterbore ends in a cone, as its ring would touch the hole."""
+    tube = rod(18, 30).cut(rod(4, 30)).cut(rod(6, 4))
+    return tube.cut(drilled(6, 18))
+
+
+def keyed_tube():
+    """No width on a coarse scale fits into the bore, and the ring of the shaft lies under the floor of the keyway."""
+    shaft = rod(24, 14).union(rod(18, 20, start=14)).cut(rod(4, 34))
+    return shaft.cut(keyway(2, 8, 22, 7)).cut(drilled(3, 24, plane="XZ"))
+
+
+def keyed_and_half_drilled():
+    """The hole ends on the axis: its floor goes on through the strip of the keyway."""
+    shaft = rod(11, 31).union(rod(14, 20, start=31))
+    return shaft.cut(keyway(6, 27, 7, 15.5)).cut(cq.Workplane("XZ").center(0, 41).circle(3).extrude(50))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        piston,
+        keyed_and_drilled,
+        drilled_sleeve,
+        banjo_bolt,
+        rounded_pin,
+        drilled_wider_than_its_bore,
+        keyed_tube,
+        keyed_and_half_drilled,
+    ],
+)
 def test_all_cells_sweep_and_agree_without_a_search(make):
     part = load(make())
     part = divide_corners(part) or part

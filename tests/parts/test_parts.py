@@ -13,9 +13,10 @@ pytest.importorskip("gmsh")
 from cadsweep import load, sweep_mesh
 from cadsweep.brief import MOST_LINES
 from cadsweep.errors import CadError, NotSweepableError
-from cadsweep.intervals import assign_intervals
 from cadsweep.pipeline import attempts
 from cadsweep.pipeline.attempts import open_and_find
+
+from ..lone import assign_intervals
 
 pytestmark = pytest.mark.cad
 

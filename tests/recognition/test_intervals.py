@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cadsweep.errors import InputError, SurfaceMeshError
-from cadsweep.intervals import assign_intervals
 from cadsweep.recognition import find_sweeps
 
+from ..lone import assign_intervals
 from .recognition_checks import check_intervals
 from .recognition_solids import box, box_with_split_side, plate_with_square_holes, prism, regular, square
 from .test_find import SOLIDS
@@ -99,23 +99,6 @@ def test_demands_that_contradict_each_other_name_their_edges():
         assign_intervals(sweep, edge_counts=odd)
     with pytest.raises(InputError, match=f"edge {sweep.rails[0]} "):
         assign_intervals(sweep, edge_counts={(sweep.rails[0],): 3, (sweep.rails[1],): 4})
-
-
-@pytest.mark.parametrize("size", [0, -1.0, float("nan"), float("inf"), True, "1"])
-def test_sizes_that_make_no_sense_are_refused(size):
-    with pytest.raises(InputError, match="size"):
-        assign_intervals(find_sweeps(box())[0], size=size)
-
-
-@pytest.mark.parametrize("layers", [0, -1, 1.5, True, "3", float("nan"), 10**9])
-def test_layers_that_make_no_sense_are_refused(layers):
-    with pytest.raises(InputError, match="layers"):
-        assign_intervals(find_sweeps(box())[0], layers=layers)
-
-
-def test_edges_that_do_not_exist_are_refused():
-    with pytest.raises(InputError, match="no edge 99"):
-        assign_intervals(find_sweeps(box())[0], edge_counts={(99,): 3})
 
 
 def test_a_size_that_would_never_end_is_refused():

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from cadsweep import load
+from cadsweep.intervals import Wishes
 from cadsweep.pipeline.columns.stack_narrow import narrow_hints
 from cadsweep.pipeline.columns.stacking import find_stacks
+from cadsweep.pipeline.wishes.cell_asks import CellAsks
 from cadsweep.pipeline.wishes.stack_hints import StackHints
 from cadsweep.stacks import Widths
 from cadsweep.stacks.widths import pairs_across
@@ -49,10 +51,11 @@ def test_segments_are_as_short_as_cells_are_narrow_and_longer_away_from_there():
     found, scale = stack()
     size = 4.0 / scale
     edges = found.arrangement.prism.edges
-    hints = narrow_hints(found, StackHints(), np.ones(len(edges), dtype=np.int64), size)
-    side = max(hints.divisions, key=lambda e: edges[e].length)
-    n = round(edges[side].length / hints.most_sizes[side])
-    steps = np.diff(hints.divisions[side](n)) * edges[side].length * scale
+    hints = narrow_hints(found, StackHints(plane=CellAsks(wishes=Wishes())), np.ones(len(edges), dtype=np.int64), size)
+    plane = hints.plane
+    side = max(plane.divisions, key=lambda e: edges[e].length)
+    n = round(edges[side].length / plane.wishes.most_sizes[side])
+    steps = np.diff(plane.divisions[side](n)) * edges[side].length * scale
     assert steps.sum() == pytest.approx(edges[side].length * scale)
     assert (steps[1:] / steps[:-1]).max() < 3.0
 
@@ -60,6 +63,8 @@ def test_segments_are_as_short_as_cells_are_narrow_and_longer_away_from_there():
 def test_what_the_user_asked_of_an_edge_stays():
     found, scale = stack()
     edges = found.arrangement.prism.edges
-    asked = StackHints(sizes=dict.fromkeys(found.arrangement.over, 3.0))
+    sizes = dict.fromkeys(found.arrangement.over, 3.0)
+    asked = StackHints(plane=CellAsks(wishes=Wishes(edge_sizes=sizes)))
     hints = narrow_hints(found, asked, np.ones(len(edges), dtype=np.int64), 4.0 / scale)
-    assert (hints.most_sizes, hints.divisions, hints.sizes) == ({}, {}, asked.sizes)
+    assert (hints.plane.wishes.most_sizes, hints.plane.divisions) == ({}, {})
+    assert hints.plane.wishes.edge_sizes == sizes

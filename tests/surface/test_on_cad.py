@@ -5,10 +5,11 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.cad import load
-from cadsweep.intervals import assign_intervals
 from cadsweep.recognition import find_sweeps
-from cadsweep.surface import disc_lattice, mesh_surfaces
+from cadsweep.surface import disc_lattice
 from cadsweep.surface.relax import corner_sines
+
+from ..lone import assign_intervals, mesh_surfaces
 
 pytestmark = pytest.mark.cad
 

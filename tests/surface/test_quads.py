@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from cadsweep.errors import SurfaceMeshError
-from cadsweep.surface import mesh_surfaces, quads
+from cadsweep.surface import quads
 from cadsweep.surface.filling import best_quads
 from cadsweep.surface.gmsh_quads import parted
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
 
+from ..lone import mesh_surfaces
 from .surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
 
 
@@ -253,7 +254,7 @@ def test_congruent_faces_are_filled_once_and_alike(monkeypatch):
         return best_quads(outline)
 
     monkeypatch.setattr(quads, "best_quads", counted)
-    congruent = quads.Congruent()
+    memory = quads.Memory()
     turn = np.array([[0.6, -0.8], [0.8, 0.6]])
     made = []
     for matrix, shift in ((np.eye(2), (0, 0)), (np.eye(2), (7, 2)), (turn, (3, -9)), (1.5 * np.eye(2), (0, 0))):
@@ -267,7 +268,7 @@ def test_congruent_faces_are_filled_once_and_alike(monkeypatch):
             np.column_stack([ring, np.zeros(len(ring))]),
             [np.arange(len(ring))],
             np.full(len(ring), np.nan),
-            congruent=congruent,
+            memory=memory,
         ).build()
         check_quads(cap)
         made.append((matrix, shift, cap))

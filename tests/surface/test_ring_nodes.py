@@ -27,7 +27,7 @@ def hole():
 def test_every_node_has_a_place_and_every_quad_a_face():
     sweep = polygon_prism([square(), hole()], [raised(0), raised(1), raised(3)])
     builder = build_rings(sweep, count_segments(sweep, 4, [2, 3]))
-    side_faces, node_edges, node_vertices = builder.labels()
+    side_faces, node_edges, node_vertices = builder.layout.labels()
     assert builder.rings.shape == (6, 32, 3)
     assert np.isfinite(builder.rings).all()
     assert (side_faces >= 0).all()
@@ -39,7 +39,7 @@ def test_every_node_has_a_place_and_every_quad_a_face():
 def test_vertices_are_met_bit_for_bit():
     sweep = polygon_prism([l_shape()], [raised(0), raised(2.1, [[1.3, 0.2], [0.1, 0.8]], (0.3, 0.1))])
     builder = build_rings(sweep, count_segments(sweep, 5, 7))
-    _, _, node_vertices = builder.labels()
+    _, _, node_vertices = builder.layout.labels()
     on = node_vertices >= 0
     assert np.array_equal(builder.rings[on], sweep.solid.vertices[node_vertices[on]])
 
@@ -119,7 +119,7 @@ def test_t_junctions_put_the_rows_of_whole_faces_between_divided_ones():
     sweep = polygon_prism([square()], [raised(0), raised(1), raised(3)], merged=[(0, 1)])
     assert sweep.stations == ()
     builder = build_rings(sweep, count_segments(sweep, 4, [2, 4]))
-    side_faces, node_edges, _ = builder.labels()
+    side_faces, node_edges, _ = builder.layout.labels()
     assert len(set(side_faces[:, 4])) == 1
     assert len(set(side_faces[:, 0])) == 2
     assert (node_edges[2, [1, 9, 13]] >= 0).all()

@@ -95,6 +95,17 @@ def under_bored_bosses(solid: Solid, flat: float) -> Iterator[Cutter]:
     flat : float
         Radians from pi up to which two faces at an edge are one surface.
     """
+    for rim, axis, seam, depth in bored_rims(solid, flat):
+        yield Cutter(
+            kind="cushion",
+            reason=f"a cone from the circle on {rim.face.label()} to the bore in it",
+            tools=countersink(solid, rim, axis, seam, depth),
+            weight=rim.length,
+        )
+
+
+def bored_rims(solid: Solid, flat: float) -> Iterator[tuple[Rim, Axis, FloatArray, float]]:
+    """Circles with a bore in them, where a cone has room: with the bore, its seam, and the depth of the cone."""
     axes = find_axes(solid)
     for rim in find_rims(solid, flat):
         for axis in axes:
@@ -102,13 +113,7 @@ def under_bored_bosses(solid: Solid, flat: float) -> Iterator[Cutter]:
             room = None if seam is None else _room(rim, axis)
             if seam is None or room is None or room < LEAST_SLOPE * (rim.radius - axis.radius):
                 continue
-            depth = min(SLOPE * (rim.radius - axis.radius), room)
-            yield Cutter(
-                kind="cushion",
-                reason=f"a cone from the circle on {rim.face.label()} to the bore in it",
-                tools=countersink(solid, rim, axis, seam, depth),
-                weight=rim.length,
-            )
+            yield rim, axis, seam, min(SLOPE * (rim.radius - axis.radius), room)
 
 
 def seam_in(solid: Solid, rim: Rim, axis: Axis) -> FloatArray | None:
@@ -200,4 +205,13 @@ def _cone(rim: Rim, out: FloatArray, depth: float) -> Any:
     return BRepBuilderAPI_MakeFace(surface, 0.0, 2.0 * pi, -depth / np.cos(half_angle), 0.0, 1e-7).Face()
 
 
-__all__ = ["LEAST_SLOPE", "SHARE", "SLOPE", "countersink", "seam_in", "under_bored_bosses", "under_circles"]
+__all__ = [
+    "LEAST_SLOPE",
+    "SHARE",
+    "SLOPE",
+    "bored_rims",
+    "countersink",
+    "seam_in",
+    "under_bored_bosses",
+    "under_circles",
+]

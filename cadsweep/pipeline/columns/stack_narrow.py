@@ -7,7 +7,6 @@ along which the length changes are divided by it.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -50,7 +49,8 @@ def narrow_hints(stack: Stack, hints: StackHints, counts: IntArray, size: float)
         for e, wide in widths.widths.items()
     }
     lengths = _graded(stack, widths, own)
-    asked = {e for some in hints.counts for e in some} | set(hints.sizes) | set(hints.divisions)
+    asked = hints.fixed | hints.plane.divisions.keys()
+    most = hints.plane.wishes.most_sizes
     sizes, divisions = {}, {}
     for e, along in lengths.items():
         if e in asked:
@@ -58,10 +58,10 @@ def narrow_hints(stack: Stack, hints: StackHints, counts: IntArray, size: float)
         fractions = widths.fractions[e]
         steps = np.diff(fractions) * 2.0 / (along[1:] + along[:-1])
         run = np.concatenate([[0.0], np.cumsum(steps)])
-        sizes[e] = min(1.0 / float(run[-1]), hints.most_sizes.get(e, np.inf))
+        sizes[e] = min(1.0 / float(run[-1]), most.get(e, np.inf))
         if along.max() > _VARIES * along.min():
             divisions[e] = partial(_by_run, run=run / run[-1], fractions=fractions)
-    return replace(hints, most_sizes=hints.most_sizes | sizes, divisions=hints.divisions | divisions)
+    return hints.finer(sizes, divisions)
 
 
 def _graded(stack: Stack, widths: stacks.Widths, own: dict[int, FloatArray]) -> dict[int, FloatArray]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ... import stacks
 from ...arrays import IntArray
 from ...errors import SurfaceMeshError
-from ...mesh import QuadMesh, SurfaceMesh
+from ...mesh import QuadMesh
 from ...stack import Levels, Stack
 from ...sweep import Intervals
 from ..nearness.nearer import MOST_HALVINGS
@@ -31,7 +31,7 @@ MOST_BLUNTED = 4
 MOST_GROWTH = 3.0
 """Quads, as a multiple of those before, beyond which better ones are too dear."""
 
-Attempt = Callable[[StackHints, dict[int, float]], tuple[Intervals, Callable[[], SurfaceMesh]]]
+Attempt = Callable[[StackHints, dict[int, float]], tuple[Intervals, Callable[[], QuadMesh]]]
 
 
 def mesh_plane(
@@ -54,7 +54,7 @@ def mesh_plane(
     levels : Levels
     hints : StackHints
     attempt : callable
-        Hints and sizes of edges to their counts, and what meshes the boundary of the prism with these.
+        Hints and sizes of edges to their counts, and what meshes the plane with these.
     run : Run
     narrow : callable
         Hints and counts to hints that have shorter segments at narrow places.
@@ -64,11 +64,11 @@ def mesh_plane(
     SurfaceMeshError
         A cell cannot be meshed with shorter segments either.
     """
-    asked = hints.divisions
+    plane = hints.plane
     known, best, judged, hints, notes = _first_mesh(stack, levels, hints, attempt, run, narrow)
     finer = dict[int, float]()
     poor, whole = _to_halve(judged)
-    fixed = _fixed(hints)
+    fixed = hints.fixed
     for turn in range(MOST_UNFOLDED):
         if turn >= MOST_REFINED and judged.worst > 0.0:
             break
@@ -76,7 +76,7 @@ def mesh_plane(
         if not shorter:
             break
         try:
-            counts, surfaces, more = _until_meshed(stack, hints, finer | shorter, attempt, run)
+            counts, quads, more = _until_meshed(stack, hints, finer | shorter, attempt, run)
         except SurfaceMeshError as error:
             # What there is has been meshed already: the cells that fail stay as they are.
             fixed |= set(error.edges)
@@ -84,10 +84,10 @@ def mesh_plane(
                 break
             continue
         finer |= shorter
-        if len(surfaces.source.quads) > MOST_GROWTH * len(best.quads) and judged.worst > 0.0:
+        if len(quads.quads) > MOST_GROWTH * len(best.quads) and judged.worst > 0.0:
             break
         with run.stage("surface"):
-            mended = stacks.mend_quads(stack, levels, surfaces.source)
+            mended = stacks.mend_quads(stack, levels, quads)
             found = stacks.judge_plane(stack, levels, mended)
         # A cell that no division mends must not keep the others from what they gain.
         if found.rank >= judged.rank:
@@ -104,7 +104,7 @@ def mesh_plane(
         best, judged, known = mended, found, counts
         poor, whole = _to_halve(judged)
         notes = [f"{len(finer)} outlines divided finer than their size asks, for better quads", *more]
-    return best, [*notes, *say_graded(asked, asked, dict(enumerate(known.counts.tolist())))]
+    return best, [*notes, *say_graded(plane.divisions, plane.biased, dict(enumerate(known.counts.tolist())))]
 
 
 class _Made(NamedTuple):
@@ -127,20 +127,20 @@ def _first_mesh(  # noqa: PLR0917
 ) -> _Made:
     """Mesh the plane with the sizes that are asked for, or with those that narrow places need where that is better."""
 
-    def made(hints: StackHints, found: tuple[Intervals, SurfaceMesh, list[str]]) -> _Made:
-        counts, surfaces, notes = found
+    def made(hints: StackHints, found: tuple[Intervals, QuadMesh, list[str]]) -> _Made:
+        counts, quads, notes = found
         with run.stage("surface"):
-            quads = stacks.mend_quads(stack, levels, surfaces.source)
-            return _Made(counts, quads, stacks.judge_plane(stack, levels, quads), hints, notes)
+            mended = stacks.mend_quads(stack, levels, quads)
+            return _Made(counts, mended, stacks.judge_plane(stack, levels, mended), hints, notes)
 
     plain: _Made | None = None
     if narrow is None:
         return made(hints, _until_meshed(stack, hints, {}, attempt, run))
-    counts, mesh = _blunted(stack, hints.most_sizes | hints.sizes, _fixed(hints), hints, attempt)
+    counts, mesh = _blunted(stack, _wished(hints), hints.fixed, hints, attempt)
     try:
         with run.stage("surface"):
-            surfaces = mesh()
-        plain = made(hints, (counts, surfaces, []))
+            quads = mesh()
+        plain = made(hints, (counts, quads, []))
         if not plain.judged.lacking:
             return plain
     except SurfaceMeshError as error:
@@ -176,24 +176,25 @@ def _to_halve(judged: stacks.Judged) -> tuple[set[int], bool]:
     return (judged.around if whole else judged.poor), whole
 
 
-def _fixed(hints: StackHints) -> set[int]:
-    """Edges whose segments the user asked for."""
-    return {e for edges in hints.counts for e in edges} | set(hints.sizes)
+def _wished(hints: StackHints) -> dict[int, float]:
+    """Sizes of edges, those that were asked for before others."""
+    wishes = hints.plane.wishes
+    return {**wishes.most_sizes, **wishes.edge_sizes}
 
 
 def _until_meshed(
     stack: Stack, hints: StackHints, finer: dict[int, float], attempt: Attempt, run: Run
-) -> tuple[Intervals, SurfaceMesh, list[str]]:
+) -> tuple[Intervals, QuadMesh, list[str]]:
     """Mesh a boundary, with segments twice as short wherever that could not be meshed; what was asked for stays."""
-    wished = hints.most_sizes | hints.sizes | finer
+    wished = _wished(hints) | finer
     sizes = dict(wished)
-    fixed = _fixed(hints) | set(finer)
+    fixed = hints.fixed | set(finer)
     last: SurfaceMeshError | None = None
     for _ in range(1 + MOST_HALVINGS):
         counts, mesh = _blunted(stack, wished, fixed, hints, attempt)
         try:
             with run.stage("surface"):
-                surfaces = mesh()
+                quads = mesh()
         except SurfaceMeshError as error:
             last = error
             shorter = {
@@ -204,14 +205,14 @@ def _until_meshed(
             wished |= shorter
             continue
         n = sum(e not in sizes or size < sizes[e] for e, size in wished.items())
-        return counts, surfaces, [f"{n} edges at narrow places divided finer than their size asks"] if n else []
+        return counts, quads, [f"{n} edges at narrow places divided finer than their size asks"] if n else []
     assert last is not None
     raise last
 
 
 def _blunted(
     stack: Stack, wished: dict[int, float], fixed: set[int], hints: StackHints, attempt: Attempt
-) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+) -> tuple[Intervals, Callable[[], QuadMesh]]:
     """Counts with which no two outlines cross that part at a sharp corner; `wished` gets the sizes for them."""
     counts, mesh = attempt(hints, wished)
     for _ in range(MOST_BLUNTED):

@@ -19,23 +19,23 @@ from ... import cad, estimate, intervals, stacks, surface
 from ...blocks.joined import JoinedMesh
 from ...brep import Part, Solid
 from ...errors import CadSweepError, InputError, NotSweepableError, SurfaceMeshError
-from ...mesh import HexMesh, SurfaceMesh
+from ...mesh import HexMesh, QuadMesh
 from ...options import SweepOptions
 from ...stack import Stack, name_direction
 from ...stack_mesh import StackMesh
 from ...sweep import Intervals, Sweep
 from ..candidates import GOOD_ENOUGH, SMOOTH_BELOW
+from ..complexes.laying import cell_sweeps, fractions_of
 from ..complexes.several import finish
+from ..complexes.swept import alone
 from ..finished.pairs import with_pairs
 from ..nearness.stack_accuracy import MadeStack, accurate_stack
 from ..origin import AnyMesh
 from ..parts import only_solid
 from ..run import Run
-from ..wishes.biases import splits_of
-from ..wishes.periodic_sides import of_walls, side_motions, tied_counts, with_images
+from ..wishes.cell_asks import CellAsks
 from ..wishes.stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
-from ..wishes.stack_sizes import by_place
-from ..wishes.stack_walls import StackWalls, finer_stack, plan_stack_walls
+from ..wishes.stack_walls import StackWalls, plan_stack_walls
 from .stack_merging import merged_stack
 from .stack_narrow import narrow_hints
 from .stack_plane import mesh_plane
@@ -221,37 +221,22 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     size = None if options.size is None else options.size / part.scale
     with run.stage("recognition"):
         stack, sheets = _merged(known, size)
-    hints = resolve_stack_hints(part, stack, sheets, options)
-    matches, walls, memory = of_walls(part, stack, options), StackWalls(), surface.Memory()
+    prism = alone(part, stack.plan)
+    cells = cell_sweeps(prism.part, prism.plan)
+    hints = resolve_stack_hints(part, stack, sheets, prism.part, cells, options)
+    walls, memory = StackWalls(), surface.Memory()
 
-    def attempt(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], SurfaceMesh]]:
+    def attempt(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], QuadMesh]]:
         with run.stage("intervals"):
-            splits = splits_of(hints.divisions)
-            assign = partial(
-                intervals.assign_intervals, stack.plan, size=size, layers=1, edge_sizes=sizes, splits=splits
-            )
-            counts = assign(edge_counts=hints.counts)
-            tied = tied_counts(stack.plan, matches, counts, hints.counts)
-            if tied:
-                counts = assign(edge_counts=hints.counts | tied)
-        return counts, lambda: surface.mesh_surfaces(
-            stack.plan,
-            counts,
-            sizes=hints.inside,
-            divisions=with_images(matches, hints.divisions),
-            alone=walls.plan.divisions(stack.plan),
-            walls=walls.walls(stack),
-            matched=side_motions(stack.plan, matches),
-            memory=memory,
-        )
+            wishes = replace(hints.plane.wishes, edge_sizes=sizes)
+            counts = intervals.assign_shared_intervals(cells, wishes)[0]
+        return counts, partial(_lay_plane, prism.part, cells, counts, hints.plane, walls.walls(stack), memory)
 
-    counts, _ = attempt(hints, hints.sizes)
-    hints = replace(hints, sizes=stacks.sizes_across(stack, counts.size) | hints.sizes)
-    hints = by_place(part, stack, sheets, options, hints, counts.size)
-    walls = plan_stack_walls(part, stack, sheets, options, counts)
-    hints = walls.added_to(hints)
-    if walls.plan.edges and not matches:
-        hints = finer_stack(stack, walls, hints, counts, biased=bool(options.biases))
+    counts, _ = attempt(hints, dict(hints.plane.wishes.edge_sizes))
+    hints = hints.on_plane(edge_sizes={**stacks.sizes_across(stack, counts.size), **hints.plane.wishes.edge_sizes})
+    if options.wall_layers:
+        walls = plan_stack_walls(part, stack, sheets, options, counts.size)
+        hints = walls.added_to(stack, hints, counts)
     with run.stage("intervals"):
         weigh_layers(sheets, hints, counts.size)
         # One layer does not bend; where nobody asked for a size, a thin plate under its bosses gets two.
@@ -311,6 +296,25 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     if report.min_scaled_jacobian < SMOOTH_BELOW:
         notes += _limits(stack, report.min_scaled_jacobian)
     return replace(mesh, info={**mesh.info, "notes": notes})
+
+
+def _lay_plane(  # noqa: PLR0917
+    prism: Part,
+    cells: Sequence[intervals.CellSweep],
+    counts: Intervals,
+    asks: CellAsks,
+    walls: surface.Walls | None,
+    memory: surface.Memory,
+) -> QuadMesh:
+    """Mesh the plane as the source cap of the one cell of the prism over it."""
+    fractions = fractions_of(prism, cells, [counts], asks.divisions, asks.wishes.alike)
+    sizes = {} if asks.field is None else {0: asks.field}
+    skeleton = surface.Skeleton(
+        prism.solids, [counts], fractions=fractions, sizes=sizes, partners=asks.partners, memory=memory
+    )
+    sweep = cells[0].fill
+    assert isinstance(sweep, Sweep), "a prism is swept"
+    return skeleton.build_cap(0, sweep, walls=walls)
 
 
 def _check_unasked(stack: Stack, n_hexes: int, options: SweepOptions) -> None:

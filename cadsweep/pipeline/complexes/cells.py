@@ -21,7 +21,6 @@ from ...brep import Part
 from ...corner_blocks import CornerBlocks
 from ...errors import CadSweepError, ProjectionError, SurfaceMeshError
 from ...intervals import Wishes, assign_shared_intervals, cell_sizes
-from ...mesh import SurfaceMesh
 from ...options import SweepOptions
 from ...plan import Plan
 from ...projection import project_layers
@@ -29,11 +28,14 @@ from ...projection.caps import PlacedCap, place_target
 from ...surface import (
     CellBoundary,
     Division,
+    Memory,
     Rings,
     Skeleton,
+    boundary_of,
     lay_star,
     match_quads,
     opposite_angles,
+    surface_mesh,
     turn_grid,
 )
 from ...sweep import Intervals, Sweep
@@ -82,6 +84,7 @@ def mesh_cells(  # noqa: PLR0917
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
     run.checks(expected, options)
+    memory = Memory()
     for halving in range(1 + MOST_HALVINGS):
         with run.stage("intervals"):
             counts = assign_shared_intervals(cells, wishes)
@@ -96,6 +99,7 @@ def mesh_cells(  # noqa: PLR0917
                 sizes=sizes_on_sources(plan, asks.field, inside),
                 partners=asks.partners,
                 walls=asks.walls.layers,
+                memory=memory,
             )
             for cell, way in enumerate(plan.ways):
                 for side in way.grids.values():
@@ -182,7 +186,7 @@ class _Builder:
         run: Run,
         rings: Mapping[int, Rings],
     ) -> None:
-        self.ends = {cell: own.node_vertices[[0, -1]] for cell, own in rings.items()}
+        self.ends = {cell: own.layout.labels()[2][[0, -1]] for cell, own in rings.items()}
         self.part = part
         self.skeleton = skeleton
         self.options = options
@@ -196,7 +200,7 @@ class _Builder:
         with self.run.stage("surface"):
             ends = self.ends.get(cell)
             self.skeleton.lay_source(cell, sweep, None if ends is None else opposite_angles(sweep, ends))
-            boundary = self.skeleton.boundary_of(cell, sweep)
+            boundary = boundary_of(self.skeleton, cell, sweep)
         with self.run.stage("projection"):
             self.fill(cell, sweep, boundary)
 
@@ -211,7 +215,7 @@ class _Builder:
         """Carry the source to the target and place the layers between them."""
         skeleton, source, rings = self.skeleton, boundary.source, boundary.rings
         keys = self.part.solids[cell].face_keys
-        surfaces = _surface_mesh(boundary, skeleton, cell, sweep)
+        surfaces = surface_mesh(boundary, skeleton, cell, sweep)
         meshed = [int(keys[f]) in skeleton.faces for f in sweep.target]
         if all(meshed):
             ends, faces = self.landed(cell, sweep, boundary)
@@ -259,7 +263,7 @@ class _Builder:
         sides = np.stack([rings[:-1], rings[:-1, following], rings[1:, following], rings[1:]], axis=-1)
         self.take(cell, "source", boundary.nodes[source.quads][:, ::-1], source.faces)
         self.take(cell, "target", ends[source.quads], faces)
-        self.take(cell, "side", sides.reshape(-1, 4), _side_faces(boundary).reshape(-1))
+        self.take(cell, "side", sides.reshape(-1, 4), surfaces.side_faces.reshape(-1))
 
     def take(self, cell: int, role: str, quads: IntArray, faces: IntArray) -> None:
         """Keep boundary quads, outward from their cell."""
@@ -338,40 +342,3 @@ class _Builder:
             roles=self.roles,
             edge_nodes=self.skeleton.edges,
         )
-
-
-def _side_faces(boundary: CellBoundary) -> IntArray:
-    """Face (n_layers, b) of every quad of the sides."""
-    layout = boundary.layout
-    faces = np.full((layout.n_layers, layout.n_ring), -1, dtype=np.int64)
-    for side in layout.sides:
-        columns = layout.columns(side.loop, side.column, side.width)
-        faces[side.layer : side.layer + side.height, columns] = side.side.face
-    return faces
-
-
-def _surface_mesh(boundary: CellBoundary, skeleton: Skeleton, cell: int, sweep: Sweep) -> SurfaceMesh:
-    """The cell's boundary as projection takes it."""
-    layout, source = boundary.layout, boundary.source
-    keys = sweep.solid.edge_keys
-    points = skeleton.points
-    on_loops = {edge for loop in sweep.source_loops for edge, _ in loop}
-    inner = {
-        target: points[skeleton.edges[int(keys[target])]]
-        for edge, (target, _) in sweep.target_edges.items()
-        if edge in source.edge_nodes and edge not in on_loops
-    }
-    node_edges = np.full(boundary.rings.shape, -1, dtype=np.int64)
-    for edge in layout.edges.values():
-        node_edges[layout.nodes(edge)] = edge.edge
-    node_vertices = np.full_like(node_edges, -1)
-    for vertex, (column, layer) in layout.vertices.items():
-        node_vertices[layer, column] = vertex
-    return SurfaceMesh(
-        source=source,
-        rings=points[boundary.rings],
-        side_faces=_side_faces(boundary),
-        node_edges=node_edges,
-        node_vertices=node_vertices,
-        target_edge_points=inner,
-    )

@@ -29,8 +29,9 @@ from ...quality import QualityReport
 from ...quality.thickness import single_share
 from ...sweep import Intervals
 from ..finished.pairs import with_pairs
-from ..nearness.cells_accuracy import Found, accurate_cells, boundary_distance, check_coarse_solids
+from ..nearness.cells_accuracy import accurate_cells
 from ..nearness.crossing_facets import FINER, MOST_ROUNDS, finer_where_crossing
+from ..nearness.measured import Found, boundary_distance, check_coarse_solids
 from ..nearness.nearer import COARSE, coarse
 from ..origin import made_of
 from ..refusing import refusal

@@ -40,7 +40,7 @@ from ..complexes.checking import checked_cells
 from ..complexes.groups import make_group, put_together
 from ..complexes.subsets import chosen_solids, separated, subset, touching_groups
 from ..complexes.swept import at_one_place
-from ..nearness.cells_accuracy import boundary_distance
+from ..nearness.measured import boundary_distance
 from ..origin import CellsOrigin
 from ..refusing import carried_refusal, poor_carried
 from ..routes import open_part

@@ -35,7 +35,7 @@ from ...orders.placing import place
 from ...projection.target import GOOD_ENOUGH
 from ..complexes.checking import checked_cells
 from ..complexes.groups import put_together
-from ..nearness.cells_accuracy import boundary_distance
+from ..nearness.measured import boundary_distance
 from ..origin import GroupsOrigin, first_order, origin_of
 from ..refusing import refusal
 from ..run import Run, silent

@@ -19,7 +19,8 @@ from ...brep import Part
 from ...errors import InvertedHexError
 from ...intervals import Wishes
 from ...sweep import Intervals
-from .cells_accuracy import edge_sag, finer_sizes
+from .cells_accuracy import finer_sizes
+from .measured import edge_sag
 
 MOST_ROUNDS = 2
 """Times that edges are divided finer: chords are then off by a sixteenth of what they were, as in :mod:`..refusing`."""

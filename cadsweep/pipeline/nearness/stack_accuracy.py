@@ -21,7 +21,8 @@ from ...stack import Stack
 from ...stack_mesh import Placed
 from ..run import Run
 from ..wishes.stack_hints import StackHints
-from .cells_accuracy import LEAST_MORE, SHARE, Found, Judged, check_most, edge_sag, keeps_shape, measure, nearest
+from .cells_accuracy import LEAST_MORE, SHARE, Judged, check_most, nearest
+from .measured import Found, edge_sag, keeps_shape, measure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,11 +62,11 @@ def accurate_stack(  # noqa: PLR0917
         made, found = last
         check_most(options, made.joined.n_hexes * found.most_needed**2)
         sizes = _finer(part, stack, made, found, hints)
-        known = {e: size for e, size in sizes.items() if e in hints.sizes}
-        others = {e: size for e, size in sizes.items() if e not in hints.sizes}
         if not sizes:
             return None
-        return replace(hints, sizes=hints.sizes | known, most_sizes=hints.most_sizes | others)
+        known = dict(hints.plane.wishes.edge_sizes)
+        others = {e: size for e, size in sizes.items() if e not in known}
+        return hints.on_plane(edge_sizes=known | {e: sizes[e] for e in known.keys() & sizes.keys()}).finer(others)
 
     best, notes = nearest(part, judged(first), hints, options, run, make=lambda hints: judged(make(hints)), finer=finer)
     return replace(best.made, notes=[*best.made.notes, *notes]), best.found
@@ -78,7 +79,7 @@ def _finer(part: Part, stack: Stack, made: MadeStack, found: Found, hints: Stack
     of the cap count where it bends. Those whose count the user gave stay.
     """
     arrangement, prism = stack.arrangement, stack.arrangement.prism
-    spoken = {e for edges in hints.counts for e in edges} | set(hints.divisions)
+    spoken = hints.demanded | hints.plane.divisions.keys()
     below: dict[int, list[int]] = {}
     for own, over in arrangement.over.items():
         for edge in over:

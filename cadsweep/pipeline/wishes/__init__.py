@@ -8,8 +8,8 @@ shared_hints   sizes and counts by key, for every kind of part
 biases         edges that are graded; `local_sizes`, `size_divisions` sizes that change from place to place
 leaving        what leaves a wall with layers; `cell_walls` says that to cells, `walls`, `stack_walls` to columns
 wall_heights   layers along walls kept as high through bends and tapers
-periodic       faces that answer each other; `periodic_sides` as walls of columns
+periodic       faces that answer each other; `periodic_walls` as walls of columns
 rails          layers of edges along a sweep
-cell_asks      all of it for cells, a lone sweep among them; `stack_hints` and `stack_sizes` for columns
+cell_asks      all of it by key; `stack_hints`, `stack_sizes` what of it is on the plane of columns, and between levels
 ============== ===========================================================================================
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from dataclasses import field as field_
 
 from ...brep import Part
 from ...errors import InputError
@@ -39,11 +40,11 @@ class CellAsks:
     """
 
     wishes: Wishes
-    divisions: dict[int, Division]
-    biased: frozenset[int]
-    field: Field | None
-    partners: list[Partners]
-    walls: CellWalls
+    divisions: dict[int, Division] = field_(default_factory=dict)
+    biased: frozenset[int] = frozenset()
+    field: Field | None = None
+    partners: list[Partners] = field_(default_factory=list)
+    walls: CellWalls = field_(default_factory=CellWalls)
 
 
 def resolve_asks(  # noqa: PLR0917
@@ -59,31 +60,13 @@ def resolve_asks(  # noqa: PLR0917
         The cells divide matched faces in different places.
     """
     partners = partners_of(part, find_matches(part, model, options))
-    wishes = replace(wishes, alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()])
-    _refuse_unlike(part, wishes)
     biases = divisions_of(resolve_biases(part, options, model))
-    wishes = replace(wishes, splits=splits_of(biases))
-    divisions, field = dict(biases), None
-    sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
-    grids = [(own.solid, grid) for own in cells for grid in own.grids]
-    rails = {int(sweep.solid.edge_keys[e]) for sweep in sweeps for e in sweep.rails}
-    if options.local_sizes is not None:
-        if options.layers is not None or options.fractions is not None:
-            raise InputError("local_sizes divide edges along the sweep, too: without layers and fractions")
-        field = size_field(part, options, max(cell_sizes(cells, wishes)))
-        assert field is not None, "sizes are asked for"
-        most, divided = divide_by_sizes(part.solids, sweeps, grids, field, alike=wishes.alike)
-        wishes = replace(wishes, most_sizes=most)
-        divisions = divided | divisions
-    elif wishes.edge_sizes and not (options.wall_layers or partners):
-        # Where rows along walls end, and what answers another face, is settled elsewhere.
-        kept = {*rails, *biases, *(key for demand in wishes.demands for key in demand.keys)}
-        size = max(cell_sizes(cells, wishes))
-        most, divided = divide_beside(part.solids, sweeps, grids, wishes.edge_sizes, size, kept=kept)
-        wishes, divisions = replace(wishes, most_sizes=most), divided | divisions
+    field = None if options.local_sizes is None else size_field(part, options, max(cell_sizes(cells, wishes)))
+    asks = divided_asks(part, cells, options, wishes, biases, partners, field)
+    wishes, divisions = asks.wishes, asks.divisions
     walls = plan_cell_walls(part, model, plan, options)
     if options.fractions is not None:
-        _refuse_on_rails(part, rails, walls, biases)
+        _refuse_on_rails(part, _rails_of(cells), walls, biases)
     clash = sorted(walls.ends.keys() & biases.keys())
     if clash:
         edges = [e for solid in part.solids for e in solid.edges if int(solid.edge_keys[e.id]) == clash[0]]
@@ -95,9 +78,57 @@ def resolve_asks(  # noqa: PLR0917
     if walls.ends:
         divisions |= walls.divisions(part)
         wishes = replace(wishes, least_counts=walls.least_counts(part, max(cell_sizes(cells, wishes))))
-    return CellAsks(
-        wishes=wishes, divisions=divisions, biased=frozenset(biases), field=field, partners=partners, walls=walls
+    return replace(asks, wishes=wishes, divisions=divisions, walls=walls)
+
+
+def divided_asks(  # noqa: PLR0917
+    part: Part,
+    cells: Sequence[CellSweep],
+    options: SweepOptions,
+    wishes: Wishes,
+    biases: dict[int, Division],
+    partners: list[Partners],
+    field: Field | None,
+) -> CellAsks:
+    """What biases, matched faces, sizes at places and sizes of edges make of wishes, by keys; without walls.
+
+    Raises
+    ------
+    InputError
+        Two of them contradict each other.
+    """
+    wishes = replace(
+        wishes,
+        alike=[(a, b, same) for own in partners for a, (b, same) in own.edges.items()],
+        splits=splits_of(biases),
     )
+    _refuse_unlike(part, wishes)
+    sweeps = [own.fill for own in cells if isinstance(own.fill, Sweep)]
+    grids = [(own.solid, grid) for own in cells for grid in own.grids]
+    divisions = dict(biases)
+    if field is not None:
+        if options.layers is not None or options.fractions is not None:
+            raise InputError("local_sizes divide edges along the sweep, too: without layers and fractions")
+        most, divided = divide_by_sizes(part.solids, sweeps, grids, field, alike=wishes.alike)
+        wishes, divisions = replace(wishes, most_sizes=most), divided | divisions
+    elif wishes.edge_sizes and not (options.wall_layers or partners):
+        # Where rows along walls end, and what answers another face, is settled elsewhere.
+        kept = {*_rails_of(cells), *biases, *(key for demand in wishes.demands for key in demand.keys)}
+        size = max(cell_sizes(cells, wishes))
+        most, divided = divide_beside(part.solids, sweeps, grids, wishes.edge_sizes, size, kept=kept)
+        wishes, divisions = replace(wishes, most_sizes=most), divided | divisions
+    return CellAsks(
+        wishes=wishes,
+        divisions=divisions,
+        biased=frozenset(biases),
+        field=field,
+        partners=partners,
+    )
+
+
+def _rails_of(cells: Sequence[CellSweep]) -> set[int]:
+    """Edges along the sweeps of cells, by key."""
+    return {int(own.solid.edge_keys[e]) for own in cells if isinstance(own.fill, Sweep) for e in own.fill.rails}
 
 
 def _refuse_unlike(part: Part, wishes: Wishes) -> None:

@@ -2,8 +2,8 @@
 
 The motion that carries one face, or group of faces, to the other is found from the CAD model and checked on their
 outlines; what divides them inside is known when it is known what the part is made of. Both get equal counts, and the
-nodes of the second are the images of those of the first: of pieces that cells have of them (:func:`partners_of`), of
-one sweep's sides or caps and of the walls of columns (:mod:`.periodic_sides`).
+nodes of the second are the images of those of the first: of pieces that cells have of them (:func:`partners_of`), and
+of the walls of columns (:mod:`.periodic_walls`).
 """
 
 from __future__ import annotations

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from ... import cad
-from ...arrays import FloatArray
 from ...brep import Part
 from ...errors import InputError
-from ...intervals import KeyDemand
+from ...intervals import CellSweep, KeyDemand, Wishes, cell_sizes
 from ...options import SweepOptions
 from ...stack import Levels, Stack
 from ...stacks import Sheets
 from ...surface import Chain, Division, turned
 from .biases import biases_of, divisions_of, resolve_biases, whole_edges
+from .cell_asks import CellAsks, divided_asks
+from .local_sizes import size_field
+from .periodic_walls import matched_walls
 from .shared_hints import check_words, demand, resolve_wishes
+from .stack_sizes import layers_by_place, least_over
 
 _SAMPLES = 1000
 """Places along an edge among which the ends of its pieces on the plane are found."""
@@ -27,40 +31,55 @@ _FIRM = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class StackHints:
-    """What the user asks of single edges of a stack.
+    """What the user asks of a stack.
 
     Attributes
     ----------
-    sizes : dict of int to float
-        Wanted edge length of edges of the arrangement, working units.
-    counts : dict of tuple of int to int
-        Demanded segments of edges of the arrangement together.
+    plane : CellAsks
+        Of the prism whose cap the plane is, as a part of one cell.
     layer_sizes : dict of (int, int) to float
         Wanted height of the layers between two sheets, working units.
     layers : dict of (int, int) to int
         Demanded layers between two sheets.
-    divisions : dict of int to callable
-        How edges of the arrangement divide themselves that are not divided evenly.
     gradings : dict of (int, int) to callable
         How the layers between two sheets divide the height, from the lower one.
-    most_sizes : dict of int to float
-        Edge length of edges of the arrangement that places ask for: they may be divided finer.
-    inside : callable or None
-        Wanted lengths (m,) at points (m, 3) of the plane.
     """
 
-    sizes: dict[int, float] = field(default_factory=dict)
-    counts: dict[tuple[int, ...], int] = field(default_factory=dict)
+    plane: CellAsks
     layer_sizes: dict[tuple[int, int], float] = field(default_factory=dict)
     layers: dict[tuple[int, int], int] = field(default_factory=dict)
-    divisions: dict[int, Division] = field(default_factory=dict)
     gradings: dict[tuple[int, int], Division] = field(default_factory=dict)
-    most_sizes: dict[int, float] = field(default_factory=dict)
-    inside: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def demanded(self) -> set[int]:
+        """Edges of the plane whose counts the user gave."""
+        return {e for own in self.plane.wishes.demands for e in own.keys}
+
+    @property
+    def fixed(self) -> set[int]:
+        """Edges whose segments the user asked for."""
+        return self.demanded | set(self.plane.wishes.edge_sizes)
+
+    def on_plane(self, *, divisions: Mapping[int, Division] | None = None, **wishes: Any) -> StackHints:
+        """The same with more divisions, and other fields of the plane's wishes."""
+        return replace(
+            self,
+            plane=replace(
+                self.plane,
+                wishes=replace(self.plane.wishes, **wishes),
+                divisions={**self.plane.divisions, **(divisions or {})},
+            ),
+        )
+
+    def finer(self, sizes: Mapping[int, float], divisions: Mapping[int, Division] | None = None) -> StackHints:
+        """The same with edges that may be divided finer than the size asks, and how they divide themselves."""
+        return self.on_plane(divisions=divisions, most_sizes={**self.plane.wishes.most_sizes, **sizes})
 
 
-def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions) -> StackHints:
-    """Find the edges that the user means.
+def resolve_stack_hints(  # noqa: PLR0917
+    part: Part, stack: Stack, sheets: Sheets, prism: Part, cells: Sequence[CellSweep], options: SweepOptions
+) -> StackHints:
+    """Find what the user means on the plane, `prism` as a part of one of `cells`, and between sheets.
 
     Raises
     ------
@@ -72,32 +91,55 @@ def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: Sweep
     for own, over in stack.arrangement.over.items():
         for edge in over:
             pieces.setdefault(edge, []).append(own)
-    found = StackHints()
     check_words(part, options)
-    wishes = resolve_wishes(part, options, part)
+    asked = resolve_wishes(part, options, part)
     ids = {key: e for e, key in enumerate(stack.solid.edge_keys.tolist())}
-    for key, size in wishes.edge_sizes.items():
+    sizes: dict[int, float] = {}
+    layer_sizes: dict[tuple[int, int], float] = {}
+    for key, size in asked.edge_sizes.items():
         for own in pieces.get(ids[key], ()):
-            found.sizes[own] = min(found.sizes.get(own, size), size)
+            sizes[own] = min(sizes.get(own, size), size)
         pair = _between(stack, sheets, ids[key])
         if pair is not None:
-            found.layer_sizes[pair] = min(found.layer_sizes.get(pair, size), size)
-    demands = {own.keys: own for own in wishes.demands}
+            layer_sizes[pair] = min(layer_sizes.get(pair, size), size)
+    demands = {own.keys: own for own in asked.demands}
     rails: set[tuple[int, ...]] = set()
     for word, count in (options.rail_layers or {}).items():
         for edges in whole_edges(part.solids[0], cad.select_edges(part, word)):
             keys = tuple(sorted(stack.solid.edge_keys[list(edges)].tolist()))
             demand(part, demands, keys, count, f"rail_layers of '{word}'")
             rails.add(keys)
-    known: dict[tuple[int, ...], KeyDemand] = {}
+    layers: dict[tuple[int, int], KeyDemand] = {}
+    counts: dict[tuple[int, ...], KeyDemand] = {}
     for one in demands.values():
-        edges = tuple(ids[key] for key in one.keys)
-        _demand(stack, sheets, pieces, edges, one, known, found, is_rail=one.keys in rails)
-    on_plane = []
+        _demand(stack, sheets, pieces, tuple(ids[key] for key in one.keys), one, layers, counts, one.keys in rails)
+    on_plane, gradings = _graded(part, stack, sheets, pieces, options)
+    wishes = Wishes(size=asked.size, layers=1, edge_sizes=sizes, demands=tuple(counts.values()))
+    partners = matched_walls(part, stack, options)
+    sized = size_field(part, options, cell_sizes(cells, wishes)[0])
+    least = None if sized is None else least_over(stack, sheets, sized)
+    plane = divided_asks(prism, cells, options, wishes, divisions_of(on_plane), partners, least)
+    if sized is not None:
+        by_place, graded = layers_by_place(stack, sheets, sized)
+        layer_sizes, gradings = by_place | layer_sizes, graded | gradings
+    return StackHints(
+        plane=plane,
+        layer_sizes=layer_sizes,
+        layers={pair: own.count for pair, own in layers.items()},
+        gradings=gradings,
+    )
+
+
+def _graded(
+    part: Part, stack: Stack, sheets: Sheets, pieces: Mapping[int, Sequence[int]], options: SweepOptions
+) -> tuple[list[Chain], dict[tuple[int, int], Division]]:
+    """Chains of edges of the plane, and layers between sheets, that biases grade."""
+    on_plane: list[Chain] = []
+    gradings: dict[tuple[int, int], Division] = {}
     for chain in biases_of(stack.solid, resolve_biases(part, options)):
         edge = chain.edges[0][0]
         if _between(stack, sheets, edge) is not None:
-            found.gradings.update(_gradings(stack, sheets, chain))
+            gradings.update(_gradings(stack, sheets, chain))
         elif all(e in pieces for e, _ in chain.edges):
             on_plane.append(_below(stack, chain, pieces))
         else:
@@ -105,8 +147,7 @@ def resolve_stack_hints(part: Part, stack: Stack, sheets: Sheets, options: Sweep
                 f"{stack.solid.edges[edge].label()} neither bounds a cap nor runs along the direction of the columns "
                 "that the part is meshed in: a bias cannot grade it"
             )
-    found.divisions.update(divisions_of(on_plane))
-    return found
+    return on_plane, gradings
 
 
 def _gradings(stack: Stack, sheets: Sheets, chain: Chain) -> Iterator[tuple[tuple[int, int], Division]]:
@@ -151,28 +192,24 @@ def grade_levels(levels: Levels, sheets: Sheets, hints: StackHints) -> Levels:
 def _demand(  # noqa: PLR0917
     stack: Stack,
     sheets: Sheets,
-    pieces: dict[int, list[int]],
+    pieces: Mapping[int, Sequence[int]],
     edges: tuple[int, ...],
     one: KeyDemand,
-    known: dict[tuple[int, ...], KeyDemand],
-    found: StackHints,
-    *,
+    layers: dict[tuple[int, int], KeyDemand],
+    counts: dict[tuple[int, ...], KeyDemand],
     is_rail: bool,
 ) -> None:
+    """Demand a count of the edges of the plane below some edges, or of the layers beside one."""
     label = ", ".join(stack.solid.edges[e].label() for e in edges)
     pair = _between(stack, sheets, edges[0])
-    on_plane = tuple(sorted({own for edge in edges for own in pieces.get(edge, ())}))
+    below = tuple(sorted({own for edge in edges for own in pieces.get(edge, ())}))
     if pair is not None and len(edges) > 1:
         raise InputError(f"{label}: {one.label} asks for layers of an edge in pieces; ask for those of one of them")
-    if pair is None and (is_rail or not on_plane):
+    if pair is None and (is_rail or not below):
         raise InputError(f"{label}: {one.label} asks for layers, and the edge does not run along the stack's direction")
-    other = known.setdefault(pair or on_plane, one)
+    other = counts.setdefault(below, replace(one, keys=below)) if pair is None else layers.setdefault(pair, one)
     if other.count != one.count:
         raise InputError(f"{label}: {other.label} asks for {other.count} segments, {one.label} for {one.count}")
-    if pair is not None:
-        found.layers[pair] = one.count
-    else:
-        found.counts[on_plane] = one.count
 
 
 def _between(stack: Stack, sheets: Sheets, edge: int) -> tuple[int, int] | None:

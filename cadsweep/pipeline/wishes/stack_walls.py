@@ -19,7 +19,7 @@ from ...sweep import Intervals
 from .leaving import MOST_OF_EDGE, Leaving, walls_asked
 from .stack_hints import StackHints
 from .wall_corners import finer_at_corners
-from .walls import WallPlan, end_rows
+from .walls import WallPlan
 
 
 @dataclass(kw_only=True, eq=False)
@@ -43,7 +43,7 @@ class StackWalls:
     between: dict[tuple[int, int], Division] = field(default_factory=dict)
     sizes: dict[tuple[int, int], float] = field(default_factory=dict)
 
-    def added_to(self, hints: StackHints) -> StackHints:
+    def added_to(self, stack: Stack, hints: StackHints, counts: Intervals) -> StackHints:
         """The hints with what walls ask for; what is demanded of edges already stays.
 
         Raises
@@ -51,17 +51,22 @@ class StackWalls:
         InputError
             A bias on an edge at which rows end.
         """
-        both = bool(hints.divisions.keys() & self.plan.ends.keys() or hints.gradings.keys() & self.between.keys())
-        if both and hints.inside is None:
+        ends, plane = self.plan.ends, hints.plane
+        both = bool(plane.divisions.keys() & ends.keys() or hints.gradings.keys() & self.between.keys())
+        if both and plane.field is None:
             raise InputError("a bias, and wall layers that end at the same edge, cannot both be")
-        spoken = {e for own in hints.counts for e in own}
-        counts = {own: n for own, n in self.plan.counts.items() if spoken.isdisjoint(own)}
-        return replace(
-            hints,
-            counts=hints.counts | counts,
-            layer_sizes=hints.layer_sizes | self.sizes,
-            gradings=hints.gradings | self.between,
-        )
+        divided: dict[int, Division] = {}
+        most: dict[int, float] = {}
+        if not plane.partners:
+            known = {e.id: e.length / max(1, int(counts.counts[e.id])) for e in stack.plan.solid.edges}
+            kept = hints.demanded | ends.keys() | plane.biased
+            most, divided = finer_at_corners(stack.plan, self.plan.edges, known, plane.divisions, kept=kept)
+        least = self.plan.least_counts(stack.plan, counts)
+        hints = hints.on_plane(
+            divisions=divided | self.plan.divisions(stack.plan),
+            least_counts={e: n for e, n in least.items() if e not in hints.demanded},
+        ).finer(most)
+        return replace(hints, layer_sizes=hints.layer_sizes | self.sizes, gradings=hints.gradings | self.between)
 
     def walls(self, stack: Stack) -> Walls | None:
         """For the surface stage."""
@@ -71,16 +76,8 @@ class StackWalls:
         return Walls(layers=self.plan.edges, faces=frozenset(above))
 
 
-def finer_stack(stack: Stack, walls: StackWalls, hints: StackHints, counts: Intervals, *, biased: bool) -> StackHints:
-    """The hints with walls divided finer where they meet at sharp corners, on the plane."""
-    kept = {e for own in hints.counts for e in own}.union(walls.plan.ends, hints.divisions if biased else ())
-    known = {e.id: e.length / max(1, int(counts.counts[e.id])) for e in stack.plan.solid.edges}
-    sizes, divisions = finer_at_corners(stack.plan, walls.plan.edges, known, hints.divisions, kept=kept)
-    return replace(hints, most_sizes=hints.most_sizes | sizes, divisions=hints.divisions | divisions)
-
-
-def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions, counts: Intervals) -> StackWalls:
-    """Find what wall layers ask of a stack whose counts are roughly known.
+def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOptions, size: float) -> StackWalls:
+    """Find what wall layers ask of a stack.
 
     Raises
     ------
@@ -90,7 +87,7 @@ def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOpt
     found = StackWalls()
     for word, own, (_, f) in walls_asked(part, part, options):
         if f in sheets.caps:
-            _at_cap(stack, sheets, f, own, counts.size, found)
+            _at_cap(stack, sheets, f, own, size, found)
             continue
         edges = set(stack.solid.faces[f].edges)
         below = [e for e, over in stack.arrangement.over.items() if edges & set(over)]
@@ -98,8 +95,7 @@ def plan_stack_walls(part: Part, stack: Stack, sheets: Sheets, options: SweepOpt
             if found.plan.edges.setdefault(e, own) != own:
                 label = stack.solid.faces[f].label()
                 raise InputError(f"{label}: wall layers of '{word}' and of another name over or under it differ")
-    if found.plan.edges:
-        end_rows(stack.plan, found.plan, counts, options)
+    found.plan.end_rows(stack.plan)
     return found
 
 

@@ -1,7 +1,6 @@
-"""From the user's words for walls to rows of a section and to layers of a sweep.
+"""Rows of quads along edges of a section whose heights are asked for: where they go on, where they end.
 
-A wall that is a side of the sweep gets rows of quads along its edges of the section; the edges that end there are
-divided so that the rows end at their nodes. A wall that is a cap gets its layers along the rails.
+The edges that end at a wall's are divided so that the rows end at their nodes.
 """
 
 from __future__ import annotations
@@ -9,52 +8,39 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import sin
 
-from ...arrays import FloatArray
 from ...asked import WallLayers
 from ...errors import InputError
-from ...options import SweepOptions
-from ...surface import Division, Walls
+from ...surface import Division
 from ...sweep import Intervals, Sweep
 from .leaving import STRAIGHT_ON, Leaving, joints
 
 
 @dataclass(kw_only=True, eq=False)
 class WallPlan(Leaving[int]):
-    """What wall layers ask of one sweep, and of the edges that leave its walls.
+    """What wall layers ask of a section, and of the edges that leave its walls.
 
     Attributes
     ----------
     edges : dict of int to WallLayers
         Edges of the source cap along which rows are laid, heights in working units.
-    faces : set of int
-        The walls along which they are.
-    counts : dict of tuple of int to int
-        Segments that the edges need at which rows end or layers begin.
-    cap_heights : dict of bool to (n,) float64
-        Heights of the layers along the source (True) and the target, where these are walls.
     """
 
     edges: dict[int, WallLayers] = field(default_factory=dict)
-    faces: set[int] = field(default_factory=set)
-    counts: dict[tuple[int, ...], int] = field(default_factory=dict)
-    cap_heights: dict[bool, FloatArray] = field(default_factory=dict)
 
     def divisions(self, sweep: Sweep) -> dict[int, Division]:
         """How the edges at which rows end divide themselves."""
         edges = sweep.solid.edges
         return {e: self.division(e, edges[e].length, edges[e].label()) for e in self.ends}
 
-    @property
-    def walls(self) -> Walls:
-        """For the surface stage."""
-        return Walls(layers=self.edges, faces=frozenset(self.faces))
+    def least_counts(self, sweep: Sweep, counts: Intervals) -> dict[int, int]:
+        """Segments that these edges need for the rows, and for what is left of them as long as they are now."""
+        edges = sweep.solid.edges
+        return {e: self.needed(e, edges[e].length, edges[e].length / max(1, int(counts.counts[e]))) for e in self.ends}
 
-
-def end_rows(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
-    """Find where the rows along the edges of a plan end, and the segments that this asks for."""
-    _go_on(sweep, plan)
-    _end_rows(sweep, plan)
-    _need_segments(sweep, plan, counts, options)
+    def end_rows(self, sweep: Sweep) -> None:
+        """Find where the rows along the edges of a plan end."""
+        _go_on(sweep, self)
+        _end_rows(sweep, self)
 
 
 def _go_on(sweep: Sweep, plan: WallPlan) -> None:
@@ -95,26 +81,4 @@ def _end_rows(sweep: Sweep, plan: WallPlan) -> None:
         edge, at_start = (b, b_forward) if one is not None else (a, not a_forward)
         plan.leave(edge, own, sine=sin(angle), at_start=at_start)
     for e in plan.ends:
-        if e not in sweep.rails:
-            plan.shorten(e, sweep.solid.edges[e])
-
-
-def _need_segments(sweep: Sweep, plan: WallPlan, counts: Intervals, options: SweepOptions) -> None:
-    """Demand segments for the rows that end at an edge, and for what is left of it."""
-    edges = sweep.solid.edges
-    needed = {e: plan.needed(e, edges[e].length, edges[e].length / max(1, int(counts.counts[e]))) for e in plan.ends}
-    for f in sweep.source:
-        for loop in sweep.solid.faces[f].loops:
-            if len(loop.edges) == 4:
-                for a, b in (loop.edges[:3:2], loop.edges[1::2]):
-                    if a in needed and b in needed:
-                        needed[a] = needed[b] = max(needed[a], needed[b])
-    rails = [e for e in needed if e in sweep.rails]
-    if options.layers is None:
-        # All rails of a span have as many layers: one of them asks for all.
-        for span in sweep.spans[0]:
-            own = [e for e in span if e in rails]
-            if own:
-                most = max(own, key=lambda e: needed[e])
-                plan.counts[most,] = needed[most]
-    plan.counts |= {(e,): n for e, n in needed.items() if e not in rails}
+        plan.shorten(e, sweep.solid.edges[e])
