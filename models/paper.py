@@ -47,11 +47,11 @@ import cadsweep as cs
 from cadsweep.arrays import FloatArray
 from cadsweep.brep import Solid
 from cadsweep.cells import sweep_hexes
-from cadsweep.intervals import assign_intervals
+from cadsweep.intervals import CellSweep, Wishes, assign_shared_intervals
 from cadsweep.mesh import SurfaceMesh
 from cadsweep.projection import FactoredSweep, fit_affine, project_layers, pseudo_normal
 from cadsweep.quality import scaled_jacobians
-from cadsweep.surface import mesh_surfaces
+from cadsweep.surface import mesh_boundary
 from cadsweep.view import add_mesh, check_drawing, quiet_vtk, to_pyvista
 
 EXAMPLES = {"c_shape": 8, "square_semicircle": 9, "skewed_ellipses": 10, "square_to_arcs": 11}
@@ -98,7 +98,9 @@ def find_sweep(name: str) -> tuple[cs.Part, cs.Sweep]:
 
 def mesh_sides(sweep: cs.Sweep, *, size: float = SIZE, n_layers: int = N_LAYERS) -> SurfaceMesh:
     """Mesh the source and the linking sides of an example."""
-    return mesh_surfaces(sweep, assign_intervals(sweep, size=size, layers=n_layers))
+    cell = CellSweep(fill=sweep, grids=tuple(sweep.linking_sides), free=sweep.source, by_itself=True)
+    (counts,) = assign_shared_intervals([cell], Wishes(size=size, layers=n_layers))
+    return mesh_boundary(sweep, counts)
 
 
 def place_layers(sides: SurfaceMesh, functional: str) -> FactoredSweep:

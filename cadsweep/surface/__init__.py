@@ -12,7 +12,7 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 from __future__ import annotations
 
 from .background import limited as limited_sizes
-from .cell_boundary import CellBoundary, boundary_of, surface_mesh
+from .cell_boundary import CellBoundary, boundary_of, mesh_boundary, surface_mesh
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
     Division,
@@ -55,6 +55,7 @@ __all__ = [
     "lay_star",
     "limited_sizes",
     "match_quads",
+    "mesh_boundary",
     "opposite_angles",
     "patches_of",
     "say_chains",

@@ -11,7 +11,9 @@ import numpy as np
 
 from ..arrays import IntArray
 from ..mesh import QuadMesh, SurfaceMesh
-from ..sweep import Sweep
+from ..sweep import Intervals, Sweep
+from .opposite import opposite_angles
+from .rings import lay_rings
 from .skeleton import Skeleton
 from .sweep_grid import SweepGrid, build_grid
 
@@ -35,6 +37,22 @@ class CellBoundary:
     rings: IntArray
     source: QuadMesh
     nodes: IntArray
+
+
+def mesh_boundary(sweep: Sweep, counts: Intervals) -> SurfaceMesh:
+    """Mesh the source and the linking sides of one sweep that stands alone.
+
+    Raises
+    ------
+    SurfaceMeshError
+        The counts do not fit together, or a face cannot be meshed with them.
+    """
+    rings = lay_rings(sweep, counts, {}, {})
+    skeleton = Skeleton([sweep.solid], [counts], rings={0: rings})
+    for side in sweep.linking_sides:
+        skeleton.lay_grid(0, side)
+    skeleton.lay_source(0, sweep, opposite_angles(sweep, rings.layout.labels()[2][[0, -1]]))
+    return surface_mesh(boundary_of(skeleton, 0, sweep), skeleton, 0, sweep)
 
 
 def boundary_of(skeleton: Skeleton, cell: int, sweep: Sweep) -> CellBoundary:

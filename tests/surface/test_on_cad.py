@@ -6,10 +6,10 @@ import pytest
 import cadsweep as cs
 from cadsweep.cad import load
 from cadsweep.recognition import find_sweeps
-from cadsweep.surface import disc_lattice
+from cadsweep.surface import disc_lattice, mesh_boundary
 from cadsweep.surface.relax import corner_sines
 
-from ..lone import assign_intervals, mesh_surfaces
+from ..lone import assign_intervals
 
 pytestmark = pytest.mark.cad
 
@@ -47,7 +47,7 @@ PARTS = [half_torus, plate_with_holes, bent_sheet, stepped_pipe, lens]
 def mesh_of(make, **options):
     solid = load(make()).solids[0]
     sweep = find_sweeps(solid)[0]
-    return sweep, mesh_surfaces(sweep, assign_intervals(sweep, **options))
+    return sweep, mesh_boundary(sweep, assign_intervals(sweep, **options))
 
 
 def distance_to(surface, points):
@@ -144,7 +144,7 @@ def test_split_caps_on_both_ends_give_the_targets_inner_edges():
     solid = load(plate.cut(halves).union(halves, clean=False)).solids[0]
     sweep = next((s for s in find_sweeps(solid) if len(s.source) == 2 and s.target_edges), None)
     assert sweep is not None
-    mesh = mesh_surfaces(sweep, assign_intervals(sweep, size=0.5, layers=2))
+    mesh = mesh_boundary(sweep, assign_intervals(sweep, size=0.5, layers=2))
     on_loops = {edge for loop in sweep.source_loops for edge, _ in loop}
     inner = [e for e in mesh.source.edge_nodes if e not in on_loops]
     assert len(inner) == 1

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from cadsweep.errors import SurfaceMeshError
-from cadsweep.surface import quads
+from cadsweep.surface import mesh_boundary, quads
 from cadsweep.surface.filling import best_quads
 from cadsweep.surface.gmsh_quads import parted
 from cadsweep.surface.mend import mend_flat_corners, wanted_valences
 from cadsweep.surface.relax import corner_sines, relax_quads
 from cadsweep.surface.triangles import remove_triangles
 
-from ..lone import mesh_surfaces
 from .surface_shapes import Plane, count_segments, l_shape, polygon_angles, polygon_prism, raised, square
 
 
@@ -45,7 +44,7 @@ def check_quads(mesh):
 
 def test_a_four_sided_cap_is_a_grid():
     sweep = polygon_prism([square()], [raised(0), raised(2)])
-    mesh = mesh_surfaces(sweep, count_segments(sweep, [4, 6, 4, 6], 2)).source
+    mesh = mesh_boundary(sweep, count_segments(sweep, [4, 6, 4, 6], 2)).source
     check_quads(mesh)
     assert len(mesh.quads) == 24
     assert (corner_sines(mesh.points, mesh.quads, np.tile([0.0, 0, 1], (len(mesh.points), 1))) > 1 - 1e-12).all()
@@ -56,7 +55,7 @@ def test_a_four_sided_cap_is_a_grid():
 
 def test_ring_and_cap_share_their_nodes():
     sweep = polygon_prism([square()], [raised(0), raised(2, 2 * np.eye(2))])
-    mesh = mesh_surfaces(sweep, count_segments(sweep, 5, 3))
+    mesh = mesh_boundary(sweep, count_segments(sweep, 5, 3))
     assert np.array_equal(mesh.rings[0], mesh.source.points[np.concatenate(mesh.source.loops)])
 
 
@@ -229,7 +228,7 @@ def test_caps_with_a_hole(outline, n_around):
     hole = 0.3 * square()[::-1] + outline.min(axis=0) + 0.5
     sweep = polygon_prism([outline, hole], [raised(0), raised(2)])
     around = [n_around] * len(outline) + [2, 3, 2, 3]
-    mesh = mesh_surfaces(sweep, count_segments(sweep, around, 3)).source
+    mesh = mesh_boundary(sweep, count_segments(sweep, around, 3)).source
     check_quads(mesh)
     normals = np.tile([0.0, 0, 1], (len(mesh.points), 1))
     assert corner_sines(mesh.points, mesh.quads, normals).min() > 0.3
@@ -242,7 +241,7 @@ def test_an_odd_loop_is_refused_by_name():
     gmsh_quads()
     sweep = polygon_prism([l_shape()], [raised(0), raised(2)])
     with pytest.raises(SurfaceMeshError, match=r"face 6 .* 13 boundary segments; .* even"):
-        mesh_surfaces(sweep, count_segments(sweep, [3, 2, 2, 2, 2, 2], 3))
+        mesh_boundary(sweep, count_segments(sweep, [3, 2, 2, 2, 2, 2], 3))
 
 
 def test_congruent_faces_are_filled_once_and_alike(monkeypatch):
