@@ -30,6 +30,8 @@ log = logging.getLogger(__name__)
 
 SECONDS = 20.0
 """How long a step may take: what takes longer has not been seen to end."""
+_PATIENCE = 4.0
+"""Seconds of the clock that a copy has for each of the processor's."""
 _LEFT = 0.75
 """Share of the machine's free memory that a step may take."""
 
@@ -58,7 +60,8 @@ def survives(step: Callable[[], object], what: str, *, library: str = "OpenCASCA
     library : str
         Whose step it is.
     seconds : float
-        Wall time that it may take.
+        Of the processor that it may take, so that a busy machine gives the same mesh; of the clock `_PATIENCE` times
+        as many, for what waits and does nothing.
     """
     told = _given_up.get() or _GivenUp()
     if told.waited[what] >= SECONDS:
@@ -70,10 +73,10 @@ def survives(step: Callable[[], object], what: str, *, library: str = "OpenCASCA
         warnings.simplefilter("ignore", DeprecationWarning)  # of other threads; the copy runs the step alone
         child = os.fork()
     if child == 0:
-        _do(step, theirs)
+        _do(step, theirs, seconds)
     os.close(theirs)
     try:
-        ready, _, _ = select.select([ours], [], [], seconds)
+        ready, _, _ = select.select([ours], [], [], _PATIENCE * seconds)
         done = bool(ready) and os.read(ours, 1) == b"1"
     finally:
         os.close(ours)
@@ -81,8 +84,9 @@ def survives(step: Callable[[], object], what: str, *, library: str = "OpenCASCA
             os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
     if not done:
-        how = f"took more than {seconds:g} s" if not ready else f"ended its process ({_ending(status)})"
-        told.waited[what] += 0.0 if ready else seconds
+        late = not ready or (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGPROF)
+        how = f"took more than {seconds:g} s" if late else f"ended its process ({_ending(status)})"
+        told.waited[what] += seconds if late else 0.0
         give_up(what, f"{library} {how}")
     return done
 
@@ -107,8 +111,8 @@ def noting() -> Iterator[list[str]]:
         _given_up.reset(token)
 
 
-def _do(step: Callable[[], object], pipe: int) -> None:
-    """The copy's life: quiet, bounded in memory, without a core file, and without what exits run."""
+def _do(step: Callable[[], object], pipe: int, seconds: float) -> None:
+    """The copy's life: quiet, bounded in time and memory, without a core file, and without what exits run."""
     try:
         import resource  # not everywhere where there is no fork
 
@@ -116,6 +120,8 @@ def _do(step: Callable[[], object], pipe: int) -> None:
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
         faulthandler.disable()
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_PROF, seconds)  # of the processor's time: it ends the copy
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         with contextlib.suppress(ValueError, OSError):  # a lower limit is set already
             free = os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

@@ -17,7 +17,7 @@ from ..quality import QualityReport
 from ..sweep import Sweep
 from .nearness.nearer import in_the_way
 from .origin import AnyMesh
-from .run import Run
+from .run import Run, Tries
 
 log = logging.getLogger(__name__)
 
@@ -145,11 +145,12 @@ def first_good(
     """
     tried: list[Made] = []
     failures: list[CadSweepError] = []
+    tries = Tries(run)
     for number, sweep in enumerate(sweeps[:MOST_CANDIDATES]):
-        if number and run.is_over():
+        if number and tries.is_over():
             break
         try:
-            with rows.share() as own:
+            with rows.share() as own, tries.one():
                 made = make(part, sweep, options, run)
         except CadSweepError as error:
             if isinstance(error, InputError | NotSweepableError) and not isinstance(error, CoarseMeshError):

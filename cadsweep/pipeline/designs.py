@@ -37,7 +37,7 @@ from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
 from .origin import AnyMesh, CellsOrigin
-from .run import Run
+from .run import Run, Tries
 
 log = logging.getLogger(__name__)
 
@@ -82,7 +82,7 @@ def mesh_design(
     return _best_of((partial(_mesh_without, part, view, options, run, mesh_it) for view in views), run)
 
 
-def _best_of(tries: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
+def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
     """The first mesh that does well, or the best of all.
 
     Raises
@@ -93,11 +93,12 @@ def _best_of(tries: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
     best: HexMesh | None = None
     shares: set[str] = set()
     refused: CadSweepError = NotSweepableError("the solid has no blends")
-    for make in tries:
-        if best is not None and (_worst(best) >= _GOOD or run.is_over()):
+    tries = Tries(run)
+    for make in makes:
+        if best is not None and (_worst(best) >= _GOOD or tries.is_over()):
             break
         try:
-            with rows.share() as own:
+            with rows.share() as own, tries.one():
                 mesh = make()
         except CadSweepError as error:
             log.info("a design was given up: %s", error)

@@ -23,6 +23,8 @@ from ..quality import CadReference, QualityAccumulator, QualityReport
 
 SECONDS = 45.0
 """Seconds of a run after which nothing more is begun: with what is under way then, an answer within a minute."""
+TO_END = 15.0
+"""Further seconds in which what was begun is to end."""
 SEARCH = 20.0
 """Seconds of these for which cuts are looked for."""
 
@@ -106,9 +108,9 @@ class Run:
             sum(self._searched) + sum(spent() - start for start in self._since) > self.decompose_time or self.is_over()
         )
 
-    def is_over(self) -> bool:
-        """Whether nothing more is to be begun."""
-        return spent() - self._begun > self.total
+    def is_over(self, takes: float = 0.0) -> bool:
+        """Whether nothing more is to be begun, or nothing that takes that many seconds."""
+        return spent() - self._begun > min(self.total, self.total + TO_END - takes)
 
     def ends_polishing(self, *, asked: bool) -> bool:
         """Whether a mesh that is valid stays as it is: but for one of a size that is asked for."""
@@ -126,6 +128,25 @@ class Run:
     def anew(self) -> Run:
         """The same run with all its time again, for another solid."""
         return replace(self, _since=[], _searched=[], _begun=spent())
+
+
+@dataclass
+class Tries:
+    """Things that are tried one after the other, none of which is begun with less time left than the longest took."""
+
+    run: Run
+    longest: float = 0.0
+
+    @contextmanager
+    def one(self) -> Iterator[None]:
+        began = spent()
+        try:
+            yield
+        finally:
+            self.longest = max(self.longest, spent() - began)
+
+    def is_over(self) -> bool:
+        return self.run.is_over(self.longest)
 
 
 def make_run(

@@ -119,8 +119,12 @@ def untangled(patch: Patch, points: FloatArray, *, rounds: int = 12, iterations:
     return best
 
 
-def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> FloatArray:
+def polished(
+    patch: Patch, points: FloatArray, *, iterations: int = 120, is_over: Callable[[], bool] = lambda: False
+) -> FloatArray:
     """Raise the worst corner of a valid patch: minimise a high power of one over the scaled Jacobian.
+
+    `is_over` is asked before each power whether to end with what there is.
 
     Returns
     -------
@@ -134,6 +138,8 @@ def polished(patch: Patch, points: FloatArray, *, iterations: int = 120) -> Floa
     energy.shape_weight = 0.05
     idle = 0
     for energy.power in (4.0, 8.0, 16.0, 32.0, 64.0):
+        if is_over():
+            break
         free, _ = minimise(energy, free, solve, n_steps=iterations)
         moved, score = _brought_back(patch, points, energy.positions(free), best, best_score)
         idle = 0 if score.reached > best_score.reached + LEAST_GAIN else idle + 1

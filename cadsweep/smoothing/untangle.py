@@ -30,6 +30,10 @@ _STEPS = 40
 """Steps of the minimiser a round: directions along faces hold for about as far."""
 _IDLE = 4
 """Rounds without fewer inverted hexahedra after which it ends."""
+_FEW = 0.02
+"""Share of the hexahedra that are inverted below which a round moves only what is around them."""
+_FAR = 6
+"""Hexahedra around an inverted one whose nodes move for it then."""
 _REACH = 3
 """Hexahedra around a poor one whose nodes move for it once none is inverted: what is farther off hardly matters."""
 
@@ -128,15 +132,30 @@ def untangle(
             snap=snap,
         )
 
-    def key_of(points: FloatArray) -> tuple[int, float]:
-        values = proven_values(guarded(points), every)
-        return int((values <= 0).sum()), -float(values[: len(hexes)].min())
+    def around(points: FloatArray, values: FloatArray, least: float, reach: int) -> Patch:
+        """What may move around hexahedra whose value is not above `least`."""
+        near = np.zeros(int(every.max()) + 1, dtype=bool)
+        near[every[values <= least]] = True
+        for _ in range(reach):
+            near[every[near[every].any(axis=1)]] = True
+        near[n:] = False
+        near[:n] &= free
+        return patch_at(guarded(points), near[:n], near[every].any(axis=1))
 
-    best, best_key, idle = points, key_of(points), 0
+    def valued(points: FloatArray) -> tuple[FloatArray, tuple[int, float]]:
+        """The value of every hexahedron, and how many are inverted and the worst inside: less is better."""
+        values = proven_values(guarded(points), every)
+        return values, (int((values <= 0).sum()), -float(values[: len(hexes)].min()))
+
+    values, best_key = valued(points)
+    best, idle = points, 0
     for _ in range(_ROUNDS):
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
-        patch = patch_at(guarded(points), free, np.ones(len(every), dtype=bool))
+        if (values <= 0).sum() < _FEW * len(every):
+            patch = around(points, values, 0.0, _FAR)
+        else:
+            patch = patch_at(guarded(points), free, np.ones(len(every), dtype=bool))
         energy = MovedEnergy(patch, patch.points)
         x = energy.x[patch.free]
         energy(x)
@@ -144,19 +163,16 @@ def untangle(
         x, _ = minimise(energy, x, solver_of(patch), n_steps=_STEPS)
         assert patch.snap is not None
         points = patch.snap(energy.positions(x))[:n]
-        key = key_of(points)
+        values, key = valued(points)
         idle = 0 if key[0] < best_key[0] else idle + 1
         if key < best_key:
             best, best_key = points, key
-    if best_key[0] == 0 and -best_key[1] < goal:
-        near = np.zeros(n, dtype=bool)
-        near[hexes[proven_values(best, hexes) < goal]] = True
-        for _ in range(_REACH):
-            near[hexes[near[hexes].any(axis=1)]] = True
-        near &= free
-        touched = np.concatenate([near, np.zeros(int(every.max()) + 1 - n, dtype=bool)])[every].any(axis=1)
-        patch = patch_at(guarded(best), near, touched)
-        polished_too = polished(patch, patch.points)[:n]
-        if key_of(polished_too) < best_key:
-            best, best_key = polished_too, key_of(polished_too)
+    if best_key[0] == 0 and -best_key[1] < goal and not on_round(0):
+        values, _ = valued(best)
+        values[len(hexes) :] = np.inf  # guards are to be valid, and no more
+        patch = around(best, values, goal, _REACH)
+        polished_too = polished(patch, patch.points, is_over=lambda: on_round(0))[:n]
+        polished_key = valued(polished_too)[1]
+        if polished_key < best_key:
+            best, best_key = polished_too, polished_key
     return Untangled(best, 0.0 if best_key[0] else -best_key[1])

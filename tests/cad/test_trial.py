@@ -33,12 +33,25 @@ def test_what_ends_its_process_is_given_up_with_a_note():
     assert notes == ["a step was given up: OpenCASCADE ended its process (SIGSEGV)"]
 
 
-def test_what_does_not_end_is_given_up_in_time():
+def works_on():
+    while True:
+        pass
+
+
+@pytest.mark.parametrize("step", [works_on, lambda: time.sleep(60)])
+def test_what_does_not_end_is_given_up_in_time(step):
     start = time.monotonic()
     with noting() as notes:
-        assert not survives(lambda: time.sleep(60), "a step", seconds=0.2)
+        assert not survives(step, "a step", seconds=0.2)
     assert time.monotonic() - start < 20
     assert "took more than 0.2 s" in notes[0]
+
+
+def test_a_busy_machine_gives_up_no_sooner():
+    """What waits as long as its step may work, as for a processor that others have, comes to its end."""
+    with noting() as notes:
+        assert survives(lambda: time.sleep(0.6), "a step", seconds=0.3)
+    assert notes == []
 
 
 def test_steps_of_a_kind_are_waited_for_as_long_as_one_in_a_run(monkeypatch):

@@ -32,7 +32,7 @@ from ..finished.pairs import with_pairs
 from ..nearness.stack_accuracy import MadeStack, accurate_stack
 from ..origin import AnyMesh
 from ..parts import only_solid
-from ..run import Run
+from ..run import Run, Tries
 from ..wishes.cell_asks import CellAsks
 from ..wishes.stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
 from ..wishes.stack_walls import StackWalls, plan_stack_walls
@@ -193,11 +193,13 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
                 raise refused
     tried: list[AnyMesh] = []
     failures: list[CadSweepError] = []
+    tries = Tries(run)
     for known in found[:MOST_STACKS]:
-        if (tried or failures) and run.is_over():
+        if (tried or failures) and tries.is_over():
             break
         try:
-            mesh = _mesh_stack(part, known, options, run)
+            with tries.one():
+                mesh = _mesh_stack(part, known, options, run)
         except InputError:
             raise
         except CadSweepError as error:

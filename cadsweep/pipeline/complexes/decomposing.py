@@ -27,7 +27,7 @@ from ..candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW
 from ..columns.column_cells import columns_of
 from ..origin import AnyMesh
 from ..parts import load, only_solid
-from ..run import Run, silent
+from ..run import Run, Tries, silent
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.shared_hints import resolve_wishes
 from .cells import expected_cells
@@ -199,8 +199,9 @@ def _best_of(
     failure: CadSweepError | None = None
     shares: set[str] = set()
     n_hexes, most_hexes = 0, MOST_HEXES
+    tries = Tries(run)
     for _ in range(MOST_MESHED):
-        if (best is not None or failure is not None) and run.is_over():
+        if (best is not None or failure is not None) and tries.is_over():
             break
         if n_hexes > most_hexes:
             log.info("no further cells: about %d hexahedra were made", n_hexes)
@@ -212,7 +213,7 @@ def _best_of(
             found = with_caps_grown(found)
         wishes = resolve_wishes(found.part, options, found.model)
         try:
-            with rows.share() as own:
+            with rows.share() as own, tries.one():
                 mesh = mesh_complex(found, options, run, wishes, slide=False)
         except InputError:
             raise
@@ -229,7 +230,7 @@ def _best_of(
             break
     worst = -np.inf if best is None else _worst(best)
     poor = options.smoothing and reached <= worst < SMOOTH_BELOW
-    if chosen is not None and poor and not run.is_over():
+    if chosen is not None and poor and not tries.is_over():
         try:
             with rows.share() as own:
                 mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
