@@ -6,10 +6,12 @@ import pytest
 pytestmark = pytest.mark.cad
 cq = pytest.importorskip("cadquery")
 
+from OCP.BRep import BRep_Builder  # noqa: E402
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid  # noqa: E402
-from OCP.TopoDS import TopoDS  # noqa: E402
+from OCP.TopoDS import TopoDS, TopoDS_Shell, TopoDS_Solid  # noqa: E402
 
 from cadsweep.cad import cut_ring, load, select_faces  # noqa: E402
+from cadsweep.cad.heal.validate import signed_volume  # noqa: E402
 from cadsweep.errors import CadError, CadSweepError, InputError  # noqa: E402
 
 
@@ -88,6 +90,29 @@ def test_size_is_normalised_and_restored(scale):
     assert mesh_volume(part) == pytest.approx(20 * np.pi**2 * scale**3, rel=1e-9)
     vertices = part.to_model(part.solids[0].vertices)
     assert np.abs(vertices).max() == pytest.approx(10 * scale + 2 * scale, rel=0.2)
+
+
+def folded_sheet():
+    sheet = box().faces(">Z").val().wrapped
+    shell, folded, builder = TopoDS_Shell(), TopoDS_Solid(), BRep_Builder()
+    builder.MakeShell(shell)
+    builder.Add(shell, sheet)
+    builder.Add(shell, sheet.Reversed())
+    builder.MakeSolid(folded)
+    builder.Add(folded, shell)
+    return cq.Solid(folded)
+
+
+def test_a_folded_sheet_is_flat():
+    with pytest.raises(CadError, match="no volume"):
+        signed_volume(folded_sheet().wrapped)
+
+
+@pytest.mark.parametrize("size", [(1e4, 1e-2, 1e-2), (1e4, 1e4, 1e-3)])
+def test_needles_and_sheets_are_not_flat(size):
+    aslant = cq.Workplane().box(*size).rotate((0, 0, 0), (1, 2, 3), 37).translate((7, 8, 9))
+    part = load(aslant)
+    assert part.solids[0].volume * part.scale**3 == pytest.approx(np.prod(size), rel=1e-6)
 
 
 def test_parts_in_range_are_left_alone():

@@ -24,6 +24,8 @@ from ...errors import CadError
 from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, WIRE, bounds, space_range, subshapes
 from .crowded import is_valid_apart
 
+_FLAT = 1e-10
+"""Volume over surface and size, at or below which a solid is flat: sums of a flat one leave some 1e-16."""
 MOST = 1e15
 """Greatest coordinate that is believed; OpenCASCADE takes 1e100 for infinite."""
 
@@ -173,12 +175,12 @@ def signed_volume(solid: Any) -> float:
     Raises
     ------
     CadError
-        The volume is nothing against the size: the solid is flat.
+        The solid is flat: its mean thickness is nothing against its size.
     """
-    properties = GProp_GProps()
+    properties, surface = GProp_GProps(), GProp_GProps()
     BRepGProp.VolumeProperties_s(solid, properties)
-    volume = float(properties.Mass())
-    box = bounds(solid)
-    if not abs(volume) > 1e-12 * float(np.linalg.norm(box[1] - box[0])) ** 3:
+    BRepGProp.SurfaceProperties_s(solid, surface)
+    volume, box = float(properties.Mass()), bounds(solid)
+    if not abs(volume) > _FLAT * float(np.linalg.norm(box[1] - box[0])) * float(surface.Mass()):
         raise CadError(f"the solid has no volume ({volume:.4g}): it is flat or folded. Look for a height of zero.")
     return volume
