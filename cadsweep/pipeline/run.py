@@ -1,8 +1,9 @@
 """The clock and the voice of one run: seconds by stage, progress, time left, and how a mesh in blocks is measured.
 
-Whoever tries several things asks :class:`Run` before each of them whether there is time for another: what was found is
-taken then, or the last refusal given. What is under way comes to its end, and what the user asks for is made however
-long it takes: only choices are left out. Time is the processor's, so that a busy machine gives the same mesh.
+Whoever tries several things asks :class:`Tries`, or :class:`Run` itself, before each of them whether there is time for
+another: what was found is taken then, or the last refusal given. What is under way comes to its end, and what the user
+asks for is made however long it takes: only choices are left out. Time is the processor's, so that a busy machine gives
+the same mesh.
 """
 
 from __future__ import annotations
@@ -139,6 +140,7 @@ class Tries:
 
     @contextmanager
     def one(self) -> Iterator[None]:
+        """Try one of them."""
         began = spent()
         try:
             yield
@@ -146,6 +148,7 @@ class Tries:
             self.longest = max(self.longest, spent() - began)
 
     def is_over(self) -> bool:
+        """Whether another one, if it took as long as the longest so far, would end too late."""
         return self.run.is_over(self.longest)
 
 

@@ -148,7 +148,7 @@ def untangle(
         return values, (int((values <= 0).sum()), -float(values[: len(hexes)].min()))
 
     values, best_key = valued(points)
-    best, idle = points, 0
+    best, best_values, idle = points, values, 0
     for _ in range(_ROUNDS):
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
@@ -166,11 +166,10 @@ def untangle(
         values, key = valued(points)
         idle = 0 if key[0] < best_key[0] else idle + 1
         if key < best_key:
-            best, best_key = points, key
+            best, best_values, best_key = points, values, key
     if best_key[0] == 0 and -best_key[1] < goal and not on_round(0):
-        values, _ = valued(best)
-        values[len(hexes) :] = np.inf  # guards are to be valid, and no more
-        patch = around(best, values, goal, _REACH)
+        best_values[len(hexes) :] = np.inf  # guards are to be valid, and no more
+        patch = around(best, best_values, goal, _REACH)
         polished_too = polished(patch, patch.points, is_over=lambda: on_round(0))[:n]
         polished_key = valued(polished_too)[1]
         if polished_key < best_key:

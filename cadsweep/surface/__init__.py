@@ -12,7 +12,7 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 from __future__ import annotations
 
 from .background import limited as limited_sizes
-from .cell_boundary import CellBoundary, boundary_of, mesh_boundary, surface_mesh
+from .boundary import CellBoundary, boundary_of, mesh_boundary, surface_mesh
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
     Division,

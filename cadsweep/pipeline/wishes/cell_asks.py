@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from dataclasses import field as field_
 
 from ...brep import Part
 from ...errors import InputError
@@ -40,11 +40,11 @@ class CellAsks:
     """
 
     wishes: Wishes
-    divisions: dict[int, Division] = field_(default_factory=dict)
+    divisions: dict[int, Division] = dataclasses.field(default_factory=dict)
     biased: frozenset[int] = frozenset()
     field: Field | None = None
-    partners: list[Partners] = field_(default_factory=list)
-    walls: CellWalls = field_(default_factory=CellWalls)
+    partners: list[Partners] = dataclasses.field(default_factory=list)
+    walls: CellWalls = dataclasses.field(default_factory=CellWalls)
 
 
 def resolve_asks(  # noqa: PLR0917
