@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ...brep import Part
 from ...errors import InputError
@@ -33,18 +32,18 @@ class CellAsks:
         How edges divide themselves that are not divided evenly.
     biased : frozenset of int
         Edges among them that the user graded.
-    field : callable or None
-        Wanted lengths inside caps.
     partners : list of Partners
     walls : CellWalls
+    field : callable or None
+        Wanted lengths inside caps.
     """
 
     wishes: Wishes
-    divisions: dict[int, Division] = dataclasses.field(default_factory=dict)
+    divisions: dict[int, Division] = field(default_factory=dict)
     biased: frozenset[int] = frozenset()
+    partners: list[Partners] = field(default_factory=list)
+    walls: CellWalls = field(default_factory=CellWalls)
     field: Field | None = None
-    partners: list[Partners] = dataclasses.field(default_factory=list)
-    walls: CellWalls = dataclasses.field(default_factory=CellWalls)
 
 
 def resolve_asks(  # noqa: PLR0917
