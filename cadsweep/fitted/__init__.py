@@ -7,36 +7,34 @@ Method: faces that run smoothly into each other are one (:mod:`.grouping`, :mod:
 out (:mod:`.rings`). An overlay grid (:mod:`.grid`) whose planes lie on the part's own is kept where it is inside and
 made manifold; every quad of its skin is labelled with a face (:mod:`.labels`); strips of faces that the grid is too
 coarse for are laid in (:mod:`.strips`); borders of labels are matched with edges and their ends with vertices
-(:mod:`.topology`); sheets of hexahedra are laid under the skin and in the rims of faces, and the rings with them
-(:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
-A topology that is not the CAD's is refused, never bent.
+(:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are laid under the skin and in the rims of faces,
+and the rings with them (:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
+A topology that is not the CAD's is refused, never bent; where no grid has it, edges may be let go (:mod:`.letting`),
+each of which is told, as few as will do.
 
 What it does not handle: holes, walls and faces smaller than a cell, but for rings and strips; there is no refinement of
 a part of the grid.
 """
 
 from .facets import Facets
+from .finding import Found, farthest, find_on_grid
 from .grid import Grid, choose_planes, keep_inside
-from .labels import label_quads
 from .placing import place_on_model
-from .rings import without_rings
-from .sheets import Fitted, lay_sheets
-from .strips import lay_strips
-from .topology import match_topology
+from .sheets import lay_sheets
+from .united import UnitedSurface
 from .uniting import United, unite
 
 __all__ = [
     "Facets",
-    "Fitted",
+    "Found",
     "Grid",
     "United",
+    "UnitedSurface",
     "choose_planes",
+    "farthest",
+    "find_on_grid",
     "keep_inside",
-    "label_quads",
     "lay_sheets",
-    "lay_strips",
-    "match_topology",
     "place_on_model",
     "unite",
-    "without_rings",
 ]

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..arrays import FloatArray
 from ..brep import Solid
 from ..cells import HEX_EDGES
 from ..harmonic import followed
+from .finding import Crease
 from .sheets import Fitted
 
 _EVEN = 0.4
 """Share of an even step that projected nodes on an edge are apart at least; else they are laid evenly."""
 
 
-def place_on_model(solid: Solid, mesh: Fitted) -> FloatArray:
+def place_on_model(solid: Solid, mesh: Fitted, creases: Sequence[Crease] = ()) -> FloatArray:
     """Points (n, 3) of the mesh with every node of its boundary on its vertex, edge or face.
 
     Nodes of an edge keep the places nearest to them where these are in order and apart, else they lie evenly. Those
-    inside faces are first laid evenly between the edges; the inside follows the boundary harmonically.
+    inside faces are first laid evenly between the edges, some then on a crease inside the face; the inside follows the
+    boundary harmonically.
     """
     points = mesh.points.copy()
     is_set = np.zeros(len(points), dtype=bool)
@@ -42,5 +46,8 @@ def place_on_model(solid: Solid, mesh: Fitted) -> FloatArray:
         inner = inner[~is_set[inner]]
         if len(inner):
             points[inner] = face.surface.evaluate(face.surface.project(laid[inner]))
+    for crease in creases:
+        nodes = crease.nodes[~is_set[crease.nodes]]
+        points[nodes] = crease.edge.curve.nearest(points[nodes])
     is_set[mesh.quads] = True
     return followed(mesh.points, points, mesh.hexes[:, HEX_EDGES].reshape(-1, 2), is_set)

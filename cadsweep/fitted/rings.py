@@ -6,6 +6,7 @@ one of its borders, and a sheet around one of them leaves a rim of quads there, 
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,13 +59,17 @@ class Reduced:
     rings: tuple[Ring, ...]
 
 
-def without_rings(solid: Solid, size: float) -> Reduced:
-    """The solid without rings that are narrow for a grid of a size."""
+def without_rings(solid: Solid, size: float, among: Collection[int] | None = None) -> Reduced:
+    """The solid without rings that are narrow for a grid of a size, of all its faces or `among` some."""
     beside = {edge.id: edge.faces for edge in solid.edges}
     loops = {face.id: [loop.edges for loop in face.loops] for face in solid.faces}
     covers = np.arange(len(solid.faces))
     rings: list[Ring] = []
-    with_two = [face for face in solid.faces if len(face.loops) == 2 and not face.handles]
+    with_two = [
+        face
+        for face in solid.faces
+        if len(face.loops) == 2 and not face.handles and (among is None or face.id in among)
+    ]
     widths = {face.id: 2.0 * face.area / sum(solid.edges[e].length for e in face.edges) for face in with_two}
     for face in sorted(with_two, key=lambda face: widths[face.id]):
         own = loops[face.id]

@@ -1,7 +1,8 @@
 """The model's edges and vertices on a labelled skin: borders of labels are edges, where they meet are vertices.
 
 What differs from the model is refused: a face without quads, in pieces, or with other holes; a border between faces
-that have no edge, or more or fewer of them; a path that lies too far from its curve. Nothing is bent to fit.
+that have no edge, or more or fewer of them; a path that lies too far from its curve. Nothing is bent to fit; a
+:class:`MisfitError` knows the edges without which it might be found.
 """
 
 from __future__ import annotations
@@ -22,6 +23,20 @@ _ASTRAY = 2.0
 """Cells that a node of a path may be off its curve, before it is moved there."""
 
 
+class MisfitError(SurfaceMeshError):
+    """The skin has not the topology of the solid.
+
+    Attributes
+    ----------
+    edges : tuple of int
+        Of the solid, those that it has not, where counts alone would not tell.
+    """
+
+    def __init__(self, what: object, *, edges: Sequence[int] = ()) -> None:
+        super().__init__(what)
+        self.edges = tuple(edges)
+
+
 def match_topology(  # noqa: PLR0912
     solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float
 ) -> dict[int, IntArray]:
@@ -29,7 +44,7 @@ def match_topology(  # noqa: PLR0912
 
     Raises
     ------
-    SurfaceMeshError
+    MisfitError
         The skin has not the topology of the solid; names what is wrong first.
     """
     segments, pairs = sides_of(quads)
@@ -52,7 +67,7 @@ def match_topology(  # noqa: PLR0912
     for f, g in by_pair:
         if (f, g) not in wanted:
             where = points[by_pair[f, g][0][0]]
-            raise SurfaceMeshError(
+            raise MisfitError(
                 f"{solid.faces[f].label()} and {solid.faces[g].label()} meet on the grid and not in the model, near "
                 f"{solid.units.place(where)}"
             )
@@ -63,7 +78,9 @@ def match_topology(  # noqa: PLR0912
         paths = list(_paths(by_pair.get(pair, []), ends))
         if len(runs) != len(paths):
             label = solid.edges[edges[0]].label()
-            raise SurfaceMeshError(f"{label}: {len(paths)} paths on the grid for {len(runs)} between its faces")
+            raise MisfitError(
+                f"{label}: {len(paths)} paths on the grid for {len(runs)} between its faces", edges=edges[:1]
+            )
         for run, path in _matched(solid, runs, paths, points):
             for edge_id, nodes in divided(solid, run, path, points):
                 chains[edge_id] = nodes
@@ -71,16 +88,16 @@ def match_topology(  # noqa: PLR0912
         nodes = chains[edge.id]
         away = edge.curve.distance(points[nodes])
         if away.max() > _ASTRAY * size:
-            raise SurfaceMeshError(
-                f"{edge.label()}: its path on the grid is {away.max() / size:.1f} cells away from it"
+            raise MisfitError(
+                f"{edge.label()}: its path on the grid is {away.max() / size:.1f} cells away from it", edges=[edge.id]
             )
         for vertex, node in ((edge.start, int(nodes[0])), (edge.end, int(nodes[-1]))):
             if nodes_of.setdefault(vertex, node) != node:
-                raise SurfaceMeshError(
-                    f"the edges at {solid.units.place(solid.vertices[vertex])} do not meet on the grid"
+                raise MisfitError(
+                    f"the edges at {solid.units.place(solid.vertices[vertex])} do not meet on the grid", edges=[edge.id]
                 )
     if len(set(nodes_of.values())) != len(nodes_of) or len(ends - set(nodes_of.values())):
-        raise SurfaceMeshError("the grid has other vertices than the model: it is too coarse")
+        raise MisfitError("the grid has other vertices than the model: it is too coarse")
     return chains
 
 
@@ -97,11 +114,11 @@ def _check_faces(solid: Solid, quads: IntArray, labels: IntArray) -> None:
         ends = {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
         expected = len(ends) - len(set(face.edges)) + face.euler
         if not len(own):
-            raise SurfaceMeshError(f"{face.label()} has no quad: it is smaller than a cell of the grid")
+            raise MisfitError(f"{face.label()} has no quad: it is smaller than a cell of the grid")
         sides = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
         euler = len(np.unique(own)) - len(np.unique(sides, axis=0)) + len(own)
         if euler != expected:
-            raise SurfaceMeshError(f"{face.label()} has other holes on the grid than in the model")
+            raise MisfitError(f"{face.label()} has other holes on the grid than in the model")
 
 
 def _sides(edge: Edge) -> tuple[int, int]:
@@ -184,7 +201,8 @@ def divided(
 ) -> Iterator[tuple[int, IntArray]]:
     """The nodes of every edge of a run, from its start to its end."""
     if len(path) - 1 < len(run):
-        raise SurfaceMeshError(f"{solid.edges[run[0][0]].label()}: fewer segments on the grid than edges")
+        shortest = min((edge for edge, _ in run), key=lambda edge: solid.edges[edge].length)
+        raise MisfitError(f"{solid.edges[run[0][0]].label()}: fewer segments on the grid than edges", edges=[shortest])
     corners = np.array([_along(solid, e, forward)[0] for e, forward in run] + [_along(solid, *run[-1])[-1]])
     middle = np.array([_along(solid, e, forward)[8] for e, forward in run])
     marks = np.empty((2 * len(run) + 1, 3))

@@ -49,6 +49,11 @@ class United(NamedTuple):
 def unite(solid: Solid, facets: Facets, size: float, *, ridges: bool) -> United:
     """The solid with its faces united as :func:`.grouping.group_faces` says for a grid of a size."""
     of_face, narrow = group_faces(solid, size, ridges=ridges)
+    return unite_as(solid, facets, size, of_face, narrow)
+
+
+def unite_as(solid: Solid, facets: Facets, size: float, of_face: IntArray, narrow: tuple[int, ...]) -> United:
+    """The solid with faces united that have the same number, from 0, in `of_face` (n_faces,), some for being narrow."""
     edges = [edge for edge in solid.edges if of_face[edge.faces[0]] != of_face[edge.faces[1]]]
     runs = list(_runs(solid, of_face, edges, BRIDGED * size))
     joined = [_edge(solid, of_face, number, run) for number, run in enumerate(runs)]

@@ -1,7 +1,8 @@
 """A solid filled by a fitted grid, where no sweep, columns or cuts are to be had.
 
 Place in the flow: the last row of the ways of :mod:`.routes`. Grids are tried from coarse to fine until the model's
-topology is found on one, its mesh is valid and good enough, and it passes every check that other meshes pass.
+topology is found on one, its mesh is valid and good enough, and it passes every check that other meshes pass. Where
+there is none, those come that have it with the fewest edges let go.
 """
 
 from __future__ import annotations
@@ -13,26 +14,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import cad
-from ..arrays import FloatArray
+from .. import cad, rows
+from ..arrays import FloatArray, IntArray
 from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import name_faces
-from ..brep import Part, Solid
+from ..brep import Part, Solid, Surface
 from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..fitted import (
     Facets,
-    Fitted,
+    Found,
+    Grid,
     United,
+    UnitedSurface,
     choose_planes,
+    farthest,
+    find_on_grid,
     keep_inside,
-    label_quads,
     lay_sheets,
-    lay_strips,
-    match_topology,
     place_on_model,
     unite,
-    without_rings,
 )
 from ..mesh import HexMesh
 from ..options import SweepOptions
@@ -43,6 +44,8 @@ from .run import Run, spent
 
 log = logging.getLogger(__name__)
 
+LETTING = "fitted: edges let go"
+"""The row of grids on which the model is found without some of its edges."""
 LEAST = 0.1
 """Worst scaled Jacobian that a fitted grid must have: what is poorer than that is of little use."""
 _GOAL = 0.25
@@ -58,7 +61,7 @@ _LAST = 60.0
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 45_000
-"""Hexahedra beyond which no finer grid is begun where no size is asked for."""
+"""Hexahedra beyond which no finer grid is begun where no size is asked for, and a closer one last of all."""
 _SENSELESS = (
     *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
     *("sizes", "counts", "biases", "local_sizes"),
@@ -84,35 +87,80 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     unknown = asked_in_vain(options)
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
-    model = part.solids[0]
-    facets = _facets(model)
     began, problem = spent(), "it would have too many hexahedra"
 
     def is_late() -> bool:
         return options.size is None and spent() - began > _LAST
 
-    for size, united, planes in _grids(part, options, facets):
-        if spent() - began > _TIME:
+    def tell(found_wrong: str, size: float) -> None:
+        nonlocal problem
+        problem = found_wrong
+        log.info("fitted grid of size %g: %s", size * part.scale, problem)
+
+    for found in _found(part, options, run, began, tell):
+        if is_late():
             break
+        whole = replace(part, solids=(found.united.solid,))
         try:
             with run.stage("fitted grid"):
-                whole = replace(part, solids=(united.solid,))
-                joined, slides = _fitted(whole, united, facets, planes, size, run, is_late)
-            notes = [_note(refused), *_bridges(model, united)]
+                joined, slides = _fitted(whole, found, run, is_late)
+            notes = [_note(refused), *_bridges(part.solids[0], found), *_let_go(found, joined, part.scale)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
         except (SurfaceMeshError, InvertedHexError) as error:
-            problem = error.what
-            log.info("fitted grid of size %g: %s", size * part.scale, problem)
+            tell(error.what, found.size)
             continue
         assert isinstance(mesh, HexMesh), "it has no factors"
         worst = float(mesh.info["quality"].min_scaled_jacobian)
         if worst < LEAST:
-            problem = f"its worst scaled Jacobian is {worst:.2f}"
+            tell(f"its worst scaled Jacobian is {worst:.2f}", found.size)
         elif options.tolerance is not None and mesh.info["distance"] > options.tolerance:
-            problem = f"it is {mesh.info['distance']:.3g} off the faces"
+            tell(f"it is {mesh.info['distance']:.3g} off the faces", found.size)
         else:
+            if found.creases:
+                rows.took([LETTING])
             return made_of(mesh, part)
     raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
+
+
+def _found(
+    part: Part, options: SweepOptions, run: Run, began: float, tell: Callable[[str, float], None]
+) -> Iterator[Found]:
+    """The model on grids: with all its edges, then without some, then on what has very many hexahedra unasked."""
+    model = part.solids[0]
+    facets = _facets(model)
+    letting = rows.is_on(LETTING) and not options.tolerance
+    with_fewer: list[Found] = []
+    large: list[tuple[float, United, Grid]] = []
+
+    def on(size: float, united: United, grid: Grid) -> Iterator[Found]:
+        try:
+            with run.stage("fitted grid"):
+                found = find_on_grid(model, united, facets, grid, size, letting=letting)
+        except SurfaceMeshError as error:
+            tell(error.what, size)
+            return
+        if found.creases:
+            with_fewer.append(found)
+        else:
+            yield found
+
+    for size, united, planes in _grids(part, options, facets):
+        if spent() - began > _TIME:
+            break
+        try:
+            grid = keep_inside(planes, facets)
+        except SurfaceMeshError as error:
+            tell(error.what, size)
+            continue
+        if options.size is None and len(grid.hexes) > _MOST:
+            large.append((size, united, grid))
+        else:
+            yield from on(size, united, grid)
+    yield from sorted(with_fewer, key=lambda found: found.lost)
+    for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):
+        if spent() - began > _TIME:
+            break
+        yield from on(*waiting)
 
 
 def _note(refused: CadSweepError | None) -> str:
@@ -134,6 +182,18 @@ def _grids(part: Part, options: SweepOptions, facets: Facets) -> Iterator[tuple[
             yield size, way, planes
 
 
+def _sides(solid: Solid, found: Found, joined: JoinedMesh) -> tuple[list[Surface], int, IntArray, IntArray]:
+    """Surfaces, the number of nodes, quads, and whose surface each is of: the sides of a crease are two."""
+    surfaces, of_quad = [face.surface for face in solid.faces], joined.quad_faces.copy()
+    for face in {crease.face for crease in found.creases}:
+        united = surfaces[face]
+        assert isinstance(united, UnitedSurface), "a crease is between two faces"
+        own = np.flatnonzero(joined.quad_faces == face)
+        of_quad[own] = len(surfaces) + united.pieces(joined.points[joined.quads[own]].mean(axis=1))
+        surfaces += united.surfaces
+    return surfaces, len(joined.points), joined.quads, of_quad
+
+
 def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
     solid = part.solids[0]
     first = (solid.volume / _CELLS) ** (1.0 / 3.0) if options.size is None else options.size / part.scale
@@ -153,36 +213,36 @@ def _facets(solid: Solid) -> Facets:
     return Facets(np.concatenate(points), np.concatenate(triangles), np.concatenate(faces))
 
 
-def _bridges(model: Solid, united: United) -> list[str]:
-    """What of the model the mesh has no lines for."""
-    faces = [model.faces[face].label() for face in united.bridged]
-    if not faces:
+def _bridges(model: Solid, found: Found) -> list[str]:
+    """What of the model the mesh has no lines for, being narrow."""
+    faces = [model.faces[face].label() for face in found.united.bridged]
+    return [f"far narrower than a cell, and without lines of their own: {_some(faces)}"] if faces else []
+
+
+def _let_go(found: Found, joined: JoinedMesh, scale: float) -> list[str]:
+    """What the grid could not hold, and how far the mesh is off that."""
+    if not found.creases:
         return []
-    more = f" and {len(faces) - 3} more" if len(faces) > 3 else ""
-    return [f"far narrower than a cell, and without lines of their own: {', '.join(faces[:3])}{more}"]
+    off = farthest(found.creases, joined.points, joined.quads) * scale
+    edges = [crease.edge.label() for crease in found.creases]
+    return [
+        f"edges that the grid cannot hold have no lines of their own, and are up to {off:.3g} off the mesh: "
+        f"{_some(edges)}; a smaller size may hold them"
+    ]
 
 
-def _fitted(  # noqa: PLR0917
-    part: Part,
-    united: United,
-    facets: Facets,
-    planes: list[FloatArray],
-    size: float,
-    run: Run,
-    is_late: Callable[[], bool],
-) -> tuple[JoinedMesh, InterfaceSlides]:
-    """The mesh on a grid of a size, its nodes on the model and untangled, and how they may move on.
+def _some(labels: list[str]) -> str:
+    return ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
+
+
+def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> tuple[JoinedMesh, InterfaceSlides]:
+    """The mesh on a grid, its nodes on the model and untangled, and how they may move on.
 
     Parameters
     ----------
     part : Part
         Of the united solid.
-    united : United
-    facets : Facets
-        Of the faces of the model.
-    planes : list of (n,) float64
-        Of the grid, along each axis.
-    size : float
+    found : Found
     run : Run
     is_late : callable
         Says when to leave hexahedra inverted.
@@ -190,24 +250,12 @@ def _fitted(  # noqa: PLR0917
     Raises
     ------
     SurfaceMeshError
-        The grid has not the model's topology, or hexahedra stay inverted.
+        Hexahedra stay inverted.
     """
-    solid = part.solids[0]
-    grid = keep_inside(planes, facets)
-    reduced = without_rings(solid, size)
-    covering = facets._replace(faces=reduced.of_face[united.of_face[facets.faces]])
-    labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
-    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
-    skin = lay_strips(reduced.solid, skin, size)
-    chains = match_topology(reduced.solid, skin.points, skin.quads, skin.labels, size)
-    skin = replace(
-        skin,
-        labels=reduced.faces[skin.labels],
-        chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
-    )
-    mesh = lay_sheets(solid, united.angles, reduced.rings, skin, size)
+    solid, size = part.solids[0], found.size
+    mesh = lay_sheets(solid, found.united.angles, found.reduced.rings, found.skin, size)
     joined = JoinedMesh(
-        points=place_on_model(solid, mesh),
+        points=place_on_model(solid, mesh, found.creases),
         hexes=mesh.hexes,
         hex_cells=np.zeros(len(mesh.hexes), dtype=np.int64),
         quads=mesh.quads,
@@ -224,18 +272,16 @@ def _fitted(  # noqa: PLR0917
         run.on_progress("fitted grid", 1.0 - left / n_at_first)
         return is_late()
 
-    found = untangle(
+    untangled = untangle(
         joined.points,
         joined.hexes,
         free | slides.mask,
         np.full((len(joined.hexes), 3), size),
         slides,
         goal=_GOAL,
-        guards=guards_outside(
-            [face.surface for face in solid.faces], len(mesh.points), mesh.quads, mesh.labels, _GUARD * size
-        ),
+        guards=guards_outside(*_sides(solid, found, joined), _GUARD * size),
         on_round=on_round,
     )
-    if found.worst <= 0:
+    if untangled.worst <= 0:
         raise SurfaceMeshError("hexahedra stay inverted once the grid lies on the model")
-    return replace(joined, points=found.points), slides
+    return replace(joined, points=untangled.points), slides

@@ -15,6 +15,7 @@ from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
+from .fitted_grids import LETTING
 from .routes import FITTED, WAYS
 
 
@@ -30,6 +31,7 @@ def all_rows() -> tuple[str, ...]:
     return (
         *WAYS,
         FITTED,
+        LETTING,
         SHEET,
         *(attempt.row for attempt in ATTEMPTS),
         *SEARCHES,

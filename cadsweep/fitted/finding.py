@@ -1,0 +1,166 @@
+"""The model found on the skin of a grid, with all its edges, or with those that the grid can hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import FloatArray, IntArray
+from ..brep import Edge, Solid
+from ..harmonic import sides_of
+from .facets import Facets, Nearest
+from .grid import Grid
+from .labels import label_quads
+from .letting import let_go, missed
+from .rings import Reduced, without_rings
+from .sheets import Fitted
+from .strips import lay_strips
+from .topology import MisfitError, match_topology
+from .uniting import United, unite_as
+
+_SAMPLES = 33
+"""Places of an edge at which the mesh is asked how far it is off."""
+
+
+class Crease(NamedTuple):
+    """An edge of the model that was let go, the united face around it, and the nodes that the grid has for it."""
+
+    edge: Edge
+    face: int
+    nodes: IntArray
+
+
+class Found(NamedTuple):
+    """A grid on which the model was found.
+
+    Attributes
+    ----------
+    united : United
+        The model, of which more faces are one where edges were let go.
+    reduced : Reduced
+        The same without the rings that are still to be laid.
+    skin : Fitted
+        The grid; labels and chains are those of `united`.
+    creases : tuple of Crease
+    size : float
+        Of the grid.
+    """
+
+    united: United
+    reduced: Reduced
+    skin: Fitted
+    creases: tuple[Crease, ...]
+    size: float
+
+    @property
+    def lost(self) -> float:
+        """How much its edges are missed that were let go."""
+        return sum(missed(crease.edge) for crease in self.creases)
+
+
+def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size: float, *, letting: bool) -> Found:
+    """The model found on a grid.
+
+    Parameters
+    ----------
+    model : Solid
+    united : United
+        The same for a grid of that size.
+    facets : Facets
+        Of its faces.
+    grid : Grid
+    size : float
+    letting : bool
+        Let edges go that the grid cannot hold.
+
+    Raises
+    ------
+    MisfitError
+        The grid has not the model's topology.
+    SurfaceMeshError
+        Nor has it that with fewer edges.
+    """
+    first = reduced = without_rings(united.solid, size)
+    covering = facets._replace(faces=reduced.of_face[united.of_face[facets.faces]])
+    labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
+    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
+    skin = lay_strips(reduced.solid, skin, size)
+    labels, whole = skin.labels, united
+    while True:
+        try:
+            chains = match_topology(reduced.solid, skin.points, skin.quads, skin.labels, size)
+            break
+        except MisfitError as misfit:
+            if not letting:
+                raise
+            parts = let_go(reduced.solid, skin.quads, skin.labels, misfit.edges)
+            if len(np.unique(parts)) == len(parts):
+                raise
+            fewer = _with_parts(model, facets, size, united, reduced, parts)
+            again = without_rings(fewer.solid, size, _left(united, reduced, fewer))
+            numbers = again.of_face[fewer.of_face[_members(united)[reduced.faces]]]
+            skin, united, reduced = replace(skin, labels=numbers[skin.labels]), fewer, again
+    on_model = replace(
+        skin,
+        labels=reduced.faces[skin.labels],
+        chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
+    )
+    of_first = united.of_face[_members(whole)[first.faces]]
+    return Found(united, reduced, on_model, tuple(_creases(first, of_first, replace(skin, labels=labels), size)), size)
+
+
+def farthest(creases: tuple[Crease, ...], points: FloatArray, quads: IntArray) -> float:
+    """How far the boundary of a mesh is off edges that were let go."""
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    along = np.linspace(0.0, 1.0, _SAMPLES)
+    places = np.concatenate([crease.edge.curve.evaluate(along) for crease in creases])
+    apart = float(np.linalg.norm(points[quads[:, 1]] - points[quads[:, 0]], axis=1).mean())
+    return float(Nearest(Facets(points, triangles, np.zeros(len(triangles), dtype=np.int64)), apart)(places)[0].max())
+
+
+def _members(united: United) -> IntArray:
+    """A face of the model of every united one."""
+    return np.unique(united.of_face, return_index=True)[1].astype(np.int64)
+
+
+def _with_parts(  # noqa: PLR0917
+    model: Solid, facets: Facets, size: float, united: United, reduced: Reduced, parts: IntArray
+) -> United:
+    """The model with more faces united: those of one part of the reduced solid, and rings between two of these."""
+    of_united = np.arange(len(united.solid.faces)) + len(parts)
+    of_united[reduced.faces] = parts
+    for ring in reduced.rings:
+        sides = {int(parts[reduced.of_face[f]]) for e in (*ring.lost, *ring.kept) for f in united.solid.edges[e].faces}
+        if len(sides) == 1:
+            of_united[ring.face] = sides.pop()
+    of_face = np.unique(of_united[united.of_face], return_inverse=True)[1].astype(np.int64)
+    return unite_as(model, facets, size, of_face, united.bridged)
+
+
+def _left(united: United, reduced: Reduced, fewer: United) -> list[int]:
+    """The rings that are faces by themselves still, by their numbers once fewer faces are united."""
+    now = [fewer.of_face[united.of_face == ring.face][0] for ring in reduced.rings]
+    before = [(united.of_face == ring.face).sum() for ring in reduced.rings]
+    return [int(own) for own, n in zip(now, before, strict=True) if (fewer.of_face == own).sum() == n]
+
+
+def _creases(first: Reduced, of_face: IntArray, skin: Fitted, size: float) -> list[Crease]:
+    """Edges of a solid whose faces became one, by what these are in the end, and nodes between their labels."""
+    segments, beside = sides_of(skin.quads)
+    sides = np.sort(skin.labels[beside], axis=1)
+    gone = [edge for edge in first.solid.edges if of_face[edge.faces[0]] == of_face[edge.faces[1]]]
+    nearest: dict[int, tuple[float, int]] = {}
+    for edge in gone:
+        nodes = np.unique(segments[(sides == sorted(edge.faces)).all(axis=1)])
+        for node, away in zip(nodes.tolist(), edge.curve.distance(skin.points[nodes]).tolist(), strict=True):
+            nearest[node] = min(nearest.get(node, (size, -1)), (away, edge.id))
+    return [
+        Crease(
+            edge,
+            int(of_face[edge.faces[0]]),
+            np.array([node for node, (_, own) in nearest.items() if own == edge.id], dtype=np.int64),
+        )
+        for edge in gone
+    ]

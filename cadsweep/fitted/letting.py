@@ -1,0 +1,150 @@
+"""Edges that a grid cannot hold, let go: the fewest whose faces have to be one for the rest to be found on its skin.
+
+Method: the model and the labelled skin are the same kind of thing, faces that are parted by pieces of edges. Of both is
+counted what must agree: the holes of every face (its Euler number), the runs of edges between every two, the places
+where these end. Faces are made one, two at a time, always those whose edges are the least missed for what their going
+mends, until nothing differs.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arrays import BoolArray, IntArray
+from ..brep import Edge, Solid
+from ..disjoint import DisjointSets
+from ..errors import SurfaceMeshError
+from ..harmonic import sides_of
+
+_FLAT = 0.05
+"""What an edge that does not turn is missed, over one that turns by a straight angle."""
+_MOST = 0.25
+"""Share of the edges, by length and by how far they turn, that may go: a mesh with less of them is another part's."""
+
+Counts = Counter[tuple[str, int, int]]
+
+
+class Parted(NamedTuple):
+    """A closed surface in faces.
+
+    Attributes
+    ----------
+    ends : (s, 2) int64
+        Nodes of the pieces of edges.
+    faces : (s, 2) int64
+        Faces beside each.
+    euler : (n_faces,) int64
+        Euler number of what is inside each.
+    """
+
+    ends: IntArray
+    faces: IntArray
+    euler: IntArray
+
+    def counts(self, of_face: IntArray) -> Counts:
+        """What two of them must have alike, once faces with the same number in `of_face` (n_faces,) are one."""
+        sides, n = of_face[self.faces], int(of_face.max()) + 1
+        is_border = sides[:, 0] != sides[:, 1]
+        around = np.stack([sides.repeat(2, axis=0).ravel(), self.ends.repeat(2, axis=1).ravel()], axis=1)
+        holes = np.bincount(of_face, weights=self.euler, minlength=n).astype(np.int64)
+        holes += np.bincount(np.unique(around, axis=0)[:, 0], minlength=n)
+        holes -= np.bincount(sides[:, 0], minlength=n) + np.bincount(sides[is_border, 1], minlength=n)
+        ends, sides = self.ends[is_border], np.sort(sides[is_border], axis=1)
+        degree = np.bincount(ends.ravel())
+        chains, first_at = DisjointSets(range(len(ends))), dict[int, int]()
+        for piece, nodes in enumerate(ends.tolist()):
+            for node in nodes:
+                if degree[node] == 2:
+                    chains.merge(first_at.setdefault(node, piece), piece)
+        found: Counts = Counter({("face", face, face): int(value) for face, value in enumerate(holes)})
+        found.update(("edges", *sides[piece].tolist()) for piece in {chains.find(piece) for piece in range(len(ends))})
+        found["vertices", -1, -1] = int(((degree > 0) & (degree != 2)).sum())
+        return found
+
+
+def missed(edge: Edge) -> float:
+    """How much an edge is missed: its length, the more the farther it turns."""
+    return edge.length * (_FLAT + abs(edge.dihedral - pi) / pi)
+
+
+def let_go(solid: Solid, quads: IntArray, labels: IntArray, edges: Iterable[int]) -> IntArray:
+    """For every face of the solid the least of those (n_faces,) that it is one with.
+
+    Parameters
+    ----------
+    solid : Solid
+    quads : (q, 4) int64
+        Of the skin.
+    labels : (q,) int64
+        The face of each.
+    edges : iterable of int
+        Those that have to go.
+
+    Raises
+    ------
+    SurfaceMeshError
+        Too many edges would have to go.
+    """
+    model, grid = _of_model(solid), _of_skin(quads, labels, len(solid.faces))
+    prices = np.array([missed(edge) for edge in solid.edges])
+    of_face = np.arange(len(solid.faces))
+    for edge in edges:
+        of_face = _as_one(of_face, *solid.edges[edge].faces)
+    while amiss := _differing(model, grid, of_face):
+        touched = {face for _, *faces in amiss for face in faces}
+        sides = np.sort(of_face[model.faces], axis=1)
+        best: tuple[float, IntArray] | None = None
+        for one, other in np.unique(sides[sides[:, 0] != sides[:, 1]], axis=0).tolist():
+            if one in touched or other in touched:
+                tried = _as_one(of_face, one, other)
+                mends = amiss.total() - _differing(model, grid, tried).total()
+                price = float(prices[(sides == (one, other)).all(axis=1)].sum())
+                if mends > 0 and (best is None or price / mends < best[0]):
+                    best = price / mends, tried
+        if best is None:
+            raise SurfaceMeshError("its skin has another topology than the model, whatever edges are let go")
+        of_face = best[1]
+        if prices[_gone(model, of_face)].sum() > _MOST * prices.sum():
+            raise SurfaceMeshError("its skin has the model's topology only without many of its edges")
+    return of_face
+
+
+def _as_one(of_face: IntArray, one: int, other: int) -> IntArray:
+    low, high = sorted((int(of_face[one]), int(of_face[other])))
+    return np.where(of_face == high, low, of_face)
+
+
+def _gone(model: Parted, of_face: IntArray) -> BoolArray:
+    one, other = of_face[model.faces].T
+    return np.asarray(one == other)
+
+
+def _differing(model: Parted, grid: Parted, of_face: IntArray) -> Counts:
+    """By how much each of the counts differs, where it does."""
+    one, other = model.counts(of_face), grid.counts(of_face)
+    return Counter({key: abs(one[key] - other[key]) for key in one.keys() | other.keys() if one[key] != other[key]})
+
+
+def _of_model(solid: Solid) -> Parted:
+    return Parted(
+        ends=np.array([(edge.start, edge.end) for edge in solid.edges], dtype=np.int64).reshape(-1, 2),
+        faces=np.array([edge.faces for edge in solid.edges], dtype=np.int64).reshape(-1, 2),
+        euler=np.array([face.euler for face in solid.faces], dtype=np.int64),
+    )
+
+
+def _of_skin(quads: IntArray, labels: IntArray, n_faces: int) -> Parted:
+    segments, beside = sides_of(quads)
+    faces = labels[beside]
+    is_border = faces[:, 0] != faces[:, 1]
+    owner = np.zeros(int(quads.max()) + 1, dtype=np.int64)
+    owner[quads] = labels[:, None]
+    inner = np.setdiff1d(quads, segments[is_border])
+    euler = np.bincount(labels, minlength=n_faces) + np.bincount(owner[inner], minlength=n_faces)
+    euler -= np.bincount(faces[~is_border, 0], minlength=n_faces)
+    return Parted(ends=segments[is_border], faces=faces[is_border], euler=euler)
