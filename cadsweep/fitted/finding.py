@@ -95,7 +95,7 @@ def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size:
         except MisfitError as misfit:
             if not letting:
                 raise
-            parts = let_go(reduced.solid, skin.quads, skin.labels, misfit.edges)
+            parts = let_go(reduced.solid, skin.points, skin.quads, skin.labels, size, misfit.edges)
             if len(np.unique(parts)) == len(parts):
                 raise
             fewer = _with_parts(model, facets, size, united, reduced, parts)
