@@ -132,8 +132,6 @@ def let_go(  # noqa: PLR0917
     asked = [solid.edges[edge].faces for edge in edges]
     joined: list[tuple[int, int]] = []
     while amiss := compared.differing(of_face := _as_one(len(solid.faces), [*asked, *joined])):
-        if prices[_gone(model, of_face)].sum() > _MOST * prices.sum():
-            raise SurfaceMeshError("its skin has the model's topology only without many of its edges")
         touched = {face for _, *faces in amiss for face in faces}
         sides = np.sort(of_face[model.faces], axis=1)
         best: tuple[float, tuple[int, int]] | None = None
@@ -151,7 +149,10 @@ def let_go(  # noqa: PLR0917
         rest = [other for other in joined if other != pair]
         if not compared.differing(_as_one(len(solid.faces), [*asked, *rest])):
             joined = rest
-    return _as_one(len(solid.faces), [*asked, *joined])
+    of_face = _as_one(len(solid.faces), [*asked, *joined])
+    if prices[_gone(model, of_face)].sum() > _MOST * prices.sum():
+        raise SurfaceMeshError("its skin has the model's topology only without many of its edges")
+    return of_face
 
 
 def _as_one(n_faces: int, pairs: Iterable[tuple[int, int]]) -> IntArray:
