@@ -83,32 +83,35 @@ def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size:
         Nor has it that with fewer edges.
     """
     first = reduced = without_rings(united.solid, size)
-    covering = facets._replace(faces=reduced.of_face[united.of_face[facets.faces]])
-    labels = label_quads(reduced.solid, covering, grid.points, grid.quads, size)
+    covering = facets._replace(faces=first.of_face[united.of_face[facets.faces]])
+    labels = label_quads(first.solid, covering, grid.points, grid.quads, size)
     skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
-    skin = lay_strips(reduced.solid, skin, size)
-    labels, whole = skin.labels, united
+    skin = lay_strips(first.solid, skin, size)
+    fewer, numbers = united, np.arange(len(first.faces))  # of every face of `first` the number once more are one
+    asked: list[tuple[int, int]] = []
     while True:
         try:
-            chains = match_topology(reduced.solid, skin.points, skin.quads, skin.labels, size)
+            chains = match_topology(reduced.solid, skin.points, skin.quads, numbers[skin.labels], size)
             break
         except MisfitError as misfit:
             if not letting:
                 raise
-            parts = let_go(reduced.solid, skin.points, skin.quads, skin.labels, size, misfit.edges)
-            if len(np.unique(parts)) == len(parts):
+            beside = [reduced.solid.edges[edge].faces for edge in misfit.edges]
+            asked += [(int(np.argmax(numbers == one)), int(np.argmax(numbers == other))) for one, other in beside]
+            parts = let_go(first.solid, skin.points, skin.quads, skin.labels, size, asked)
+            if len(np.unique(parts)) == len(reduced.faces):
                 raise
-            fewer = _with_parts(model, facets, size, united, reduced, parts)
-            again = without_rings(fewer.solid, size, _left(united, reduced, fewer))
-            numbers = again.of_face[fewer.of_face[_members(united)[reduced.faces]]]
-            skin, united, reduced = replace(skin, labels=numbers[skin.labels]), fewer, again
+            fewer = _with_parts(model, facets, size, united, first, parts)
+            reduced = without_rings(fewer.solid, size, _left(united, first, fewer))
+            numbers = reduced.of_face[fewer.of_face[_members(united)[first.faces]]]
+            if len(np.unique(numbers)) < len(reduced.faces):  # a ring that can no longer be laid in
+                raise
     on_model = replace(
         skin,
-        labels=reduced.faces[skin.labels],
+        labels=reduced.faces[numbers[skin.labels]],
         chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
     )
-    of_first = united.of_face[_members(whole)[first.faces]]
-    return Found(united, reduced, on_model, tuple(_creases(first, of_first, replace(skin, labels=labels), size)), size)
+    return Found(fewer, reduced, on_model, tuple(_creases(first, reduced.faces[numbers], skin, size)), size)
 
 
 def farthest(creases: tuple[Crease, ...], points: FloatArray, quads: IntArray) -> float:

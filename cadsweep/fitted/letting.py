@@ -9,7 +9,7 @@ two at a time, always those whose edges are the least missed for what their goin
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import pi
 from typing import NamedTuple
 
@@ -103,7 +103,7 @@ class Compared(NamedTuple):
 
 
 def let_go(  # noqa: PLR0917
-    solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float, edges: Iterable[int]
+    solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float, asked: Sequence[tuple[int, int]]
 ) -> IntArray:
     """For every face of the solid the least of those (n_faces,) that it is one with.
 
@@ -117,8 +117,8 @@ def let_go(  # noqa: PLR0917
         The face of each.
     size : float
         Of its cells.
-    edges : iterable of int
-        Those that have to go.
+    asked : sequence of (int, int)
+        Faces that have to be one.
 
     Raises
     ------
@@ -129,7 +129,6 @@ def let_go(  # noqa: PLR0917
     away = np.linalg.norm(model.places[:, :, None] - grid.places[:, 0], axis=3)
     compared = Compared(model, grid, away < _ASTRAY * size)
     prices = np.array([missed(edge) for edge in solid.edges])
-    asked = [solid.edges[edge].faces for edge in edges]
     joined: list[tuple[int, int]] = []
     while amiss := compared.differing(of_face := _as_one(len(solid.faces), [*asked, *joined])):
         touched = {face for _, *faces in amiss for face in faces}
@@ -150,7 +149,7 @@ def let_go(  # noqa: PLR0917
         if not compared.differing(_as_one(len(solid.faces), [*asked, *rest])):
             joined = rest
     of_face = _as_one(len(solid.faces), [*asked, *joined])
-    if prices[_gone(model, of_face)].sum() > _MOST * prices.sum():
+    if prices[model.bordering(of_face) < 0].sum() > _MOST * prices.sum():
         raise SurfaceMeshError("its skin has the model's topology only without many of its edges")
     return of_face
 
@@ -162,11 +161,6 @@ def _as_one(n_faces: int, pairs: Iterable[tuple[int, int]]) -> IntArray:
         low, high = sorted(of_face[list(pair)].tolist())
         of_face[of_face == high] = low
     return of_face
-
-
-def _gone(model: Parted, of_face: IntArray) -> BoolArray:
-    one, other = of_face[model.faces].T
-    return np.asarray(one == other)
 
 
 def _of_model(solid: Solid) -> Parted:

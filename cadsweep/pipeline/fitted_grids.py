@@ -128,7 +128,7 @@ def _found(
     """The model on grids: with all its edges, then without some, then on what has very many hexahedra unasked."""
     model = part.solids[0]
     facets = _facets(model)
-    letting = rows.is_on(LETTING) and not options.tolerance
+    letting = rows.is_on(LETTING) and options.tolerance is None
     with_fewer: list[Found] = []
     large: list[tuple[float, United, Grid]] = []
 
