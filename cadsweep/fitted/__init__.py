@@ -10,7 +10,7 @@ coarse for are laid in (:mod:`.strips`); borders of labels are matched with edge
 (:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are laid under the skin and in the rims of faces,
 and the rings with them (:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
 A topology that is not the CAD's is refused, never bent; where no grid has it, edges may be let go (:mod:`.letting`),
-each of which is told, as few as will do.
+each of which is told, as few as will do. Faces end before tips that no quad fits into (:mod:`.tips`).
 
 What it does not handle: holes, walls and faces smaller than a cell, but for rings and strips; there is no refinement of
 a part of the grid.
@@ -21,6 +21,7 @@ from .finding import Found, farthest, find_on_grid
 from .grid import Grid, choose_planes, keep_inside
 from .placing import place_on_model
 from .sheets import lay_sheets
+from .tips import Tip, end_before, find_tips
 from .united import UnitedSurface
 from .uniting import United, unite
 
@@ -28,11 +29,14 @@ __all__ = [
     "Facets",
     "Found",
     "Grid",
+    "Tip",
     "United",
     "UnitedSurface",
     "choose_planes",
+    "end_before",
     "farthest",
     "find_on_grid",
+    "find_tips",
     "keep_inside",
     "lay_sheets",
     "place_on_model",

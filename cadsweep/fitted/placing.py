@@ -12,13 +12,14 @@ from ..cells import HEX_EDGES
 from ..harmonic import followed
 from .finding import Crease
 from .sheets import Fitted
+from .tips import Tip
 
 _EVEN = 0.4
 """Share of an even step that projected nodes on an edge are apart at least; else they are laid evenly."""
 
 
-def place_on_model(solid: Solid, mesh: Fitted, creases: Sequence[Crease] = ()) -> FloatArray:
-    """Points (n, 3) of the mesh with every node of its boundary on its vertex, edge or face.
+def place_on_model(solid: Solid, mesh: Fitted, creases: Sequence[Crease] = (), tips: Sequence[Tip] = ()) -> FloatArray:
+    """Points (n, 3) of the mesh with every node of its boundary on its vertex, edge or face, tips where they end.
 
     Nodes of an edge keep the places nearest to them where these are in order and apart, else they lie evenly. Those
     inside faces are first laid evenly between the edges, some then on a crease inside the face; the inside follows the
@@ -26,12 +27,14 @@ def place_on_model(solid: Solid, mesh: Fitted, creases: Sequence[Crease] = ()) -
     """
     points = mesh.points.copy()
     is_set = np.zeros(len(points), dtype=bool)
+    ends = {(tip.vertex, edge): fraction for tip in tips for edge, fraction in tip.fractions.items()}
     for number, chain in mesh.chains.items():
         edge = solid.edges[number]
-        even = np.linspace(0.0, 1.0, len(chain))
+        first, last = ends.get((edge.start, number), 0.0), ends.get((edge.end, number), 1.0)
+        even = np.linspace(first, last, len(chain))
         found = edge.curve.project(points[chain])
-        found[[0, -1]] = 0.0, 1.0
-        if np.diff(found).min() < _EVEN / (len(chain) - 1):
+        found[[0, -1]] = first, last
+        if np.diff(found).min() < _EVEN * (last - first) / (len(chain) - 1):
             found = even
         places = edge.curve.evaluate(found)
         places[0], places[-1] = solid.vertices[edge.start], solid.vertices[edge.end]

@@ -15,21 +15,23 @@ from dataclasses import replace
 import numpy as np
 
 from .. import cad, rows
-from ..arrays import FloatArray, IntArray
+from ..arrays import FloatArray
 from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import name_faces
-from ..brep import Part, Solid, Surface
-from ..errors import CadSweepError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..brep import Part, Solid
+from ..errors import CadSweepError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..fitted import (
     Facets,
     Found,
     Grid,
+    Tip,
     United,
-    UnitedSurface,
     choose_planes,
+    end_before,
     farthest,
     find_on_grid,
+    find_tips,
     keep_inside,
     lay_sheets,
     place_on_model,
@@ -46,6 +48,8 @@ log = logging.getLogger(__name__)
 
 LETTING = "fitted: edges let go"
 """The row of grids on which the model is found without some of its edges."""
+ENDING = "fitted: faces ended before tips"
+"""The row of faces that end where two of their edges are apart enough for a quad."""
 LEAST = 0.1
 """Worst scaled Jacobian that a fitted grid must have: what is poorer than that is of little use."""
 _GOAL = 0.25
@@ -87,6 +91,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     unknown = asked_in_vain(options)
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
+    ending = rows.is_on(ENDING) and options.tolerance is None
     began, problem = spent(), "it would have too many hexahedra"
 
     def is_late() -> bool:
@@ -100,13 +105,15 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     for found in _found(part, options, run, began, tell):
         if is_late():
             break
-        whole = replace(part, solids=(found.united.solid,))
+        tips = find_tips(found.united.solid, found.united.angles, found.size) if ending else []
+        whole = replace(part, solids=(end_before(found.united.solid, tips),))
         try:
             with run.stage("fitted grid"):
-                joined, slides = _fitted(whole, found, run, is_late)
-            notes = [_note(refused), *_bridges(part.solids[0], found), *_let_go(found, joined, part.scale)]
+                joined, slides = _fitted(whole, found, tips, run, is_late)
+            told = [*_bridges(part.solids[0], found), *_let_go(found, joined, part.scale)]
+            notes = [_note(refused), *told, *_ended(part, found, tips)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
-        except (SurfaceMeshError, InvertedHexError) as error:
+        except (SurfaceMeshError, InvertedHexError, CoarseMeshError) as error:
             tell(error.what, found.size)
             continue
         assert isinstance(mesh, HexMesh), "it has no factors"
@@ -118,6 +125,8 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
         else:
             if found.creases:
                 rows.took([LETTING])
+            if tips:
+                rows.took([ENDING])
             return made_of(mesh, part)
     raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
 
@@ -182,18 +191,6 @@ def _grids(part: Part, options: SweepOptions, facets: Facets) -> Iterator[tuple[
             yield size, way, planes
 
 
-def _sides(solid: Solid, found: Found, joined: JoinedMesh) -> tuple[list[Surface], int, IntArray, IntArray]:
-    """Surfaces, the number of nodes, quads, and whose surface each is of: the sides of a crease are two."""
-    surfaces, of_quad = [face.surface for face in solid.faces], joined.quad_faces.copy()
-    for face in {crease.face for crease in found.creases}:
-        united = surfaces[face]
-        assert isinstance(united, UnitedSurface), "a crease is between two faces"
-        own = np.flatnonzero(joined.quad_faces == face)
-        of_quad[own] = len(surfaces) + united.pieces(joined.points[joined.quads[own]].mean(axis=1))
-        surfaces += united.surfaces
-    return surfaces, len(joined.points), joined.quads, of_quad
-
-
 def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
     solid = part.solids[0]
     first = (solid.volume / _CELLS) ** (1.0 / 3.0) if options.size is None else options.size / part.scale
@@ -231,11 +228,23 @@ def _let_go(found: Found, joined: JoinedMesh, scale: float) -> list[str]:
     ]
 
 
+def _ended(part: Part, found: Found, tips: list[Tip]) -> list[str]:
+    """Which faces end before a tip, and how far."""
+    if not tips:
+        return []
+    solid = found.united.solid
+    far = max(float(np.linalg.norm(solid.vertices[tip.vertex] - tip.place)) for tip in tips) * part.scale
+    faces = [solid.faces[tip.face].label() for tip in tips]
+    return [f"with tips that no quad fits into, and ended up to {far:.3g} before these: {_some(faces)}"]
+
+
 def _some(labels: list[str]) -> str:
     return ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
 
 
-def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> tuple[JoinedMesh, InterfaceSlides]:
+def _fitted(
+    part: Part, found: Found, tips: list[Tip], run: Run, is_late: Callable[[], bool]
+) -> tuple[JoinedMesh, InterfaceSlides]:
     """The mesh on a grid, its nodes on the model and untangled, and how they may move on.
 
     Parameters
@@ -243,6 +252,8 @@ def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> 
     part : Part
         Of the united solid.
     found : Found
+    tips : list of Tip
+        Of faces that end before them.
     run : Run
     is_late : callable
         Says when to leave hexahedra inverted.
@@ -255,7 +266,7 @@ def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> 
     solid, size = part.solids[0], found.size
     mesh = lay_sheets(solid, found.united.angles, found.reduced.rings, found.skin, size)
     joined = JoinedMesh(
-        points=place_on_model(solid, mesh, found.creases),
+        points=place_on_model(solid, mesh, found.creases, tips),
         hexes=mesh.hexes,
         hex_cells=np.zeros(len(mesh.hexes), dtype=np.int64),
         quads=mesh.quads,
@@ -264,6 +275,7 @@ def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> 
         edge_nodes={int(solid.edge_keys[edge]): nodes for edge, nodes in mesh.chains.items()},
     )
     slides = find_interface_slides(part, joined, name_faces(part, {}))
+    surfaces = [face.surface for face in solid.faces]
     free = np.ones(len(joined.points), dtype=bool)
     free[joined.quads] = False
     n_at_first = len(joined.hexes)
@@ -279,7 +291,7 @@ def _fitted(part: Part, found: Found, run: Run, is_late: Callable[[], bool]) -> 
         np.full((len(joined.hexes), 3), size),
         slides,
         goal=_GOAL,
-        guards=guards_outside(*_sides(solid, found, joined), _GUARD * size),
+        guards=guards_outside(surfaces, len(joined.points), joined.quads, joined.quad_faces, _GUARD * size),
         on_round=on_round,
     )
     if untangled.worst <= 0:

@@ -15,7 +15,7 @@ from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
-from .fitted_grids import LETTING
+from .fitted_grids import ENDING, LETTING
 from .routes import FITTED, WAYS
 
 
@@ -32,6 +32,7 @@ def all_rows() -> tuple[str, ...]:
         *WAYS,
         FITTED,
         LETTING,
+        ENDING,
         SHEET,
         *(attempt.row for attempt in ATTEMPTS),
         *SEARCHES,

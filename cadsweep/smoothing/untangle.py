@@ -20,6 +20,7 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Surface
 from ..projection.descent import minimise
+from ..quality import measure_hexes
 from .optimise import MovedEnergy, polished, solver_of
 from .patch import Patch, proven_values
 from .sliding import Slides
@@ -78,6 +79,19 @@ def guards_outside(
         )
 
     return Guards(np.concatenate(hexes), outer)
+
+
+def _facing(corners: FloatArray) -> FloatArray:
+    """The Jacobian in the middle of guards with `corners` (q, 8, 3): positive where a quad faces outward on the whole.
+
+    Of a quad on a face that bends away, or with a corner of more than a straight angle, a guard is not valid in every
+    corner; that is no fold.
+    """
+    u, v, w = (
+        corners[:, ahead].sum(axis=1) - corners[:, behind].sum(axis=1)
+        for behind, ahead in (([0, 3, 4, 7], [1, 2, 5, 6]), ([0, 1, 4, 5], [3, 2, 7, 6]), ([0, 1, 2, 3], [4, 5, 6, 7]))
+    )
+    return np.asarray(np.einsum("ij,ij->i", np.cross(u, v), w))
 
 
 def untangle(
@@ -140,11 +154,14 @@ def untangle(
             near[every[near[every].any(axis=1)]] = True
         near[n:] = False
         near[:n] &= free
-        return patch_at(guarded(points), near[:n], near[every].any(axis=1))
+        chosen = near[every].any(axis=1)
+        if least > 0:  # polishing keeps valid what is
+            chosen[len(hexes) :] &= measure_hexes(guarded(points), guards.hexes).scaled_jacobian > 0.0
+        return patch_at(guarded(points), near[:n], chosen)
 
     def valued(points: FloatArray) -> tuple[FloatArray, tuple[int, float]]:
         """The value of every hexahedron, and how many are inverted and the worst inside: less is better."""
-        values = proven_values(guarded(points), every)
+        values = np.concatenate([proven_values(points, hexes), _facing(guarded(points)[guards.hexes])])
         return values, (int((values <= 0).sum()), -float(values[: len(hexes)].min()))
 
     values, best_key = valued(points)
@@ -168,7 +185,7 @@ def untangle(
         if key < best_key:
             best, best_values, best_key = points, values, key
     if best_key[0] == 0 and -best_key[1] < goal and not on_round(0):
-        best_values[len(hexes) :] = np.inf  # guards are to be valid, and no more
+        best_values[len(hexes) :] = np.inf  # guards are to face outward, and no more
         patch = around(best, best_values, goal, _REACH)
         polished_too = polished(patch, patch.points, is_over=lambda: on_round(0))[:n]
         polished_key = valued(polished_too)[1]
