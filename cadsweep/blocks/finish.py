@@ -20,7 +20,7 @@ from ..mesh import HexMesh
 from ..quality import fit_surfaces
 from .block_mesh import BlockMesh, Faces
 from .cells import CellBlocks, SweptCell
-from .former_faces import own_quads
+from .former_faces import describe_shares, own_quads
 from .joined import JoinedMesh
 from .naming import NamedFaces, Place, unite_quads
 from .slabs import ArrayBlock, Block
@@ -76,7 +76,7 @@ def _outside(
         )
         called = [names.outside[place], *(names.patches[*place, j] for j in range(n_patches))]
         found += [(called[j], rows[owners == j]) for j in np.unique(owners).tolist()]
-        notes += [share.describe(own, [known[0] for known in called]) for share in shares]
+        notes += describe_shares(shares, own, [known[0] for known in called])
     return found, notes
 
 

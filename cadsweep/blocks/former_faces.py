@@ -25,14 +25,29 @@ class Share:
     n_quads: int
     area: float
 
-    def describe(self, faces: Sequence[Face], names: Sequence[str]) -> str:
-        """One line for the mesh's notes."""
-        face = faces[self.face]
-        return (
-            f"boundary '{names[self.owner]}': the mesh does not follow its outline on {face.label()}; it has the "
-            f"{self.n_quads} quads whose middles lie in it, {100 * self.area / face.former[self.patch].area:.3g} % "
-            "of its area"
-        )
+
+_EACH = 3
+"""Patches up to which every one has a line of its own."""
+
+
+def describe_shares(shares: Sequence[Share], faces: Sequence[Face], names: Sequence[str]) -> list[str]:
+    """Lines for the mesh's notes on the patches of a face: one each, or one for all where there are many."""
+
+    def has(share: Share) -> str:
+        return f"{100 * share.area / faces[share.face].former[share.patch].area:.3g} % of"
+
+    if len(shares) <= _EACH:
+        return [
+            f"boundary '{names[share.owner]}': the mesh does not follow its outline on {faces[share.face].label()}; "
+            f"it has the {share.n_quads} quads whose middles lie in it, {has(share)} its area"
+            for share in shares
+        ]
+    ordered = sorted(shares, key=lambda share: share.area / faces[share.face].former[share.patch].area)
+    least, most = (f"{has(share)} '{names[share.owner]}'" for share in (ordered[0], ordered[-1]))
+    return [
+        f"the mesh does not follow the outlines of {len(shares)} boundaries on {faces[shares[0].face].label()}; "
+        f"they have the quads whose middles lie in them, from {least} to {most}"
+    ]
 
 
 def own_quads(

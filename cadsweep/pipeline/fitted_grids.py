@@ -234,7 +234,7 @@ def _ended(part: Part, found: Found, tips: list[Tip]) -> list[str]:
         return []
     solid = found.united.solid
     far = max(float(np.linalg.norm(solid.vertices[tip.vertex] - tip.place)) for tip in tips) * part.scale
-    faces = [solid.faces[tip.face].label() for tip in tips]
+    faces = list(dict.fromkeys(solid.faces[tip.face].label() for tip in tips))
     return [f"with tips that no quad fits into, and ended up to {far:.3g} before these: {_some(faces)}"]
 
 
