@@ -22,7 +22,6 @@ from .grid import Grid, choose_planes, keep_inside
 from .placing import place_on_model
 from .sheets import lay_sheets
 from .tips import Tip, end_before, find_tips
-from .united import UnitedSurface
 from .uniting import United, unite
 
 __all__ = [
@@ -31,7 +30,6 @@ __all__ = [
     "Grid",
     "Tip",
     "United",
-    "UnitedSurface",
     "choose_planes",
     "end_before",
     "farthest",

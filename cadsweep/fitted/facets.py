@@ -77,6 +77,7 @@ def _distances(points: FloatArray, corners: FloatArray) -> FloatArray:
     area = np.maximum(a * c - b * b, 1e-300)
     u, v = (c * d - b * e) / area, (a * e - b * d) / area
     inside = (u >= 0) & (v >= 0) & (u + v <= 1)
+    u, v = np.where(inside, (u, v), 0.0)  # of needles they overflow
     flat = np.linalg.norm(off - u[:, None] * along - v[:, None] * across, axis=1)
     sides = [_off_segment(points, corners[:, j], corners[:, j - 2]) for j in range(3)]
     return np.where(inside, flat, np.min(sides, axis=0))

@@ -21,8 +21,8 @@ from .energy import hex_energy
 from .laplacian import laplacian_solver
 from .patch import Patch, Score
 
-SHARES = (0.5, 0.25, 0.1)
-"""Of a movement along faces that is too far for nodes to be brought back to these, what is tried instead."""
+HALVINGS = 6
+"""How often the way of nodes is halved that are not good where they are brought back to faces."""
 
 LEAST_GAIN = 0.01
 """Share of the goal by which two powers in a row must bring a patch nearer, or polishing ends."""
@@ -155,15 +155,17 @@ def polished(
 def _brought_back(
     patch: Patch, points: FloatArray, wanted: FloatArray, best: FloatArray, best_score: Score
 ) -> tuple[FloatArray, Score]:
-    """Wanted places with their nodes on their faces; less of the way from the best ones where that is better only so.
+    """Wanted places with their nodes on their faces; where hexahedra are too poor so, less of the way from the best ones.
 
     Movements go along tangents: far ones leave a curved face, or pass the ends of edges, and nodes end upon each other.
     """
     moved = kept(patch, points, wanted.copy())
     score = patch.score(moved)
-    if patch.snap is None or score.beats(best_score) or not patch.score(wanted).beats(best_score):
+    if patch.snap is None or score.beats(best_score):
         return moved, score
-    for share in SHARES:
+    share, nearer = np.ones((len(points), 1)), moved
+    for _ in range(HALVINGS):
+        share[patch.hexes[patch.is_below(nearer, best_score)]] *= 0.5
         nearer = kept(patch, points, best + share * (wanted - best))
         value = patch.score(nearer)
         if value.beats(best_score):

@@ -86,6 +86,11 @@ class Patch:
         reached = np.min(values[asked] / self.goals[asked], initial=np.inf)
         return Score(worst=float(np.min(values)), reached=float(reached))
 
+    def is_below(self, points: FloatArray, score: Score) -> BoolArray:
+        """Hexahedra (m,) on whose account the patch at `points` does not beat a score."""
+        values = proven_values(points, self.hexes)
+        return np.asarray((values < score.worst) | ((self.goals > 0) & (values <= score.reached * self.goals)))
+
 
 def edge_lengths(points: FloatArray, hexes: IntArray) -> FloatArray:
     """Mean edge length (m, 3) of every hexahedron along xi, eta and zeta."""

@@ -20,7 +20,6 @@ import numpy as np
 from ..arrays import BoolArray, FloatArray, IntArray
 from ..brep import Surface
 from ..projection.descent import minimise
-from ..quality import measure_hexes
 from .optimise import MovedEnergy, polished, solver_of
 from .patch import Patch, proven_values
 from .sliding import Slides
@@ -124,6 +123,7 @@ def untangle(
     """
     n = len(points)
     every = np.concatenate([hexes, guards.hexes])
+    everywhere = np.ones(len(every), dtype=bool)
     lengths = np.concatenate([lengths, np.repeat(np.median(lengths, axis=0)[None], len(guards.hexes), axis=0)])
 
     def guarded(points: FloatArray) -> FloatArray:
@@ -146,18 +146,15 @@ def untangle(
             snap=snap,
         )
 
-    def around(points: FloatArray, values: FloatArray, least: float, reach: int) -> Patch:
-        """What may move around hexahedra whose value is not above `least`."""
+    def around(points: FloatArray, poor: BoolArray, among: BoolArray, reach: int) -> Patch:
+        """What may move around poor hexahedra, and those among which it does."""
         near = np.zeros(int(every.max()) + 1, dtype=bool)
-        near[every[values <= least]] = True
+        near[every[poor]] = True
         for _ in range(reach):
             near[every[near[every].any(axis=1)]] = True
         near[n:] = False
         near[:n] &= free
-        chosen = near[every].any(axis=1)
-        if least > 0:  # polishing keeps valid what is
-            chosen[len(hexes) :] &= measure_hexes(guarded(points), guards.hexes).scaled_jacobian > 0.0
-        return patch_at(guarded(points), near[:n], chosen)
+        return patch_at(guarded(points), near[:n], near[every].any(axis=1) & among)
 
     def valued(points: FloatArray) -> tuple[FloatArray, tuple[int, float]]:
         """The value of every hexahedron, and how many are inverted and the worst inside: less is better."""
@@ -170,9 +167,9 @@ def untangle(
         if on_round(best_key[0]) or best_key[0] == 0 or idle == _IDLE:
             break
         if (values <= 0).sum() < _FEW * len(every):
-            patch = around(points, values, 0.0, _FAR)
+            patch = around(points, values <= 0, everywhere, _FAR)
         else:
-            patch = patch_at(guarded(points), free, np.ones(len(every), dtype=bool))
+            patch = patch_at(guarded(points), free, everywhere)
         energy = MovedEnergy(patch, patch.points)
         x = energy.x[patch.free]
         energy(x)
@@ -185,8 +182,10 @@ def untangle(
         if key < best_key:
             best, best_values, best_key = points, values, key
     if best_key[0] == 0 and -best_key[1] < goal and not on_round(0):
-        best_values[len(hexes) :] = np.inf  # guards are to face outward, and no more
-        patch = around(best, best_values, goal, _REACH)
+        inside = np.arange(len(every)) < len(
+            hexes
+        )  # guards are to face outward, and no more: their angles mean nothing
+        patch = around(best, inside & (best_values < goal), inside, _REACH)
         polished_too = polished(patch, patch.points, is_over=lambda: on_round(0))[:n]
         polished_key = valued(polished_too)[1]
         if polished_key < best_key:

@@ -239,7 +239,10 @@ def _at(line: int | None) -> str:
 
 def _short(error: BaseException | None) -> str:
     text = " ".join(str(error).split()) or "no message"
-    return text if len(text) <= 300 else text[:297] + "..."
+    text = text if len(text) <= 300 else text[:297] + "..."
+    if type(error).__module__.startswith("OCP."):  # its messages name its own classes at best
+        text += "; mostly a length, radius or height there is 0 or too large for the shape"
+    return text
 
 
 class _Capped(io.TextIOBase):
