@@ -56,7 +56,7 @@ def test_what_is_built_is_the_sharp_twin(made):
     (solid,) = part.solids
     blends = find_blends(solid)
     gone = {f for blend in blends for f in blend.faces}
-    found = sharpen(solid, blends)
+    found = sharpen(solid, blends, {})
     check_closed(found.shape)
     assert gone
     assert set(found.faces) == {face.id for face in solid.faces} - gone
@@ -81,8 +81,8 @@ def test_what_no_faces_close_over_is_named():
     """A side of a box is no blend: its neighbours do not meet where it was."""
     (solid,) = cs.load(cq.Workplane().box(10, 8, 6).edges("|Z").edges(">X and >Y").fillet(1)).solids
     (blend,) = find_blends(solid)
-    assert set(sharpen(solid, [blend]).faces) == {face.id for face in solid.faces} - set(blend.faces)
+    assert set(sharpen(solid, [blend], {}).faces) == {face.id for face in solid.faces} - set(blend.faces)
     side = next(face.id for face in solid.faces if face.id not in {*blend.faces, *sum(blend.supports, ())})
     with pytest.raises(CannotCloseError) as refused:
-        sharpen(solid, [blend, replace(blend, faces=(side,))])
+        sharpen(solid, [blend, replace(blend, faces=(side,))], {})
     assert refused.value.faces == {side}

@@ -30,7 +30,7 @@ from ..trial import attempted
 from .collapsing import CannotCloseError, Rounding
 from .defeaturing import read_without, remove
 from .features import Feature, hanging_together
-from .sharpening import sharpen
+from .sharpening import Met, sharpen
 
 log = logging.getLogger(__name__)
 
@@ -106,10 +106,10 @@ def design_of(part: Part, blends: Sequence[Rounding]) -> Design | None:
 
 def _sharpened(solid: Solid, traced: Traced, blends: Sequence[Rounding]) -> set[int]:
     """Build the solid without as many blends as can be left out; their faces."""
-    left = list(blends)
+    left, met = list(blends), Met()
     while left:
         try:
-            found = sharpen(solid, left)
+            found = sharpen(solid, left, met)
         except CannotCloseError as error:
             log.info("faces %s stay in the design: %s", sorted(error.faces), error)
             staying = [blend for blend in left if error.faces.isdisjoint(blend.faces)]

@@ -67,8 +67,12 @@ class Sharpened:
         self.shape, self.faces, self.edges = shape, faces, edges
 
 
-def sharpen(solid: Solid, blends: Sequence[Rounding]) -> Sharpened:
-    """Build a solid without its blends.
+Met = dict[tuple[tuple[int, ...], bytes], FloatArray | None]
+"""Where faces meet near places, or that they do not: what one solid after the other need not look for again."""
+
+
+def sharpen(solid: Solid, blends: Sequence[Rounding], met: Met) -> Sharpened:
+    """Build a solid without its blends; `met` is of the same solid without others, and grows.
 
     Raises
     ------
@@ -77,7 +81,7 @@ def sharpen(solid: Solid, blends: Sequence[Rounding]) -> Sharpened:
     """
     topology = collapse(solid, blends)
     gone = {f for blend in blends for f in blend.faces}
-    found = _Building(solid, topology, gone).built()
+    found = _Building(solid, topology, gone, met).built()
     if faults(found.shape):
         wrong = [f for f, face in found.faces.items() if faults(face)]
         beside = {g for f in wrong for e in solid.faces[f].edges for g in solid.edges[e].faces if g in gone}
@@ -86,8 +90,8 @@ def sharpen(solid: Solid, blends: Sequence[Rounding]) -> Sharpened:
 
 
 class _Building:
-    def __init__(self, solid: Solid, topology: Collapsed, gone: set[int]) -> None:
-        self.solid, self.topology, self.gone = solid, topology, gone
+    def __init__(self, solid: Solid, topology: Collapsed, gone: set[int], met: Met) -> None:
+        self.solid, self.topology, self.gone, self.met = solid, topology, gone, met
         self.holder = shapes_of(solid)
         self.own = set(map(id, self.holder.edges))
         self.close = max(_CLOSE * solid.size, solid.tolerance)
@@ -155,8 +159,11 @@ class _Building:
 
     def _meet(self, faces: Collection[int], place: FloatArray) -> FloatArray | None:
         """Where faces meet near a place (3,)."""
-        found, off = _meeting(self._surfaces(faces), place[None], _EXACT * self.close)
-        return found[0] if off[0] <= self.close else None
+        key = (tuple(sorted(faces)), place.tobytes())
+        if key not in self.met:
+            found, off = _meeting(self._surfaces(faces), place[None], _EXACT * self.close)
+            self.met[key] = found[0] if off[0] <= self.close else None
+        return self.met[key]
 
     def _surfaces(self, faces: Collection[int]) -> list[Surface | _Wall]:
         """Surfaces of faces, and the walls on smooth edges between these."""
