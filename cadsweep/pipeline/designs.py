@@ -78,7 +78,7 @@ def mesh_design(
     """
     (solid,) = part.solids
     blends = find_blends(solid)
-    views = _views(solid, blends, options.size)
+    views = Tries(run).of(_views(solid, blends, options.size))
     return _best_of((partial(_mesh_without, part, view, options, run, mesh_it) for view in views), run)
 
 

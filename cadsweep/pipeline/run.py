@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
@@ -21,6 +22,8 @@ from ..estimate import Estimate, check_budget
 from ..options import SweepOptions
 from ..progress import Progress, silent
 from ..quality import CadReference, QualityAccumulator, QualityReport
+
+Item = TypeVar("Item")
 
 SECONDS = 45.0
 """Seconds of a run after which nothing more is begun: with what is under way then, an answer within a minute."""
@@ -146,6 +149,14 @@ class Tries:
             yield
         finally:
             self.longest = max(self.longest, spent() - began)
+
+    def of(self, items: Iterable[Item]) -> Iterator[Item]:
+        """The items while there is time for another; what is done with each is a try."""
+        for item in items:
+            if self.is_over():
+                return
+            with self.one():
+                yield item
 
     def is_over(self) -> bool:
         """Whether another one, if it took as long as the longest so far, would end too late."""

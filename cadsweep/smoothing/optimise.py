@@ -155,7 +155,7 @@ def polished(
 def _brought_back(
     patch: Patch, points: FloatArray, wanted: FloatArray, best: FloatArray, best_score: Score
 ) -> tuple[FloatArray, Score]:
-    """Wanted places with their nodes on their faces; where hexahedra are too poor so, less of the way from the best ones.
+    """Wanted places with their nodes on their faces; less of the way from the best ones where hexahedra are poor so.
 
     Movements go along tangents: far ones leave a curved face, or pass the ends of edges, and nodes end upon each other.
     """
