@@ -266,10 +266,11 @@ def _grid(planes: list[FloatArray], kept: np.ndarray) -> Grid:
     i, j, k = np.nonzero(kept)
     steps = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
     hexes = np.stack([np.ravel_multi_index((i + a, j + b, k + c), shape) for a, b, c in steps], axis=1)
-    used, numbers = np.unique(hexes, return_inverse=True)
-    hexes = numbers.reshape(-1, 8)
-    at = np.unravel_index(used, shape)
-    points = np.stack([own[index] for own, index in zip(planes, at, strict=True)], axis=1)
-    every = hexes[:, HEX_FACES].reshape(-1, 4)
-    _, first, counts = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_counts=True)
-    return Grid(points, hexes, every[np.sort(first[counts == 1])])
+    is_used = np.zeros(shape, dtype=bool)
+    is_used.ravel()[hexes] = True
+    hexes = (np.cumsum(is_used) - 1)[hexes]
+    points = np.stack([own[index] for own, index in zip(planes, np.nonzero(is_used), strict=True)], axis=1)
+    beyond = np.rint(2.0 * np.array(steps)[np.array(HEX_FACES)].mean(axis=1) - 1.0).astype(np.int64)
+    around = np.pad(kept, 1)
+    bare = np.stack([~around[i + 1 + a, j + 1 + b, k + 1 + c] for a, b, c in beyond.tolist()], axis=1)
+    return Grid(points, hexes, hexes[:, HEX_FACES][bare])

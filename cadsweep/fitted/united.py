@@ -21,6 +21,8 @@ class UnitedSurface:
         """`curves`: of the edges around, by id; `facets`: of the surfaces, by their places in the sequence."""
         self.surfaces, self.curves = surfaces, curves
         self.nearest = Nearest(facets, apart)
+        corners = [facets.points[facets.triangles[facets.faces == j]].reshape(-1, 3) for j in range(len(surfaces))]
+        self.boxes = [(own.min(axis=0) - apart, own.max(axis=0) + apart) if len(own) else None for own in corners]
 
     @property
     def periods(self) -> tuple[float | None, float | None]:
@@ -61,9 +63,11 @@ class UnitedSurface:
             own = numbers == piece
             found[own] = self.surfaces[piece].distance(points[own], **ways)
         # A node that lies on the piece beside its own is on the face all the same.
-        for surface in self.surfaces if len(points) and found.max() > max(close, 0.0) else ():
-            off = found > max(close, 0.0)
-            found[off] = np.minimum(found[off], surface.distance(points[off], **ways))
+        for surface, box in zip(self.surfaces, self.boxes, strict=True):
+            if box is not None and (found > max(close, 0.0)).any():
+                beyond = np.linalg.norm(points - np.clip(points, *box), axis=1)
+                off = np.flatnonzero(found > np.maximum(beyond, max(close, 0.0)))
+                found[off] = np.minimum(found[off], surface.distance(points[off], **ways))
         return found
 
     def _each(self, uv: FloatArray, ask: Callable[[Surface, FloatArray], FloatArray], width: int = 3) -> FloatArray:
