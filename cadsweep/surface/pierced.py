@@ -118,7 +118,7 @@ def _interpolated(at: FloatArray, nodes: FloatArray, places: IntArray) -> FloatA
         with np.errstate(divide="ignore", invalid="ignore"):
             second = (to[:, 0] * across[:, 1] - to[:, 1] * across[:, 0]) / twice
             third = (along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]) / twice
-        least = np.nan_to_num(np.minimum(np.minimum(second, third), 1.0 - second - third), nan=-np.inf)
+            least = np.nan_to_num(np.minimum(np.minimum(second, third), 1.0 - second - third), nan=-np.inf)
         k = int(least.argmax())
         if least[k] >= -_TIE:
             weights = np.array([1.0 - second[k] - third[k], second[k], third[k]])
