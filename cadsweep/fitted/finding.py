@@ -89,6 +89,7 @@ def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size:
     skin = lay_strips(first.solid, skin, size)
     fewer, numbers = united, np.arange(len(first.faces))  # of every face of `first` the number once more are one
     asked: list[tuple[int, int]] = []
+    before = numbers
     while True:
         try:
             chains = match_topology(reduced.solid, skin.points, skin.quads, numbers[skin.labels], size)
@@ -99,8 +100,9 @@ def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size:
             beside = [reduced.solid.edges[edge].faces for edge in misfit.edges]
             asked += [(int(np.argmax(numbers == one)), int(np.argmax(numbers == other))) for one, other in beside]
             parts = let_go(first.solid, skin.points, skin.quads, skin.labels, size, asked)
-            if len(np.unique(parts)) == len(reduced.faces):
+            if np.array_equal(parts, before):
                 raise
+            before = parts
             fewer = _with_parts(model, facets, size, united, first, parts)
             reduced = without_rings(fewer.solid, size, _left(united, first, fewer))
             numbers = reduced.of_face[fewer.of_face[_members(united)[first.faces]]]

@@ -182,9 +182,8 @@ def untangle(
         if key < best_key:
             best, best_values, best_key = points, values, key
     if best_key[0] == 0 and -best_key[1] < goal and not on_round(0):
-        inside = np.arange(len(every)) < len(
-            hexes
-        )  # guards are to face outward, and no more: their angles mean nothing
+        # Guards are to face outward, and no more: their angles mean nothing.
+        inside = np.arange(len(every)) < len(hexes)
         patch = around(best, inside & (best_values < goal), inside, _REACH)
         polished_too = polished(patch, patch.points, is_over=lambda: on_round(0))[:n]
         polished_key = valued(polished_too)[1]
