@@ -146,7 +146,7 @@ def _not_mapped(mesh: LabelledMesh, solid: int, count: int, most: int, singular:
     of = f": boundary {where!r} has {ends[where]} nodes without four quads" if where and ends[where] else ""
     return (
         f"part {part!r} is not mapped: it falls into {count} structured blocks, more than {most}{of}; "
-        "write another format, or take max_blocks"
+        f"write another format, or take max_blocks={count}"
     )
 
 

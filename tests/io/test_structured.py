@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import cadquery as cq
 import numpy as np
 import pytest
@@ -167,9 +169,12 @@ def test_what_is_not_mapped_is_refused_with_the_cap_and_nothing_is_written(tmp_p
     part = cq.Workplane().polyline(outline).close().extrude(3).faces(">Z").workplane().center(5, 5).hole(2.3)
     mesh = cs.sweep_mesh(part, size=0.5)
     for name, options in (("a.xyz", {}), ("a.cgns", {"structured": True})):
-        with pytest.raises(InputError, match=r"'part' is not mapped.* structured blocks, more than 64.*'source'"):
+        with pytest.raises(InputError, match=r"'part' is not mapped.* structured blocks, more than 64.*'source'") as no:
             io.write(mesh, tmp_path / name, **options)
     assert list(tmp_path.iterdir()) == []
+    advised = re.search(r"take max_blocks=(\d+)$", str(no.value))
+    io.write(mesh, tmp_path / "a.xyz", max_blocks=int(advised[1]))
+    assert io.read(tmp_path / "a.xyz").n_hexes == mesh.n_hexes
     with pytest.raises(InputError, match="order=1"):
         io.write(cs.sweep_mesh(ell(), size=2.0, order=2, allow_coarse=True), tmp_path / "a.cgns", structured=True)
 
