@@ -31,6 +31,8 @@ _SAME = 1e-6
 """Share of the solid's size within which a node is at a vertex, or on an edge."""
 _EVEN = 0.4
 """Share of its place's own step that projected nodes on a line are apart at least; else they keep their shares."""
+_ALONG = np.linspace(0.0, 1.0, 10)[1:-1]
+"""Places between the ends of an edge of a design for which lines on the model are looked for."""
 _COVERED = 1e-6
 """Share of a run's length that its lines may leave out."""
 
@@ -111,12 +113,8 @@ def carry(  # noqa: PLR0917
         The mesh has not the edges of the model.
     """
     patches = patch_of[faces]
-    runs = find_runs(solid, patch_of)
     segments, pairs = sides_of(quads)
-    is_line, is_inner = _lines(solid, gone, runs, points, segments, faces[pairs], patches[pairs])
-    corners = [solid.vertices[v] for v in sorted({v for run in runs if not run.is_closed for v in run.ends})]
-    lines = find_lines(segments[is_line], np.sort(patches[pairs[is_line]], axis=1), points, corners, _SAME * solid.size)
-    laid, found = _on_runs(solid, gone, runs, lines, points)
+    laid, found, is_line, is_inner = _laid(solid, gone, patch_of, points, segments, faces[pairs])
     is_set = np.zeros(len(points), dtype=bool)
     is_set[segments[is_line]] = True
     on_line = is_set.copy()
@@ -141,6 +139,49 @@ def carry(  # noqa: PLR0917
     return Carried(
         points=found, lines=tuple(laid), patches=patches, surfaces=surfaces, surface=surface, curve=curve
     )  # fmt: skip
+
+
+def check_edges(solid: Solid, gone: Collection[int], patch_of: IntArray, design: Solid, faces: IntArray) -> None:
+    """Ask whether the edges of a design can be laid on the model's, before it has a mesh.
+
+    Parameters
+    ----------
+    solid : Solid
+        The model.
+    gone : collection of int
+        Its faces that the design has not.
+    patch_of : (n_faces,) int64
+        Patch of each of its faces.
+    design : Solid
+    faces : (n_design_faces,) int64
+        Face of the model that each of its faces is.
+
+    Raises
+    ------
+    SurfaceMeshError
+        They cannot, so no mesh can that follows them.
+    """
+    points, segments, n = [design.vertices], [], len(design.vertices)
+    for edge in design.edges:
+        points.append(edge.curve.evaluate(_ALONG))
+        chain = np.array([edge.start, *range(n, n + len(_ALONG)), edge.end], dtype=np.int64)
+        segments.append(np.stack([chain[:-1], chain[1:]], axis=1))
+        n += len(_ALONG)
+    beside = faces[np.array([edge.faces for edge in design.edges], dtype=np.int64)]
+    beside = np.repeat(beside, len(_ALONG) + 1, axis=0)
+    _laid(solid, gone, patch_of, np.concatenate(points), np.concatenate(segments), beside)
+
+
+def _laid(  # noqa: PLR0917
+    solid: Solid, gone: Collection[int], patch_of: IntArray, points: FloatArray, segments: IntArray, faces: IntArray
+) -> tuple[list[LaidLine], FloatArray, BoolArray, BoolArray]:
+    """Lines of segments (s, 2) between faces (s, 2) on the model, where points are then, and what `_lines` finds."""
+    runs, patches = find_runs(solid, patch_of), patch_of[faces]
+    is_line, is_inner = _lines(solid, gone, runs, points, segments, faces, patches)
+    corners = [solid.vertices[v] for v in sorted({v for run in runs if not run.is_closed for v in run.ends})]
+    lines = find_lines(segments[is_line], np.sort(patches[is_line], axis=1), points, corners, _SAME * solid.size)
+    laid, found = _on_runs(solid, gone, runs, lines, points)
+    return laid, found, is_line, is_inner
 
 
 def _lines(  # noqa: PLR0917
@@ -262,4 +303,4 @@ def _fractions(run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
     return at if steps.min() > _EVEN else even
 
 
-__all__ = ["Carried", "LaidLine", "carry"]
+__all__ = ["Carried", "LaidLine", "carry", "check_edges"]

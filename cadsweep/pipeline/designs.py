@@ -2,9 +2,10 @@
 
 Place in the flow: a row of the ways of :mod:`.routes`, after one sweep and columns of the model itself.
 
-Method: blends are found (:mod:`cadsweep.blends`), taken away in a copy (``cad.design_of``), the design is meshed like
-any other solid, and its nodes go to the model's corners, edges and faces (:func:`cadsweep.blends.carrying.carry`). What
-is inverted then is untangled. Borders of blends are no lines of the mesh: a blend has the quads with middles on it.
+Method: blends are found (:mod:`cadsweep.blends`) and taken away in a copy (``cad.design_of``). If the edges of that
+design can be laid on the model's, it is meshed like any other solid, and its nodes go to the model's corners, edges and
+faces (:func:`cadsweep.blends.carrying.carry`). What is inverted then is untangled. Borders of blends are no lines of
+the mesh: a blend has the quads with middles on it.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 from .. import cad, rows
 from ..arrays import FloatArray, IntArray
 from ..blends import Blend, find_blends
-from ..blends.carrying import carry
+from ..blends.carrying import carry, check_edges
 from ..blends.patches import find_patches
 from ..blends.sheets import SHEET, DesignMesh, with_sheet
 from ..blends.united import patch_surfaces, unite
@@ -145,11 +146,14 @@ def _mesh_without(
         design = cad.design_of(part, blends)
     if design is None:
         raise NotSweepableError("the solid has no blends that can be left out")
+    (solid,), patch_of = part.solids, find_patches(part.solids[0], blends, design.gone, design.model_faces)
+    by_key = _faces_by_key(solid)
+    own = np.array([by_key[face.key] for face in design.part.solids[0].faces], dtype=np.int64)
+    check_edges(solid, design.gone, patch_of, design.part.solids[0], own)
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, CellsOrigin), "one solid"
-    patch_of = find_patches(part.solids[0], blends, design.gone, design.model_faces)
-    plain = _on_design(part.solids[0], made.origin.entities)
+    plain = _on_design(by_key, made.origin.entities)
     sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
     roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
 
@@ -249,9 +253,12 @@ def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMes
     return _Carrying(united, joined, slides)
 
 
-def _on_design(solid: Solid, made: Entities) -> DesignMesh:
-    """The mesh of a design; its quads are on faces of the model."""
-    by_key = {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
+def _faces_by_key(solid: Solid) -> dict[str, int]:
+    return {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
+
+
+def _on_design(by_key: dict[str, int], made: Entities) -> DesignMesh:
+    """The mesh of a design; its quads are on faces of the model, whose ids are given by key."""
     quads, faces = [], []
     for place, own in made.faces.items():
         if not made.names.of(place):

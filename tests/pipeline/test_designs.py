@@ -6,8 +6,10 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.blends.sheets import SHEET
-from cadsweep.errors import InputError
-from cadsweep.pipeline import write_factors
+from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.options import SweepOptions
+from cadsweep.pipeline import designs, write_factors
+from cadsweep.pipeline.run import Run
 
 pytest.importorskip("gmsh")
 pytestmark = pytest.mark.cad
@@ -130,3 +132,12 @@ def test_a_mesh_that_others_are_to_have_follows_the_borders_of_blends(tmp_path):
     mesh = cs.sweep_mesh(bracket(), size=1.0)
     with pytest.raises(InputError, match="way: design"):
         cs.sweep_mesh(bracket(), like=mesh)
+
+
+def test_a_design_that_cannot_be_carried_is_not_meshed(monkeypatch):
+    def refuse(*args):
+        raise SurfaceMeshError("the design has an edge that the model has not")
+
+    monkeypatch.setattr(designs, "check_edges", refuse)
+    with pytest.raises(SurfaceMeshError, match="that the model has not"):
+        designs.mesh_design(cs.load(bracket()), SweepOptions(), Run(on_progress=lambda *args: None), pytest.fail)

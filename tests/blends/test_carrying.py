@@ -1,0 +1,47 @@
+"""A design's mesh carried onto the model: what cannot be carried is known before there is a mesh."""
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep import cad
+from cadsweep.blends import find_blends
+from cadsweep.blends.carrying import check_edges
+from cadsweep.blends.patches import find_patches
+from cadsweep.errors import SurfaceMeshError
+
+
+def lever():
+    """A plate with a boss, rounded where they meet and along its upper rim."""
+    plate = cq.Workplane().box(40, 16, 6).edges("|Y and >Z").fillet(0.8)
+    plate = plate.union(cq.Workplane(origin=(0, 0, 3)).circle(5).extrude(6))
+    return (
+        plate.edges("%CIRCLE and (not |Y) and (not >Z)")
+        .edges(cq.selectors.BoxSelector((-6, -6, 2), (6, 6, 4)))
+        .fillet(1.0)
+    )
+
+
+@pytest.fixture(scope="module")
+def designed():
+    """The model, its blends, its design, and which face of the model each face of that is."""
+    part = cs.load(lever())
+    (solid,) = part.solids
+    blends = find_blends(solid)
+    design = cad.design_of(part, blends)
+    own = np.array([faces[0] for faces in design.model_faces])
+    return solid, blends, design, own
+
+
+def test_edges_of_a_design_can_be_laid_on_the_model(designed):
+    solid, blends, design, own = designed
+    patch_of = find_patches(solid, blends, design.gone, design.model_faces)
+    check_edges(solid, design.gone, patch_of, design.part.solids[0], own)
+
+
+def test_an_edge_that_the_model_has_not_is_told_with_its_place(designed):
+    solid, _, design, own = designed
+    alone = np.arange(len(solid.faces))  # no two faces are one patch: where a blend went, they do not meet
+    with pytest.raises(SurfaceMeshError, match=r"has an edge at \(.*\) that the model has not"):
+        check_edges(solid, design.gone, alone, design.part.solids[0], own)
