@@ -245,7 +245,7 @@ def _on_runs(
     laid, covered = [], np.zeros(len(runs))
     for line, r in zip(lines, run_of, strict=True):
         run = runs[r]
-        at = _fractions(run, found[line.nodes[[0, -1]]], points[line.nodes])
+        at = _fractions(solid, run, found[line.nodes[[0, -1]]], points[line.nodes])
         found[line.nodes[1:-1]] = run.evaluate(at[1:-1])
         covered[r] += abs(at[-1] - at[0])
         laid.append(LaidLine(nodes=line.nodes, run=run, curve=as_curve(run, float(at[0]), float(at[-1]))))
@@ -282,9 +282,12 @@ def _place(solid: Solid, runs: Sequence[Run], point: FloatArray) -> FloatArray:
     return place
 
 
-def _fractions(run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
-    """Where the nodes of a line lie on its run, in order: near to where they are, else by shares of its length."""
-    first, last = run.project(ends)
+def _fractions(solid: Solid, run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
+    """Where the nodes of a line lie on its run, in order: near to where they are, else by shares of its length.
+
+    A corner is the end of its run also where the model has it beside the curve of its edge.
+    """
+    first, last = (_fraction(solid, run, end) for end in ends)
     lengths = np.cumsum([0.0, *np.linalg.norm(np.diff(points, axis=0), axis=1)])
     shares = lengths / lengths[-1]
     if run.is_closed:
@@ -301,6 +304,11 @@ def _fractions(run: Run, ends: FloatArray, points: FloatArray) -> FloatArray:
     at[[0, -1]] = first, last
     steps = np.diff(at) / np.diff(even)
     return at if steps.min() > _EVEN else even
+
+
+def _fraction(solid: Solid, run: Run, place: FloatArray) -> float:
+    at_end = [] if run.is_closed else [(solid.vertices[v] == place).all() for v in run.ends]
+    return float(at_end.index(True)) if any(at_end) else float(run.project(place[None])[0])
 
 
 __all__ = ["Carried", "LaidLine", "carry", "check_edges"]

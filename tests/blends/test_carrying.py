@@ -1,5 +1,7 @@
 """A design's mesh carried onto the model: what cannot be carried is known before there is a mesh."""
 
+from dataclasses import replace
+
 import cadquery as cq
 import numpy as np
 import pytest
@@ -38,6 +40,19 @@ def test_edges_of_a_design_can_be_laid_on_the_model(designed):
     solid, blends, design, own = designed
     patch_of = find_patches(solid, blends, design.gone, design.model_faces)
     check_edges(solid, design.gone, patch_of, design.part.solids[0], own)
+
+
+def test_a_corner_that_the_model_has_beside_its_edge_is_an_end_of_that(designed):
+    solid, blends, design, own = designed
+    patch_of = find_patches(solid, blends, design.gone, design.model_faces)
+    moved = []
+    for one in (solid, design.part.solids[0]):
+        vertices = one.vertices.copy()
+        vertices[(vertices == [20, 8, -3]).all(axis=1), 2] += 0.01
+        assert (vertices != one.vertices).any()
+        moved.append(replace(one, vertices=vertices))
+    loose, built = moved
+    check_edges(loose, design.gone, patch_of, built, own)
 
 
 def test_an_edge_that_the_model_has_not_is_told_with_its_place(designed):
