@@ -147,13 +147,12 @@ def _mesh_without(
     if design is None:
         raise NotSweepableError("the solid has no blends that can be left out")
     (solid,), patch_of = part.solids, find_patches(part.solids[0], blends, design.gone, design.model_faces)
-    by_key = _faces_by_key(solid)
-    own = np.array([by_key[face.key] for face in design.part.solids[0].faces], dtype=np.int64)
+    own = np.array([faces[0] for faces in design.model_faces], dtype=np.int64)
     check_edges(solid, design.gone, patch_of, design.part.solids[0], own)
     made = mesh_it(design.part, replace(options, order=1, refine=0), replace(run, measure=None))
     assert isinstance(made, HexMesh), "in memory"
     assert isinstance(made.origin, CellsOrigin), "one solid"
-    plain = _on_design(by_key, made.origin.entities)
+    plain = _on_design(solid, made.origin.entities)
     sheeted = with_sheet(plain, patch_of, blends) if rows.is_on(SHEET) else None
     roles, notes = _roles_of(made.origin), [_NOTE.format(len(design.gone)), *design.left]
 
@@ -253,12 +252,9 @@ def _carried(part: Part, design: cad.Design, patch_of: IntArray, made: DesignMes
     return _Carrying(united, joined, slides)
 
 
-def _faces_by_key(solid: Solid) -> dict[str, int]:
-    return {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
-
-
-def _on_design(by_key: dict[str, int], made: Entities) -> DesignMesh:
-    """The mesh of a design; its quads are on faces of the model, whose ids are given by key."""
+def _on_design(solid: Solid, made: Entities) -> DesignMesh:
+    """The mesh of a design; its quads are on faces of the model."""
+    by_key = {face.key or f"face {face.id}": face.id for face in reversed(solid.faces)}
     quads, faces = [], []
     for place, own in made.faces.items():
         if not made.names.of(place):
