@@ -4,11 +4,12 @@ Place in the flow: ``pipeline`` asks for it where all other ways refuse; it give
 their vertex, edge or face, to be untangled and checked like any other.
 
 Method: faces that run smoothly into each other are one (:mod:`.grouping`, :mod:`.uniting`), and narrow rings are left
-out (:mod:`.rings`). An overlay grid (:mod:`.grid`) whose planes lie on the part's own is kept where it is inside and
-made manifold; every quad of its skin is labelled with a face (:mod:`.labels`); strips of faces that the grid is too
-coarse for are laid in (:mod:`.strips`); borders of labels are matched with edges and their ends with vertices
-(:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are laid under the skin and in the rims of faces,
-and the rings with them (:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
+out (:mod:`.rings`). An overlay grid (:mod:`.grid`) along the part's axes (:mod:`.axes`) whose planes lie on the
+part's own is kept where it is inside and made manifold; every quad of its skin is labelled with a face
+(:mod:`.labels`); strips of faces that the grid is too coarse for are laid in (:mod:`.strips`); borders of labels are
+matched with edges and their ends with vertices (:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are
+laid under the skin and in the rims of faces, and the rings with them (:mod:`.sheets`); nodes are put on vertices,
+edges and faces (:mod:`.placing`).
 A topology that is not the CAD's is refused, never bent; where no grid has it, edges may be let go (:mod:`.letting`),
 each of which is told, as few as will do. Faces end before tips that no quad fits into (:mod:`.tips`).
 
@@ -16,6 +17,7 @@ What it does not handle: holes, walls and faces smaller than a cell, but for rin
 a part of the grid.
 """
 
+from .axes import choose_axes
 from .facets import Facets
 from .finding import Found, farthest, find_on_grid
 from .grid import Grid, choose_planes, keep_inside
@@ -30,6 +32,7 @@ __all__ = [
     "Grid",
     "Tip",
     "United",
+    "choose_axes",
     "choose_planes",
     "end_before",
     "farthest",

@@ -23,6 +23,10 @@ class Facets(NamedTuple):
     triangles: IntArray
     faces: IntArray
 
+    def along(self, axes: FloatArray) -> Facets:
+        """Those in coordinates along axes, the rows of (3, 3)."""
+        return Facets(self.points @ axes.T, self.triangles, self.faces)
+
     def of(self, faces: IntArray) -> Facets:
         """Those of some faces."""
         kept = np.isin(self.faces, faces)

@@ -44,36 +44,41 @@ class Grid(NamedTuple):
     quads: IntArray
 
 
-def choose_planes(solid: Solid, facets: Facets, size: float, *, narrow: bool = False) -> list[FloatArray]:
-    """Coordinates of the grid's planes along each axis, one more on either side of the part.
+def choose_planes(
+    solid: Solid, facets: Facets, axes: FloatArray, size: float, *, narrow: bool = False
+) -> list[FloatArray]:
+    """Coordinates of the grid's planes along each of its axes, one more on either side of the part.
 
     Parameters
     ----------
     solid : Solid
     facets : Facets
         Of its faces.
+    axes : (3, 3) float
+        The grid's, each a row.
     size : float
         Distance of two planes.
     narrow : bool
         Lay planes closer where the part is narrow along their axis.
     """
     planes: list[FloatArray] = []
-    for axis in range(3):
-        low, high = float(facets.points[:, axis].min()), float(facets.points[:, axis].max())
-        spans = narrow_spans(solid, facets, axis, size) if narrow else np.empty((0, 2))
+    for n, axis in enumerate(axes):
+        own = facets.points @ axis
+        low, high = float(own.min()), float(own.max())
+        spans = narrow_spans(solid, facets, axes, n, size) if narrow else np.empty((0, 2))
         steps = _Steps(low, high, spans, size)
         flat = [
-            (face.area, float(face.center[axis]))
+            (face.area, float(face.center @ axis))
             for face in solid.faces
-            if face.kind == "plane" and 1.0 - abs(face.normal[axis]) < _ALIGNED
+            if face.kind == "plane" and 1.0 - abs(face.normal @ axis) < _ALIGNED
         ]
         wanted: list[tuple[float, float]] = [(x, _CLOSEST[0]) for _, x in sorted(flat, reverse=True)]
         wanted += [(low, _CLOSEST[1]), (high, _CLOSEST[1])]
-        wanted += [(float(x), _CLOSEST[1]) for x in solid.vertices[:, axis]]
+        wanted += [(float(x), _CLOSEST[1]) for x in solid.vertices @ axis]
         along = np.linspace(0.0, 1.0, 17)
         for edge in solid.edges:
             if edge.kind != "line":
-                own = edge.curve.evaluate(along)[:, axis]
+                own = edge.curve.evaluate(along) @ axis
                 wanted += [(float(own.min()), _CLOSEST[2]), (float(own.max()), _CLOSEST[2])]
         kept: list[float] = []
         for x, apart in wanted:
@@ -116,14 +121,16 @@ class _Steps:
         return np.append(low, np.interp(np.linspace(first, last, n + 1)[1:-1], self.sum, self.ends))
 
 
-def narrow_spans(solid: Solid, facets: Facets, axis: int, size: float) -> FloatArray:
+def narrow_spans(solid: Solid, facets: Facets, axes: FloatArray, axis: int, size: float) -> FloatArray:
     """From and to (s, 2) along an axis: edges, walls and gaps between faces across it, shorter than two cells.
 
     Samples of the facets that look along the axis are sorted into columns; neighbours in one that look opposite ways
     are the two sides of a wall or of a gap.
     """
-    ends = solid.vertices[np.array([(edge.start, edge.end) for edge in solid.edges], dtype=np.int64).reshape(-1, 2)]
-    ends = np.sort(ends[[edge.length < _ACROSS * size for edge in solid.edges], :, axis], axis=1)
+    facets = facets.along(axes)
+    heights = solid.vertices @ axes[axis]
+    ends = heights[np.array([(edge.start, edge.end) for edge in solid.edges], dtype=np.int64).reshape(-1, 2)]
+    ends = np.sort(ends[[edge.length < _ACROSS * size for edge in solid.edges]], axis=1)
     corners = facets.points[facets.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
@@ -141,14 +148,15 @@ def narrow_spans(solid: Solid, facets: Facets, axis: int, size: float) -> FloatA
     return np.unique(np.round(spans[fits] / (_BIN * size)), axis=0) * _BIN * size
 
 
-def keep_inside(planes: list[FloatArray], facets: Facets) -> Grid:
-    """Keep cells whose middle is inside, and mend where the skin is not manifold.
+def keep_inside(planes: list[FloatArray], facets: Facets, axes: FloatArray) -> Grid:
+    """Keep cells between planes across some axes whose middle is inside, and mend where the skin is not manifold.
 
     Raises
     ------
     SurfaceMeshError
         No cell is inside, or the skin cannot be made manifold.
     """
+    facets = facets.along(axes)
     middles = [0.5 * (own[1:] + own[:-1]) for own in planes]
     votes = np.zeros([len(own) for own in middles], dtype=np.int64)
     for axis in range(3):
@@ -163,7 +171,8 @@ def keep_inside(planes: list[FloatArray], facets: Facets) -> Grid:
     kept = _manifold(votes >= 2)
     if not kept.any():
         raise SurfaceMeshError("no cell of the grid is inside")
-    return _grid(planes, kept)
+    points, hexes, quads = _grid(planes, kept)
+    return Grid(points @ axes, hexes, quads)
 
 
 @compiled()

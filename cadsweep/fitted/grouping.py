@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Solid
 
 SMOOTH = 0.05
@@ -21,14 +21,14 @@ BRIDGED = 0.15
 """Width over the size below which a face is bridged: of what is wider a row of quads is good enough."""
 
 
-def group_faces(solid: Solid, size: float, *, ridges: bool) -> tuple[IntArray, tuple[int, ...]]:
+def group_faces(solid: Solid, axes: FloatArray, size: float, *, ridges: bool) -> tuple[IntArray, tuple[int, ...]]:
     """The group (n_faces,) of every face, numbered in the order of their first ones, and the faces that are bridged.
 
     With `ridges` blends narrower than a cell that do not run along the grid stay parted from the faces on one of
     their sides: quads laid across such a blend would cut it in steps.
     """
     smooth = [edge for edge in solid.edges if is_smooth(solid, edge)]
-    kept = _ridges(solid, smooth, size) if ridges else set[int]()
+    kept = _ridges(solid, axes, smooth, size) if ridges else set[int]()
     return _bridged(solid, _groups(solid, smooth, kept), BRIDGED * size)
 
 
@@ -42,7 +42,7 @@ def is_smooth(solid: Solid, edge: Edge) -> bool:
     return bool(cosines.min() > np.cos(SMOOTH))
 
 
-def _ridges(solid: Solid, smooth: list[Edge], size: float) -> set[int]:
+def _ridges(solid: Solid, axes: FloatArray, smooth: list[Edge], size: float) -> set[int]:
     """Smooth edges between a blend narrower than a cell and a face beside it, of the faces with most of these.
 
     Of the two faces that a blend lies between one has them: the strip between two would be narrower than a cell.
@@ -58,7 +58,7 @@ def _ridges(solid: Solid, smooth: list[Edge], size: float) -> set[int]:
                 of_blend[blend].add(face)
 
     def unaligned(face: int) -> float:
-        return sum(edge.length for _, edge in beside[face] if edge.kind != "line" or _leans(edge))
+        return sum(edge.length for _, edge in beside[face] if edge.kind != "line" or _leans(edge, axes))
 
     found, barred = set[int](), set[int]()
     for face in sorted(beside, key=unaligned, reverse=True):
@@ -68,8 +68,8 @@ def _ridges(solid: Solid, smooth: list[Edge], size: float) -> set[int]:
     return found
 
 
-def _leans(edge: Edge) -> bool:
-    return bool(np.sort(np.abs(edge.tangents[0]))[1] > SMOOTH)
+def _leans(edge: Edge, axes: FloatArray) -> bool:
+    return bool(np.sort(np.abs(axes @ edge.tangents[0]))[1] > SMOOTH)
 
 
 def _groups(solid: Solid, smooth: list[Edge], kept: set[int]) -> IntArray:

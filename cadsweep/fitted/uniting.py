@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import IntArray
+from ..arrays import FloatArray, IntArray
 from ..brep import Edge, Face, FormerFace, Loop, Solid
 from .facets import Facets
 from .grouping import BRIDGED, SMOOTH, group_faces
@@ -46,9 +46,9 @@ class United(NamedTuple):
     bridged: tuple[int, ...]
 
 
-def unite(solid: Solid, facets: Facets, size: float, *, ridges: bool) -> United:
-    """The solid with its faces united as :func:`.grouping.group_faces` says for a grid of a size."""
-    of_face, narrow = group_faces(solid, size, ridges=ridges)
+def unite(solid: Solid, facets: Facets, axes: FloatArray, size: float, *, ridges: bool) -> United:
+    """The solid with its faces united as :func:`.grouping.group_faces` says for a grid of some axes and size."""
+    of_face, narrow = group_faces(solid, axes, size, ridges=ridges)
     return unite_as(solid, facets, size, of_face, narrow)
 
 

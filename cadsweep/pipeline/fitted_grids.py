@@ -27,6 +27,7 @@ from ..fitted import (
     Grid,
     Tip,
     United,
+    choose_axes,
     choose_planes,
     end_before,
     farthest,
@@ -137,6 +138,7 @@ def _found(
     """The model on grids: with all its edges, then without some, then on what has very many hexahedra unasked."""
     model = part.solids[0]
     facets = _facets(model)
+    axes = choose_axes(facets)
     letting = rows.is_on(LETTING) and options.tolerance is None
     with_fewer: list[Found] = []
     large: list[tuple[float, United, Grid]] = []
@@ -153,11 +155,11 @@ def _found(
         else:
             yield found
 
-    for size, united, planes in _grids(part, options, facets):
+    for size, united, planes in _grids(part, options, facets, axes):
         if spent() - began > _TIME:
             break
         try:
-            grid = keep_inside(planes, facets)
+            grid = keep_inside(planes, facets, axes)
         except SurfaceMeshError as error:
             tell(error.what, size)
             continue
@@ -177,15 +179,17 @@ def _note(refused: CadSweepError | None) -> str:
     return f"filled by a fitted grid, good for stiffness and not for layers along walls, because {why}"
 
 
-def _grids(part: Part, options: SweepOptions, facets: Facets) -> Iterator[tuple[float, United, list[FloatArray]]]:
+def _grids(
+    part: Part, options: SweepOptions, facets: Facets, axes: FloatArray
+) -> Iterator[tuple[float, United, list[FloatArray]]]:
     """Sizes, faces united for them, and planes of a grid: even first, then closer where the part is narrow."""
     model = part.solids[0]
     for size in _sizes(part, options):
-        even = choose_planes(model, facets, size)
-        narrow = choose_planes(model, facets, size, narrow=True)
+        even = choose_planes(model, facets, axes, size)
+        narrow = choose_planes(model, facets, axes, size, narrow=True)
         closer = [narrow] if list(map(len, narrow)) != list(map(len, even)) else []
-        united = unite(model, facets, size, ridges=True)
-        without = unite(model, facets, size, ridges=False)
+        united = unite(model, facets, axes, size, ridges=True)
+        without = unite(model, facets, axes, size, ridges=False)
         ways = [united] if np.array_equal(united.of_face, without.of_face) else [united, without]
         for planes, way in itertools.product([even, *closer], ways):
             yield size, way, planes

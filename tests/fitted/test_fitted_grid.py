@@ -86,9 +86,9 @@ def test_what_is_narrow_is_found_where_it_is_and_nowhere_else():
     (solid,) = part.solids
     facets = _facets(solid)
     size = 1.0 / part.scale
-    assert np.allclose(narrow_spans(solid, facets, 0, size) * part.scale, [[2.25, 3.75]], atol=0.06)
-    assert not len(narrow_spans(solid, facets, 1, size))
-    assert not len(narrow_spans(solid, facets, 2, size))
+    assert np.allclose(narrow_spans(solid, facets, np.eye(3), 0, size) * part.scale, [[2.25, 3.75]], atol=0.06)
+    assert not len(narrow_spans(solid, facets, np.eye(3), 1, size))
+    assert not len(narrow_spans(solid, facets, np.eye(3), 2, size))
 
 
 def test_it_is_taken_where_all_else_is_refused_and_not_where_it_is_forbidden(monkeypatch):

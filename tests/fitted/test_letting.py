@@ -27,7 +27,7 @@ def labelled(box):
     solid = cs.load(box).solids[0]
     facets = _facets(solid)
     size = SIZE / 12 * solid.size
-    grid = keep_inside(choose_planes(solid, facets, size), facets)
+    grid = keep_inside(choose_planes(solid, facets, np.eye(3), size), facets, np.eye(3))
     return solid, grid, label_quads(solid, facets, grid.points, grid.quads, size), size
 
 
