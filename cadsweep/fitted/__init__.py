@@ -19,17 +19,20 @@ a part of the grid.
 
 from .axes import choose_axes
 from .facets import Facets
-from .finding import Found, farthest, find_on_grid
+from .finding import Found, Labelled, farthest, find_on_grid, label_on_grid
 from .grid import Grid, choose_planes, keep_inside
 from .placing import place_on_model
 from .sheets import lay_sheets
 from .tips import Tip, end_before, find_tips
+from .topology import MisfitError
 from .uniting import United, unite
 
 __all__ = [
     "Facets",
     "Found",
     "Grid",
+    "Labelled",
+    "MisfitError",
     "Tip",
     "United",
     "choose_axes",
@@ -39,6 +42,7 @@ __all__ = [
     "find_on_grid",
     "find_tips",
     "keep_inside",
+    "label_on_grid",
     "lay_sheets",
     "place_on_model",
     "unite",

@@ -60,18 +60,51 @@ class Found(NamedTuple):
         return sum(missed(crease.edge) for crease in self.creases)
 
 
-def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size: float, *, letting: bool) -> Found:
+class Labelled(NamedTuple):
+    """A grid in a model.
+
+    Attributes
+    ----------
+    united : United
+        The model for a grid of that size.
+    reduced : Reduced
+        The same without the rings that are still to be laid.
+    skin : Fitted
+        The grid, every quad with a face of `reduced`, strips laid in; no chains yet.
+    size : float
+        Of the grid.
+    """
+
+    united: United
+    reduced: Reduced
+    skin: Fitted
+    size: float
+
+
+def label_on_grid(united: United, facets: Facets, grid: Grid, size: float) -> Labelled:
+    """Label the skin of a grid of a size with the faces of a model, united for it, by facets of the model's faces.
+
+    Raises
+    ------
+    SurfaceMeshError
+        A strip that the grid is too coarse for cannot be laid in.
+    """
+    first = without_rings(united.solid, size)
+    covering = facets._replace(faces=first.of_face[united.of_face[facets.faces]])
+    labels = label_quads(first.solid, covering, grid.points, grid.quads, size)
+    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
+    return Labelled(united, first, lay_strips(first.solid, skin, size), size)
+
+
+def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: bool) -> Found:
     """The model found on a grid.
 
     Parameters
     ----------
     model : Solid
-    united : United
-        The same for a grid of that size.
     facets : Facets
         Of its faces.
-    grid : Grid
-    size : float
+    labelled : Labelled
     letting : bool
         Let edges go that the grid cannot hold.
 
@@ -82,11 +115,8 @@ def find_on_grid(model: Solid, united: United, facets: Facets, grid: Grid, size:
     SurfaceMeshError
         Nor has it that with fewer edges.
     """
-    first = reduced = without_rings(united.solid, size)
-    covering = facets._replace(faces=first.of_face[united.of_face[facets.faces]])
-    labels = label_quads(first.solid, covering, grid.points, grid.quads, size)
-    skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
-    skin = lay_strips(first.solid, skin, size)
+    united, first, skin, size = labelled
+    reduced = first
     fewer, numbers = united, np.arange(len(first.faces))  # of every face of `first` the number once more are one
     asked: list[tuple[int, int]] = []
     before = numbers

@@ -25,6 +25,8 @@ from ..fitted import (
     Facets,
     Found,
     Grid,
+    Labelled,
+    MisfitError,
     Tip,
     United,
     choose_axes,
@@ -34,6 +36,7 @@ from ..fitted import (
     find_on_grid,
     find_tips,
     keep_inside,
+    label_on_grid,
     lay_sheets,
     place_on_model,
     unite,
@@ -63,6 +66,8 @@ _TIME = 30.0
 """Seconds, of the processor, after which no finer grid is begun."""
 _LAST = 60.0
 """The same after which one is given up where no size is asked for."""
+_HOPELESS = 0.02
+"""Share of the hexahedra inverted still after the first round from which the time is better spent on other grids."""
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 45_000
@@ -140,38 +145,45 @@ def _found(
     facets = _facets(model)
     axes = choose_axes(facets)
     letting = rows.is_on(LETTING) and options.tolerance is None
-    with_fewer: list[Found] = []
+    misfits: list[Labelled] = []
     large: list[tuple[float, United, Grid]] = []
 
-    def on(size: float, united: United, grid: Grid) -> Iterator[Found]:
+    def find(size: float, label: Callable[[], Labelled], *, letting: bool) -> Iterator[Found]:
         try:
             with run.stage("fitted grid"):
-                found = find_on_grid(model, united, facets, grid, size, letting=letting)
+                labelled = label()
+                try:
+                    found = find_on_grid(model, facets, labelled, letting=letting)
+                except MisfitError:
+                    misfits.append(labelled)
+                    raise
         except SurfaceMeshError as error:
             tell(error.what, size)
-            return
-        if found.creases:
-            with_fewer.append(found)
         else:
             yield found
 
-    for size, united, planes in _grids(part, options, facets, axes):
+    def on(waiting: tuple[float, United, Grid]) -> Iterator[Found]:
+        size, united, grid = waiting
+        return find(size, lambda: label_on_grid(united, facets, grid, size), letting=False)
+
+    for waiting in _grids(part, options, facets, axes, tell):
         if spent() - began > _TIME:
             break
-        try:
-            grid = keep_inside(planes, facets, axes)
-        except SurfaceMeshError as error:
-            tell(error.what, size)
-            continue
-        if options.size is None and len(grid.hexes) > _MOST:
-            large.append((size, united, grid))
+        if options.size is None and len(waiting[2].hexes) > _MOST:
+            large.append(waiting)
         else:
-            yield from on(size, united, grid)
-    yield from sorted(with_fewer, key=lambda found: found.lost)
+            yield from on(waiting)
+    if letting:
+        with_fewer: list[Found] = []
+        for labelled in misfits.copy():
+            if with_fewer and spent() - began > _TIME:
+                break
+            with_fewer += find(labelled.size, lambda labelled=labelled: labelled, letting=True)  # type: ignore[misc]
+        yield from sorted(with_fewer, key=lambda found: found.lost)
     for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):
         if spent() - began > _TIME:
             break
-        yield from on(*waiting)
+        yield from on(waiting)
 
 
 def _note(refused: CadSweepError | None) -> str:
@@ -180,19 +192,33 @@ def _note(refused: CadSweepError | None) -> str:
 
 
 def _grids(
-    part: Part, options: SweepOptions, facets: Facets, axes: FloatArray
-) -> Iterator[tuple[float, United, list[FloatArray]]]:
-    """Sizes, faces united for them, and planes of a grid: even first, then closer where the part is narrow."""
+    part: Part, options: SweepOptions, facets: Facets, axes: FloatArray, tell: Callable[[str, float], None]
+) -> Iterator[tuple[float, United, Grid]]:
+    """Sizes, faces united for them, and grids, few hexahedra first: even ones, and closer where the part is narrow."""
     model = part.solids[0]
+    waiting: list[tuple[float, Grid]] = []
+
+    def until(n_most: float) -> Iterator[tuple[float, United, Grid]]:
+        waiting.sort(key=lambda one: len(one[1].hexes))
+        while waiting and len(waiting[0][1].hexes) <= n_most:
+            size, grid = waiting.pop(0)
+            united = unite(model, facets, axes, size, ridges=True)
+            yield size, united, grid
+            without = unite(model, facets, axes, size, ridges=False)
+            if not np.array_equal(united.of_face, without.of_face):
+                yield size, without, grid
+
     for size in _sizes(part, options):
+        yield from until(model.volume / size**3)
         even = choose_planes(model, facets, axes, size)
         narrow = choose_planes(model, facets, axes, size, narrow=True)
         closer = [narrow] if list(map(len, narrow)) != list(map(len, even)) else []
-        united = unite(model, facets, axes, size, ridges=True)
-        without = unite(model, facets, axes, size, ridges=False)
-        ways = [united] if np.array_equal(united.of_face, without.of_face) else [united, without]
-        for planes, way in itertools.product([even, *closer], ways):
-            yield size, way, planes
+        for planes in (even, *closer):
+            try:
+                waiting.append((size, keep_inside(planes, facets, axes)))
+            except SurfaceMeshError as error:
+                tell(error.what, size)
+    yield from until(np.inf)
 
 
 def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
@@ -284,9 +310,11 @@ def _fitted(
     free[joined.quads] = False
     n_at_first = len(joined.hexes)
 
+    rounds = itertools.count()
+
     def on_round(left: int) -> bool:
         run.on_progress("fitted grid", 1.0 - left / n_at_first)
-        return is_late()
+        return is_late() or (next(rounds) > 0 and left > _HOPELESS * n_at_first)
 
     untangled = untangle(
         joined.points,
