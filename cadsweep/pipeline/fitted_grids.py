@@ -60,7 +60,7 @@ _GOAL = 0.25
 """What untangling tries to reach."""
 _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
-_FINER = (1.0, 0.75, 0.55, 0.4)
+_FINER = (1.0, 0.75, 0.55, 0.4, 0.3)
 """Sizes that are tried, over the first."""
 _TIME = 30.0
 """Seconds, of the processor, after which no finer grid is begun."""
@@ -72,6 +72,8 @@ _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 45_000
 """Hexahedra beyond which no finer grid is begun where no size is asked for, and a closer one last of all."""
+_LARGEST = 120_000
+"""Hexahedra beyond which no even grid is tried at all where no size is asked for."""
 _SENSELESS = (
     *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
     *("sizes", "counts", "biases", "local_sizes"),
@@ -181,7 +183,7 @@ def _found(
             with_fewer += find(labelled.size, lambda labelled=labelled: labelled, letting=True)  # type: ignore[misc]
         yield from sorted(with_fewer, key=lambda found: found.lost)
     for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):
-        if spent() - began > _TIME:
+        if spent() - began > _LAST:
             break
         yield from on(waiting)
 
@@ -225,7 +227,7 @@ def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
     solid = part.solids[0]
     first = (solid.volume / _CELLS) ** (1.0 / 3.0) if options.size is None else options.size / part.scale
     for share in _FINER:
-        if options.size is None and solid.volume / (first * share) ** 3 > _MOST:
+        if options.size is None and solid.volume / (first * share) ** 3 > _LARGEST:
             return
         yield first * share
 
