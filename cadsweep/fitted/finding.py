@@ -14,6 +14,7 @@ from .facets import Facets, Nearest
 from .grid import Grid
 from .labels import label_quads
 from .letting import let_go, missed
+from .mending import mend_labels
 from .rings import Reduced, without_rings
 from .sheets import Fitted
 from .strips import lay_strips
@@ -117,6 +118,8 @@ def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: b
     """
     united, first, skin, size = labelled
     reduced = first
+    if not letting:
+        skin = replace(skin, labels=mend_labels(first.solid, skin.quads, skin.labels))
     fewer, numbers = united, np.arange(len(first.faces))  # of every face of `first` the number once more are one
     asked: list[tuple[int, int]] = []
     before = numbers

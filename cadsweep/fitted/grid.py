@@ -175,7 +175,7 @@ def keep_inside(planes: list[FloatArray], facets: Facets, axes: FloatArray) -> G
     return Grid(points @ axes, hexes, quads)
 
 
-@compiled()
+@compiled(cache=True)
 def _cross(corners, xs, ys, zs, inside):  # type: ignore[no-untyped-def]
     """Flip what lies above each triangle, ray by ray."""
     for t in range(corners.shape[0]):

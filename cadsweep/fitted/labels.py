@@ -102,7 +102,7 @@ def _neighbours(n: int, pairs: IntArray) -> IntArray:
     return np.stack([others[order], sides[order]], axis=1).reshape(n, 4, 2)
 
 
-@compiled()
+@compiled(cache=True)
 def _improved(labels, cost, borders, between, near, rounds):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Change labels while that is cheaper: to a neighbour's, or to one of the faces that are dear at most by two."""
     labels = labels.copy()

@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial import cKDTree
 
 from ..arrays import FloatArray, IntArray
-from ..brep import Edge, Solid
+from ..brep import Edge, Face, Solid
 from ..errors import SurfaceMeshError
 from ..harmonic import sides_of
 
@@ -111,14 +111,18 @@ def _check_faces(solid: Solid, quads: IntArray, labels: IntArray) -> None:
     """Every face has quads, with as many holes as it has itself (its Euler number)."""
     for face in solid.faces:
         own = quads[labels == face.id]
-        ends = {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
-        expected = len(ends) - len(set(face.edges)) + face.euler
         if not len(own):
             raise MisfitError(f"{face.label()} has no quad: it is smaller than a cell of the grid")
         sides = np.sort(np.stack([own, np.roll(own, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
         euler = len(np.unique(own)) - len(np.unique(sides, axis=0)) + len(own)
-        if euler != expected:
+        if euler != closed_euler(solid, face):
             raise MisfitError(f"{face.label()} has other holes on the grid than in the model")
+
+
+def closed_euler(solid: Solid, face: Face) -> int:
+    """Euler number of a face with its border."""
+    ends = {v for e in face.edges for v in (solid.edges[e].start, solid.edges[e].end)}
+    return len(ends) - len(set(face.edges)) + face.euler
 
 
 def _sides(edge: Edge) -> tuple[int, int]:
