@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, IntArray
+from ..arrays import BoolArray, FloatArray, IntArray, distinct
 from ..brep import Edge, Solid
-from ..disjoint import DisjointSets
 from ..errors import SurfaceMeshError
 from ..harmonic import sides_of
+from .counting import count_runs
 
 _FLAT = 0.05
 """What an edge that does not turn is missed, over one that turns by a straight angle."""
@@ -62,20 +62,17 @@ class Parted(NamedTuple):
         """What two of them must have alike, once faces with the same number in `of_face` (n_faces,) are one."""
         sides, n = of_face[self.faces], int(of_face.max()) + 1
         is_border = sides[:, 0] != sides[:, 1]
-        around = np.stack([sides.repeat(2, axis=0).ravel(), self.ends.repeat(2, axis=1).ravel()], axis=1)
+        n_nodes = int(self.ends.max(initial=-1)) + 1
+        at = distinct((sides[:, :, None] * n_nodes + self.ends[:, None]).ravel())
         holes = np.bincount(of_face, weights=self.euler, minlength=n).astype(np.int64)
-        holes += np.bincount(np.unique(around, axis=0)[:, 0], minlength=n)
+        holes += np.bincount(at // max(n_nodes, 1), minlength=n)
         holes -= np.bincount(sides[:, 0], minlength=n) + np.bincount(sides[is_border, 1], minlength=n)
-        ends, sides = self.ends[is_border], np.sort(sides[is_border], axis=1)
-        degree = np.bincount(ends.ravel())
-        chains, first_at = DisjointSets(range(len(ends))), dict[int, int]()
-        for piece, nodes in enumerate(ends.tolist()):
-            for node in nodes:
-                if degree[node] == 2:
-                    chains.merge(first_at.setdefault(node, piece), piece)
-        found: Counts = Counter({("face", face, face): int(value) for face, value in enumerate(holes)})
-        found.update(("edges", *sides[piece].tolist()) for piece in {chains.find(piece) for piece in range(len(ends))})
-        found["vertices", -1, -1] = int(((degree > 0) & (degree != 2)).sum())
+        runs = np.empty((n, n), dtype=np.int64)
+        n_vertices = count_runs(self.ends, sides, n_nodes, runs)
+        found: Counts = Counter({("face", face, face): value for face, value in enumerate(holes.tolist())})
+        for f, g in np.argwhere(runs).tolist():
+            found["edges", f, g] = int(runs[f, g])
+        found["vertices", -1, -1] = int(n_vertices)
         return found
 
 
@@ -182,4 +179,5 @@ def _of_skin(points: FloatArray, quads: IntArray, labels: IntArray, n_faces: int
     euler = np.bincount(labels, minlength=n_faces) + np.bincount(owner[inner], minlength=n_faces)
     euler -= np.bincount(faces[~is_border, 0], minlength=n_faces)
     places = points[segments[is_border]].mean(axis=1, keepdims=True)
-    return Parted(ends=segments[is_border], faces=faces[is_border], euler=euler, places=places)
+    ends = np.unique(segments[is_border], return_inverse=True)[1]
+    return Parted(ends=ends.reshape(-1, 2).astype(np.int64), faces=faces[is_border], euler=euler, places=places)
