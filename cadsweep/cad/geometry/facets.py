@@ -1,6 +1,6 @@
-"""Facets of a loaded solid's faces: what pictures of a part are drawn from.
+"""Facets of a loaded solid's faces: what pictures of a part are drawn from, and fitted grids laid by.
 
-Place in the flow: called by ``report``; nothing is computed from facets.
+Place in the flow: called by ``report`` and for ``fitted``; where something is on a face, the face itself says.
 
 Method: OpenCASCADE's incremental mesh of a copy of each face, so that the model's own shapes carry no triangles.
 """
@@ -12,9 +12,11 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
+from OCP.Poly import Poly_Triangulation
 from OCP.ShapeFix import ShapeFix_Face
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Face
 
 from ...arrays import FloatArray, IntArray
 from ...brep import Solid
@@ -53,18 +55,15 @@ def find_facets(solid: Solid) -> list[tuple[FloatArray, IntArray]]:
 
 def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
     copied = typed(BRepBuilderAPI_Copy(face).Shape(), FACE)
+    # OpenCASCADE's division of closed faces leaves edges without a common range, and its mesher does not come back from
+    # some of them.
     if not all(BRep_Tool.SameRange_s(edge) for edge in subshapes(copied, EDGE)):
-        # OpenCASCADE's division of closed faces leaves such edges, and its mesher does not come back from some of them.
-        fixer = ShapeFix_Face(copied)
-        fixer.Perform()
-        copied = fixer.Face()
-    wanted = IMeshTools_Parameters()
-    wanted.Deflection, wanted.Angle = deflection, ANGLE
-    if len(subshapes(copied, EDGE)) > MANY_EDGES:
-        wanted.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
-    BRepMesh_IncrementalMesh(copied, wanted)
+        copied = _fixed(copied)
     place = TopLoc_Location()
-    made = BRep_Tool.Triangulation_s(copied, place)
+    made = _triangulated(copied, deflection, place)
+    if made is None:  # a wire that crosses itself by less than tolerances, such as other attempts leave
+        copied = _fixed(typed(BRepBuilderAPI_Copy(face).Shape(), FACE))
+        made = _triangulated(copied, deflection, place)
     if made is None:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     move = place.Transformation()
@@ -73,3 +72,19 @@ def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
     if copied.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
         triangles = triangles[:, ::-1]
     return np.array([[p.X(), p.Y(), p.Z()] for p in nodes]), np.ascontiguousarray(triangles.reshape(-1, 3))
+
+
+def _fixed(face: TopoDS_Face) -> TopoDS_Face:
+    fixer = ShapeFix_Face(face)
+    fixer.Perform()
+    return fixer.Face()
+
+
+def _triangulated(face: TopoDS_Face, deflection: float, place: TopLoc_Location) -> Poly_Triangulation | None:
+    """Of a face, and by `place` where it lies; None where OpenCASCADE makes none."""
+    wanted = IMeshTools_Parameters()
+    wanted.Deflection, wanted.Angle = deflection, ANGLE
+    if len(subshapes(face, EDGE)) > MANY_EDGES:
+        wanted.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
+    BRepMesh_IncrementalMesh(face, wanted)
+    return BRep_Tool.Triangulation_s(face, place)
