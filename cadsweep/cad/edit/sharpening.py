@@ -4,7 +4,8 @@ Place in the flow: the first way of :mod:`.design`; OpenCASCADE's defeaturing ha
 
 Method: the topology is known beforehand (:mod:`.collapsing`). Every vertex lies where the surfaces around it meet and
 every edge where its two do: Newton's method from about there, by the least step, so that tangent surfaces are met where
-they are touched. Curves are lines and circles where they can be. What is as it was keeps its shape.
+they are touched. Curves are lines and circles where they can be. What is as it was is a copy of the solid's
+own: the solid itself is as it was, whatever becomes of what is built.
 
 Not handled: surfaces that end before they meet; faces with degenerate edges whose other edges change.
 """
@@ -18,7 +19,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 from OCP.BRep import BRep_Builder
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_MakeEdge
 from OCP.BRepLib import BRepLib
 from OCP.Geom import Geom_Circle, Geom_Line
 from OCP.GeomAbs import GeomAbs_Shape
@@ -26,13 +27,13 @@ from OCP.GeomAPI import GeomAPI_PointsToBSpline
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Wire
 from OCP.TColgp import TColgp_Array1OfPnt
-from OCP.TopAbs import TopAbs_Orientation
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
 from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid, TopoDS_Vertex, TopoDS_Wire
 
 from ...arrays import FloatArray
 from ...brep import Edge, Solid, Surface
 from ..heal.validate import faults
-from ..shapes import FACE, shapes_of, typed
+from ..shapes import EDGE, FACE, VERTEX, SolidShape, shapes_of, typed
 from .collapsing import TANGENT, CannotCloseError, Collapsed, Rounding, SharpEdge, collapse
 from .parting import part_vertex
 
@@ -92,7 +93,7 @@ def sharpen(solid: Solid, blends: Sequence[Rounding], met: Met) -> Sharpened:
 class _Building:
     def __init__(self, solid: Solid, topology: Collapsed, gone: set[int], met: Met) -> None:
         self.solid, self.topology, self.gone, self.met = solid, topology, gone, met
-        self.holder = shapes_of(solid)
+        self.holder = _copied(shapes_of(solid))
         self.own = set(map(id, self.holder.edges))
         self.close = max(_CLOSE * solid.size, solid.tolerance)
         self.walls: defaultdict[tuple[int, ...], list[_Wall]] = defaultdict(list)
@@ -217,6 +218,21 @@ class _Building:
             fix.FixShifted()
             builder.Add(face, wire)
         return face.Oriented(old.Orientation())
+
+
+def _copied(holder: SolidShape) -> SolidShape:
+    """The same shapes once more: what is built shares edges with what stays, and their curves on it are changed."""
+    tool = BRepBuilderAPI_Copy(holder.shape)
+
+    def copies(shapes: list[Any], kind: TopAbs_ShapeEnum) -> list[Any]:
+        return [typed(tool.ModifiedShape(shape).Oriented(shape.Orientation()), kind) for shape in shapes]
+
+    return SolidShape(
+        shape=tool.Shape(),
+        faces=copies(holder.faces, FACE),
+        edges=copies(holder.edges, EDGE),
+        vertices=copies(holder.vertices, VERTEX),
+    )
 
 
 class _Wall:
