@@ -11,7 +11,7 @@ from cadsweep.blends import find_blends
 from cadsweep.cad.edit.collapsing import CannotCloseError, collapse
 from cadsweep.cad.edit.sharpening import sharpen
 from cadsweep.cad.heal.validate import check_closed
-from cadsweep.cad.shapes import FACE, subshapes, volume_and_center
+from cadsweep.cad.shapes import EDGE, FACE, VERTEX, subshapes, volume_and_center
 
 
 def pocket():
@@ -63,6 +63,16 @@ def test_what_is_built_is_the_sharp_twin(made):
     assert len(subshapes(found.shape, FACE)) == len(found.faces)
     volume = volume_and_center(found.shape)[0] * part.scale**3
     assert volume == pytest.approx(sharp.val().Volume(), rel=1e-6)
+
+
+@pytest.mark.parametrize("made", [everything_rounded, pocket, across_an_edge, mixed_radii])
+def test_nothing_that_is_built_is_the_solids_own(made):
+    """What is shared would be changed with it: curves of edges on faces are shifted to close a wire."""
+    (solid,) = cs.load(made()[0]).solids
+    found = sharpen(solid, find_blends(solid), {})
+    own = [*solid.kernel.faces, *solid.kernel.edges, *solid.kernel.vertices]
+    built = [shape for kind in (FACE, EDGE, VERTEX) for shape in subshapes(found.shape, kind)]
+    assert not any(one.IsPartner(other) for one in own for other in built)
 
 
 def test_a_vertex_of_a_collapsed_box_is_where_three_faces_meet():
