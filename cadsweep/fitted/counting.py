@@ -54,15 +54,15 @@ def count_runs(ends, faces, n_nodes, runs):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def count_skin(quads, segments, beside, first, around, labels, euler, runs):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Count, of quads (q, 4) with labels (q,), the Euler number of every face into `euler` (n,), and runs into `runs`.
+def count_skin(own, segments, beside, first, around, labels, euler, runs):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Count, of quads `own` of those with labels (q,), Euler numbers of faces into `euler` (n,), and runs into `runs`.
 
-    ``segments`` (s, 2) lie between quads ``beside`` (s, 2); those at node i are ``around[first[i] : first[i + 1]]``.
+    Their ``segments`` (s, 2) lie between quads ``beside`` (s, 2); at node i are ``around[first[i] : first[i + 1]]``.
     Returns the number of vertices.
     """
     faces = np.empty_like(beside)
     euler[:] = 0
-    for q in range(len(quads)):
+    for q in own:
         euler[labels[q]] += 1
     for s in range(len(segments)):
         f, g = labels[beside[s, 0]], labels[beside[s, 1]]
@@ -72,16 +72,16 @@ def count_skin(quads, segments, beside, first, around, labels, euler, runs):  # 
             euler[g] -= 1
     for node in range(len(first) - 1):
         for i in range(first[node], first[node + 1]):
-            own = labels[around[i]]
+            label = labels[around[i]]
             is_new = True
             for j in range(first[node], i):
-                is_new &= labels[around[j]] != own
-            euler[own] += is_new
+                is_new &= labels[around[j]] != label
+            euler[label] += is_new
     return count_runs(segments, faces, len(first) - 1, runs)
 
 
 @_compiled
-def count_changed(quads, segments, beside, first, around, labels, wanted_euler, wanted_runs, wanted_vertices, changes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+def count_changed(own, segments, beside, first, around, labels, wanted_euler, wanted_runs, wanted_vertices, changes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """By how much counts differ from those that are wanted once labels are changed, for each of some changes (c, k, 2).
 
     A change is k quads and the labels that they get.
@@ -94,7 +94,7 @@ def count_changed(quads, segments, beside, first, around, labels, wanted_euler, 
         for k in range(len(kept)):
             kept[k] = labels[changes[c, k, 0]]
             labels[changes[c, k, 0]] = changes[c, k, 1]
-        n = count_skin(quads, segments, beside, first, around, labels, euler, runs)
+        n = count_skin(own, segments, beside, first, around, labels, euler, runs)
         found[c] = np.abs(euler - wanted_euler).sum() + np.abs(runs - wanted_runs).sum() + abs(n - wanted_vertices)
         for k in range(len(kept) - 1, -1, -1):
             labels[changes[c, k, 0]] = kept[k]

@@ -17,25 +17,27 @@ from ..harmonic import sides_of
 from .counting import count_changed, count_runs, count_skin
 from .topology import closed_euler
 
-_MOST = 40
-"""Quads changed at most: what takes more is not a skin with a fault here or there."""
+_MOST = 25
+"""How much counts may differ at first, and how often labels are changed: what takes more has no fault here or there."""
+_TRIED = 25_000
+"""Pairs of changes that are tried at most, each a count of all: what is mended at all mostly takes a tenth of them."""
 _WORSE = 1
 """How much worse a first change may leave it that a second is tried with."""
 
 
 class Skin(NamedTuple):
-    """Quads (q, 4) by their corners from 0, what lies between them, and the quads at every corner.
+    """Some quads of a skin, by number, what lies between them, and the quads at every node, numbered from 0.
 
     Attributes
     ----------
-    quads : (q, 4) int64
+    own : (m,) int64
     segments, beside : (s, 2) int64
-        Segments, and the quads on both sides of each.
+        Segments of these, by nodes, and the quads on both sides of each.
     first, around : int64 arrays
-        Of the quads at corner i, ``around[first[i] : first[i + 1]]``.
+        Of the quads at node i, ``around[first[i] : first[i + 1]]``.
     """
 
-    quads: IntArray
+    own: IntArray
     segments: IntArray
     beside: IntArray
     first: IntArray
@@ -43,17 +45,34 @@ class Skin(NamedTuple):
 
     @classmethod
     def of(cls, quads: IntArray) -> Skin:
+        """The whole of a closed skin of quads (q, 4)."""
         segments, beside = sides_of(quads)
         nodes, local = np.unique(quads, return_inverse=True)
-        local = local.reshape(-1, 4).astype(np.int64)
         first = np.append(0, np.cumsum(np.bincount(local.ravel()))).astype(np.int64)
         around = np.argsort(local.ravel(), kind="stable") // 4
-        return cls(local, np.searchsorted(nodes, segments), beside, first, around)
+        return cls(np.arange(len(quads)), np.searchsorted(nodes, segments), beside, first, around)
+
+    def part(self, own: IntArray) -> Skin:
+        """That with some of the quads of a whole one: what does not change needs not be counted."""
+        is_own = np.zeros(len(self.own), dtype=bool)
+        is_own[own] = True
+        chosen = is_own[self.beside].any(axis=1)
+        nodes, segments = np.unique(self.segments[chosen], return_inverse=True)
+        counts = np.diff(self.first)[nodes]
+        first = np.append(0, np.cumsum(counts)).astype(np.int64)
+        at = np.repeat(self.first[nodes] - first[:-1], counts) + np.arange(first[-1])
+        return Skin(own, segments.reshape(-1, 2).astype(np.int64), self.beside[chosen], first, self.around[at])
 
     def neighbours(self) -> IntArray:
-        """The four quads (q, 4) beside every quad."""
+        """The four quads (q, 4) beside every quad of a whole skin."""
         owners, others = np.concatenate([self.beside, self.beside[:, ::-1]]).T
         return np.asarray(others[np.argsort(owners, kind="stable")].reshape(-1, 4), dtype=np.int64)
+
+    def counts(self, labels: IntArray, n_faces: int) -> tuple[IntArray, IntArray, int]:
+        """Euler numbers (n,), runs (n, n), and the number of vertices."""
+        euler, runs = np.empty(n_faces, dtype=np.int64), np.empty((n_faces, n_faces), dtype=np.int64)
+        n_vertices = count_skin(*self, labels, euler, runs)
+        return euler, runs, int(n_vertices)
 
 
 class Wanted(NamedTuple):
@@ -75,50 +94,47 @@ class Wanted(NamedTuple):
 def mend_labels(solid: Solid, quads: IntArray, labels: IntArray) -> IntArray:
     """Labels (q,) of quads (q, 4) with which their counts are the solid's; those given where none are found."""
     skin, wanted = Skin.of(quads), Wanted.of(solid)
-    beside, now = skin.neighbours(), labels.copy()
+    beside, now, n_tried = skin.neighbours(), labels.copy(), 0
 
     def changes_of(chosen: IntArray) -> IntArray:
         """Every quad of some with every other label that one beside it has (c, 2)."""
         found = np.stack([np.repeat(chosen, 4), now[beside[chosen]].ravel()], axis=1)
         return np.unique(found[now[found[:, 0]] != found[:, 1]], axis=0)
 
-    def best_of(changes: IntArray) -> tuple[int, IntArray, IntArray]:
-        """What counts differ by at the least, the change (k, 2) that leaves that, and what each leaves."""
-        left = np.asarray(count_changed(*skin, now, *wanted, changes))
-        alike = (now[beside[changes[:, :, 0]]] == changes[:, :, 1, None]).sum(axis=(1, 2))
-        best = np.lexsort((-alike, left))[0]
-        return int(left[best]), changes[best], left
-
-    amiss = best_of(np.array([[[0, now[0]]]]))[0]
     for _ in range(_MOST):
+        euler, runs, n_vertices = skin.counts(now, len(solid.faces))
+        amiss = abs(euler - wanted.euler).sum() + abs(runs - wanted.runs).sum() + abs(n_vertices - wanted.n_vertices)
         if amiss == 0:
             return now
-        singles = changes_of(_near(skin, wanted, beside, now))
-        if not len(singles):
+        border = np.flatnonzero((now[beside] != now[:, None]).any(axis=1))
+        part = skin.part(np.union1d(border, beside[border]))
+        left_out = euler - part.counts(now, len(euler))[0]
+
+        def left_by(changes: IntArray) -> IntArray:
+            """What counts differ by after each change (c, k, 2)."""
+            ours = (wanted.euler - left_out, wanted.runs, wanted.n_vertices)  # noqa: B023
+            return np.asarray(count_changed(*part, now, *ours, changes))  # noqa: B023
+
+        touched = np.unique([*np.flatnonzero(euler != wanted.euler), *np.argwhere(runs != wanted.runs).ravel()])
+        near = np.isin(now[border], touched) | np.isin(now[beside[border]], touched).any(axis=1)
+        tried = changes_of(border[near] if len(touched) else border)[:, None]
+        if amiss > _MOST or not len(tried):
             break
-        least, best, left = best_of(singles[:, None])
-        if least >= amiss:
+        left = left_by(tried)
+        if left.min() >= amiss:
             pairs = []
-            for quad, label in singles[left <= amiss + _WORSE].tolist():
+            for quad, label in tried[left <= amiss + _WORSE, 0].tolist():
                 kept, now[quad] = now[quad], label
                 pairs += [((quad, label), other) for other in changes_of(beside[quad]).tolist() if other[0] != quad]
                 now[quad] = kept
-            if not pairs:
+            n_tried += len(pairs)
+            if not pairs or n_tried > _TRIED:
                 break
-            least, best, _ = best_of(np.array(pairs))
-        if least >= amiss:
+            tried = np.array(pairs)
+            left = left_by(tried)
+        if left.min() >= amiss:
             break
+        alike = (now[beside[tried[:, :, 0]]] == tried[:, :, 1, None]).sum(axis=(1, 2))
+        best = tried[np.lexsort((-alike, left))[0]]
         now[best[:, 0]] = best[:, 1]
-        amiss = least
     return labels
-
-
-def _near(skin: Skin, wanted: Wanted, beside: IntArray, labels: IntArray) -> IntArray:
-    """Quads on a border of faces whose counts differ; on any where none of these do."""
-    border = np.flatnonzero((labels[beside] != labels[:, None]).any(axis=1))
-    euler, runs = np.empty_like(wanted.euler), np.empty_like(wanted.runs)
-    count_skin(*skin, labels, euler, runs)
-    touched = np.unique([*np.flatnonzero(euler != wanted.euler), *np.argwhere(runs != wanted.runs).ravel()])
-    if not len(touched):
-        return border
-    return border[np.isin(labels[border], touched) | np.isin(labels[beside[border]], touched).any(axis=1)]

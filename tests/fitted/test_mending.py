@@ -6,7 +6,6 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.fitted import choose_planes, keep_inside
-from cadsweep.fitted.counting import count_skin
 from cadsweep.fitted.labels import label_quads
 from cadsweep.fitted.mending import Skin, Wanted, mend_labels
 from cadsweep.fitted.topology import MisfitError, match_topology
@@ -25,8 +24,7 @@ def labelled():
 
 def counted(solid, quads, labels):
     wanted = Wanted.of(solid)
-    euler, runs = np.empty_like(wanted.euler), np.empty_like(wanted.runs)
-    n = count_skin(*Skin.of(quads), labels, euler, runs)
+    euler, runs, n = Skin.of(quads).counts(labels, len(solid.faces))
     return (euler == wanted.euler).all() and (runs == wanted.runs).all() and n == wanted.n_vertices
 
 
@@ -34,6 +32,25 @@ def test_a_skin_that_is_found_has_the_counts_of_the_model(labelled):
     solid, grid, labels, size = labelled
     match_topology(solid, grid.points, grid.quads, labels, size)
     assert counted(solid, grid.quads, labels)
+
+
+def test_what_changes_around_borders_is_all_that_changes(labelled):
+    """Counts of a part of the skin differ by what those of the whole do."""
+    solid, grid, labels, _ = labelled
+    skin = Skin.of(grid.quads)
+    beside = skin.neighbours()
+    border = np.flatnonzero((labels[beside] != labels[:, None]).any(axis=1))
+    part = skin.part(np.union1d(border, beside[border]))
+    assert len(part.own) < len(skin.own)
+    changed = labels.copy()
+    for quad in border[::7]:
+        changed[quad] = changed[beside[quad]].max()
+    before, after = ([own.counts(now, len(solid.faces)) for own in (skin, part)] for now in (labels, changed))
+    assert (before[0][1] == before[1][1]).all()
+    assert (after[0][1] == after[1][1]).all()
+    assert (after[0][0] - before[0][0] == after[1][0] - before[1][0]).all()
+    assert before[0][2] == before[1][2]
+    assert after[0][2] == after[1][2]
 
 
 def test_what_is_alike_stays_as_it_is(labelled):
