@@ -6,10 +6,10 @@ their vertex, edge or face, to be untangled and checked like any other.
 Method: faces that run smoothly into each other are one (:mod:`.grouping`, :mod:`.uniting`), and narrow rings are left
 out (:mod:`.rings`). An overlay grid (:mod:`.grid`) along the part's axes (:mod:`.axes`) whose planes lie on the
 part's own is kept where it is inside and made manifold; every quad of its skin is labelled with a face
-(:mod:`.labels`); strips of faces that the grid is too coarse for are laid in (:mod:`.strips`); borders of labels are
-matched with edges and their ends with vertices (:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are
-laid under the skin and in the rims of faces, and the rings with them (:mod:`.sheets`); nodes are put on vertices,
-edges and faces (:mod:`.placing`).
+(:mod:`.labels`); strips of faces that the grid is too coarse for are laid in (:mod:`.strips`); labels are changed
+where few will do for the model's topology (:mod:`.mending`); borders of labels are matched with edges and their ends
+with vertices (:mod:`.topology`); :mod:`.finding` does this. Sheets of hexahedra are laid under the skin and in the
+rims of faces, and the rings with them (:mod:`.sheets`); nodes are put on vertices, edges and faces (:mod:`.placing`).
 A topology that is not the CAD's is refused, never bent; where no grid has it, edges may be let go (:mod:`.letting`),
 each of which is told, as few as will do. Faces end before tips that no quad fits into (:mod:`.tips`).
 
@@ -24,7 +24,6 @@ from .grid import Grid, choose_planes, keep_inside
 from .placing import place_on_model
 from .sheets import lay_sheets
 from .tips import Tip, end_before, find_tips
-from .topology import MisfitError
 from .uniting import United, unite
 
 __all__ = [
@@ -32,7 +31,6 @@ __all__ = [
     "Found",
     "Grid",
     "Labelled",
-    "MisfitError",
     "Tip",
     "United",
     "choose_axes",

@@ -14,6 +14,14 @@ _compiled = compiled(cache=True, nogil=True)
 
 
 @_compiled
+def _root(parent, item):  # type: ignore[no-untyped-def]
+    while parent[item] != item:
+        parent[item] = parent[parent[item]]
+        item = parent[item]
+    return item
+
+
+@_compiled
 def count_runs(ends, faces, n_nodes, runs):  # type: ignore[no-untyped-def]
     """Count runs of segments (s, 2) between faces (s, 2), those inside one face aside, into `runs` (n, n), low first.
 
@@ -37,13 +45,7 @@ def count_runs(ends, faces, n_nodes, runs):  # type: ignore[no-untyped-def]
             if at[node] < 0:
                 at[node] = s
                 continue
-            one, other = s, at[node]
-            while parent[one] != one:
-                parent[one] = parent[parent[one]]
-                one = parent[one]
-            while parent[other] != other:
-                parent[other] = parent[parent[other]]
-                other = parent[other]
+            one, other = _root(parent, s), _root(parent, at[node])
             if one != other:
                 parent[one] = other
                 runs[f, g] -= 1

@@ -47,6 +47,8 @@ class Found(NamedTuple):
     creases : tuple of Crease
     size : float
         Of the grid.
+    is_mended : bool
+        Whether labels were changed for it.
     """
 
     united: United
@@ -54,6 +56,7 @@ class Found(NamedTuple):
     skin: Fitted
     creases: tuple[Crease, ...]
     size: float
+    is_mended: bool = False
 
     @property
     def lost(self) -> float:
@@ -97,7 +100,9 @@ def label_on_grid(united: United, facets: Facets, grid: Grid, size: float) -> La
     return Labelled(united, first, lay_strips(first.solid, skin, size), size)
 
 
-def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: bool) -> Found:
+def find_on_grid(
+    model: Solid, facets: Facets, labelled: Labelled, *, letting: bool = False, mending: bool = False
+) -> Found:
     """The model found on a grid.
 
     Parameters
@@ -108,6 +113,8 @@ def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: b
     labelled : Labelled
     letting : bool
         Let edges go that the grid cannot hold.
+    mending : bool
+        Change labels, if few will do.
 
     Raises
     ------
@@ -118,7 +125,7 @@ def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: b
     """
     united, first, skin, size = labelled
     reduced = first
-    if not letting:
+    if mending:
         skin = replace(skin, labels=mend_labels(first.solid, skin.quads, skin.labels))
     fewer, numbers = united, np.arange(len(first.faces))  # of every face of `first` the number once more are one
     asked: list[tuple[int, int]] = []
@@ -146,7 +153,8 @@ def find_on_grid(model: Solid, facets: Facets, labelled: Labelled, *, letting: b
         labels=reduced.faces[numbers[skin.labels]],
         chains={int(reduced.edges[edge]): nodes for edge, nodes in chains.items()},
     )
-    return Found(fewer, reduced, on_model, tuple(_creases(first, reduced.faces[numbers], skin, size)), size)
+    is_mended = not np.array_equal(skin.labels, labelled.skin.labels)
+    return Found(fewer, reduced, on_model, tuple(_creases(first, reduced.faces[numbers], skin, size)), size, is_mended)
 
 
 def farthest(creases: tuple[Crease, ...], points: FloatArray, quads: IntArray) -> float:

@@ -11,6 +11,8 @@ import itertools
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,7 +28,6 @@ from ..fitted import (
     Found,
     Grid,
     Labelled,
-    MisfitError,
     Tip,
     United,
     choose_axes,
@@ -50,6 +51,10 @@ from .run import Run, spent
 
 log = logging.getLogger(__name__)
 
+Made = TypeVar("Made")
+
+MENDING = "fitted: labels mended"
+"""The row of grids on which the model is found once a few labels of their skin are changed."""
 LETTING = "fitted: edges let go"
 """The row of grids on which the model is found without some of its edges."""
 ENDING = "fitted: faces ended before tips"
@@ -71,7 +76,7 @@ _HOPELESS = 0.02
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 45_000
-"""Hexahedra beyond which no finer grid is begun where no size is asked for, and a closer one last of all."""
+"""Hexahedra beyond which a grid comes last of all where no size is asked for."""
 _LARGEST = 120_000
 """Hexahedra beyond which no even grid is tried at all where no size is asked for."""
 _SENSELESS = (
@@ -131,6 +136,8 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
         elif options.tolerance is not None and mesh.info["distance"] > options.tolerance:
             tell(f"it is {mesh.info['distance']:.3g} off the faces", found.size)
         else:
+            if found.is_mended:
+                rows.took([MENDING])
             if found.creases:
                 rows.took([LETTING])
             if tips:
@@ -147,26 +154,27 @@ def _found(
     facets = _facets(model)
     axes = choose_axes(facets)
     letting = rows.is_on(LETTING) and options.tolerance is None
+    mending = rows.is_on(MENDING)
     misfits: list[Labelled] = []
     large: list[tuple[float, United, Grid]] = []
 
-    def find(size: float, label: Callable[[], Labelled], *, letting: bool) -> Iterator[Found]:
+    def made(size: float, make: Callable[[], Made]) -> Made | None:
         try:
             with run.stage("fitted grid"):
-                labelled = label()
-                try:
-                    found = find_on_grid(model, facets, labelled, letting=letting)
-                except MisfitError:
-                    misfits.append(labelled)
-                    raise
+                return make()
         except SurfaceMeshError as error:
             tell(error.what, size)
+            return None
+
+    def on(size: float, united: United, grid: Grid) -> Iterator[Found]:
+        labelled = made(size, lambda: label_on_grid(united, facets, grid, size))
+        if labelled is None:
+            return
+        found = made(size, lambda: find_on_grid(model, facets, labelled, mending=mending))
+        if found is None:
+            misfits.append(labelled)
         else:
             yield found
-
-    def on(waiting: tuple[float, United, Grid]) -> Iterator[Found]:
-        size, united, grid = waiting
-        return find(size, lambda: label_on_grid(united, facets, grid, size), letting=False)
 
     for waiting in _grids(part, options, facets, axes, tell):
         if spent() - began > _TIME:
@@ -174,18 +182,18 @@ def _found(
         if options.size is None and len(waiting[2].hexes) > _MOST:
             large.append(waiting)
         else:
-            yield from on(waiting)
-    if letting:
-        with_fewer: list[Found] = []
-        for labelled in misfits.copy():
-            if with_fewer and spent() - began > _TIME:
-                break
-            with_fewer += find(labelled.size, lambda labelled=labelled: labelled, letting=True)  # type: ignore[misc]
-        yield from sorted(with_fewer, key=lambda found: found.lost)
+            yield from on(*waiting)
+    with_fewer: list[Found] = []
+    for misfit in misfits if letting else ():
+        if with_fewer and spent() - began > _TIME:
+            break
+        found = made(misfit.size, partial(find_on_grid, model, facets, misfit, letting=True))
+        with_fewer += [] if found is None else [found]
+    yield from sorted(with_fewer, key=lambda found: found.lost)
     for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):
         if spent() - began > _LAST:
             break
-        yield from on(waiting)
+        yield from on(*waiting)
 
 
 def _note(refused: CadSweepError | None) -> str:

@@ -15,7 +15,7 @@ from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
-from .fitted_grids import ENDING, LETTING
+from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import FITTED, WAYS
 
 
@@ -31,6 +31,7 @@ def all_rows() -> tuple[str, ...]:
     return (
         *WAYS,
         FITTED,
+        MENDING,
         LETTING,
         ENDING,
         SHEET,

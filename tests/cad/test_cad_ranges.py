@@ -5,11 +5,12 @@ import math
 import cadquery as cq
 import numpy as np
 import pytest
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.Geom import Geom_Plane
 from OCP.Geom2d import Geom2d_Conic, Geom2d_TrimmedCurve
 from OCP.Geom2dConvert import Geom2dConvert
+from OCP.gp import gp_Vec2d
 from OCP.TColStd import TColStd_Array1OfReal
 
 import cadsweep as cs
@@ -88,3 +89,15 @@ def test_faces_whose_edges_have_several_ranges_are_drawn_whole():
         a, b, c = points[triangles].transpose(1, 0, 2)
         area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0
         assert area == pytest.approx(face.area, rel=0.01)
+
+
+def test_a_face_whose_wire_is_torn_by_a_turn_has_facets():
+    """A curve on a cylinder, a turn away from its neighbours: for one of the four edges the mesher makes nothing."""
+    for which in range(4):
+        (solid,) = cs.load(cq.Workplane().box(20, 20, 10).edges("|Z").fillet(4)).solids
+        number = next(face.id for face in solid.faces if face.kind != "plane")
+        face = solid.kernel.faces[number]
+        edge = subshapes(face, EDGE)[which]
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+        BRep_Builder().UpdateEdge(edge, curve.Translated(gp_Vec2d(-2 * math.pi, 0.0)), face, 1e-7)
+        assert len(cad.find_facets(solid)[number][1])

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.fitted import choose_planes, keep_inside
+from cadsweep.fitted import choose_planes, finding, keep_inside
 from cadsweep.fitted.labels import label_quads
 from cadsweep.fitted.mending import Skin, Wanted, mend_labels
 from cadsweep.fitted.topology import MisfitError, match_topology
-from cadsweep.pipeline.fitted_grids import _facets
+from cadsweep.pipeline.fitted_grids import LETTING, MENDING, _facets
 
 
 @pytest.fixture(scope="module")
@@ -85,3 +85,23 @@ def test_what_no_few_quads_mend_stays_as_it_is(labelled):
     solid, grid, labels, _ = labelled
     spoilt = np.where(labels == face_at(solid, 2, 1), face_at(solid, 0, 1), labels)
     assert (mend_labels(solid, grid.quads, spoilt) == spoilt).all()
+
+
+def test_a_mesh_says_that_labels_were_mended_and_none_are_where_that_is_forbidden(monkeypatch):
+    def spoilt(solid, facets, points, quads, size):
+        labels = label_quads(solid, facets, points, quads, size)
+        top = np.flatnonzero(labels == face_at(solid, 2, 1))
+        middles = points[quads[top]].mean(axis=1)
+        along = top[np.lexsort((np.abs(middles[:, 1]), -middles[:, 0]))]
+        labels[along[:1]] = face_at(solid, 1, 1)
+        return labels
+
+    monkeypatch.setattr(finding, "label_quads", spoilt)
+    box = cq.Workplane().box(8, 12, 6)
+    mesh = cs.sweep_mesh(box, fitted=True, size=1.2)
+    assert MENDING in mesh.record.rows
+    assert LETTING not in mesh.record.rows
+    assert mesh.quality().volume == pytest.approx(8 * 12 * 6)
+    without = cs.sweep_mesh(box, fitted=True, size=1.2, without=[MENDING])
+    assert MENDING not in without.record.rows
+    assert LETTING in without.record.rows
