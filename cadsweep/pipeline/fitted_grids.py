@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TypeVar
@@ -22,7 +22,7 @@ from ..blocks.interface_slides import InterfaceSlides, find_interface_slides
 from ..blocks.joined import JoinedMesh
 from ..blocks.naming import name_faces
 from ..brep import Part, Solid
-from ..errors import CadSweepError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
+from ..errors import CoarseMeshError, InputError, InvertedHexError, NotSweepableError, SurfaceMeshError
 from ..fitted import (
     Facets,
     Found,
@@ -70,15 +70,15 @@ _FINER = (1.0, 0.75, 0.55, 0.4, 0.3)
 _TIME = 30.0
 """Seconds, of the processor, after which no finer grid is begun."""
 _LAST = 60.0
-"""The same after which one is given up where no size is asked for."""
+"""The same after which one is given up where it is to end soon."""
 _HOPELESS = 0.02
 """Share of the hexahedra inverted still after the first round from which the time is better spent on other grids."""
 _CELLS = 2500
 """Hexahedra about as many of which the first grid has where no size is asked for."""
 _MOST = 45_000
-"""Hexahedra beyond which a grid comes last of all where no size is asked for."""
+"""Hexahedra beyond which a grid comes last of all where it is to end soon."""
 _LARGEST = 120_000
-"""Hexahedra beyond which no even grid is tried at all where no size is asked for."""
+"""Hexahedra beyond which no even grid is tried at all then."""
 _SENSELESS = (
     *("layers", "bias", "fractions", "source", "target", "rail_layers", "wall_layers", "periodic"),
     *("sizes", "counts", "biases", "local_sizes"),
@@ -91,8 +91,10 @@ def asked_in_vain(options: SweepOptions) -> list[str]:
     return [name for name in _SENSELESS if getattr(options, name) is not None]
 
 
-def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> HexMesh:
-    """Mesh a part of one solid by a fitted grid; `refused` says why nothing else made a mesh.
+def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unasked: bool = False) -> HexMesh:
+    """Mesh a part of one solid by a fitted grid; `why` goes into its notes.
+
+    Without a size, or where there is another mesh and this one is `unasked`, it is to end soon.
 
     Raises
     ------
@@ -105,17 +107,18 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
     ending = rows.is_on(ENDING) and options.tolerance is None
+    hurried = unasked or options.size is None
     began, problem = spent(), "it would have too many hexahedra"
 
     def is_late() -> bool:
-        return options.size is None and spent() - began > _LAST
+        return hurried and spent() - began > _LAST
 
     def tell(found_wrong: str, size: float) -> None:
         nonlocal problem
         problem = found_wrong
         log.info("fitted grid of size %g: %s", size * part.scale, problem)
 
-    for found in _found(part, options, run, began, tell):
+    for found in _found(part, options, run, began, tell, hurried=hurried):
         if is_late():
             break
         tips = find_tips(found.united.solid, found.united.angles, found.size) if ending else []
@@ -124,7 +127,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
             with run.stage("fitted grid"):
                 joined, slides = _fitted(whole, found, tips, run, is_late)
             told = [*_bridges(part.solids[0], found), *_let_go(found, joined, part.scale)]
-            notes = [_note(refused), *told, *_ended(part, found, tips)]
+            notes = [_note(why), *told, *_ended(part, found, tips)]
             mesh = finish(whole, joined, options, run, notes=notes, slides=lambda slides=slides: slides)  # type: ignore[misc]
         except (SurfaceMeshError, InvertedHexError, CoarseMeshError) as error:
             tell(error.what, found.size)
@@ -147,7 +150,13 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepEr
 
 
 def _found(
-    part: Part, options: SweepOptions, run: Run, began: float, tell: Callable[[str, float], None]
+    part: Part,
+    options: SweepOptions,
+    run: Run,
+    began: float,
+    tell: Callable[[str, float], None],
+    *,
+    hurried: bool,
 ) -> Iterator[Found]:
     """The model on grids: with all its edges, then without some, then on what has very many hexahedra unasked."""
     model = part.solids[0]
@@ -176,10 +185,10 @@ def _found(
         else:
             yield found
 
-    for waiting in _grids(part, options, facets, axes, tell):
+    for waiting in _grids(part.solids[0], _sizes(part, options, hurried=hurried), facets, axes, tell):
         if spent() - began > _TIME:
             break
-        if options.size is None and len(waiting[2].hexes) > _MOST:
+        if hurried and len(waiting[2].hexes) > _MOST:
             large.append(waiting)
         else:
             yield from on(*waiting)
@@ -196,16 +205,14 @@ def _found(
         yield from on(*waiting)
 
 
-def _note(refused: CadSweepError | None) -> str:
-    why = "it was asked for" if refused is None else refused.what
+def _note(why: str) -> str:
     return f"filled by a fitted grid, good for stiffness and not for layers along walls, because {why}"
 
 
 def _grids(
-    part: Part, options: SweepOptions, facets: Facets, axes: FloatArray, tell: Callable[[str, float], None]
+    model: Solid, sizes: Iterable[float], facets: Facets, axes: FloatArray, tell: Callable[[str, float], None]
 ) -> Iterator[tuple[float, United, Grid]]:
     """Sizes, faces united for them, and grids, few hexahedra first: even ones, and closer where the part is narrow."""
-    model = part.solids[0]
     waiting: list[tuple[float, Grid]] = []
 
     def until(n_most: float) -> Iterator[tuple[float, United, Grid]]:
@@ -218,7 +225,7 @@ def _grids(
             if not np.array_equal(united.of_face, without.of_face):
                 yield size, without, grid
 
-    for size in _sizes(part, options):
+    for size in sizes:
         yield from until(model.volume / size**3)
         even = choose_planes(model, facets, axes, size)
         narrow = choose_planes(model, facets, axes, size, narrow=True)
@@ -231,11 +238,11 @@ def _grids(
     yield from until(np.inf)
 
 
-def _sizes(part: Part, options: SweepOptions) -> Iterator[float]:
+def _sizes(part: Part, options: SweepOptions, *, hurried: bool) -> Iterator[float]:
     solid = part.solids[0]
     first = (solid.volume / _CELLS) ** (1.0 / 3.0) if options.size is None else options.size / part.scale
     for share in _FINER:
-        if options.size is None and solid.volume / (first * share) ** 3 > _LARGEST:
+        if hurried and solid.volume / (first * share) ** 3 > _LARGEST:
             return
         yield first * share
 

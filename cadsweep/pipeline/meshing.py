@@ -14,7 +14,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..progress import Progress
 from ..quality import QualityAccumulator, check_mesh
-from .routes import DESIGN, mesh_in_blocks, mesh_in_memory
+from .routes import WITHOUT_BORDERS, mesh_in_blocks, mesh_in_memory
 from .run import make_run
 
 
@@ -164,8 +164,8 @@ def write_factors(
 
     run = make_run(on_progress, chosen.decompose_time)
     place = check_place(Path(path))
-    # Another part is to have this mesh, and one by a design follows no borders of blends.
-    mesh = mesh_in_memory(source, replace(chosen, without=(*chosen.without, DESIGN)), run)
+    # Another part is to have this mesh.
+    mesh = mesh_in_memory(source, replace(chosen, without=(*chosen.without, *WITHOUT_BORDERS)), run)
     with replaced_file(place) as stream:
         save_template(mesh, stream)
     return mesh

@@ -7,7 +7,8 @@ one sweep       one solid                               the best of its sweeps, 
 stack           one solid that no sweep gives a mesh of columns between caps along one direction
 design          one solid with blends                   that of the solid without them, laid on its faces
 cells           one solid that none of these fits well  cells of cuts on one skeleton
-fitted grid     one solid that all others refuse        a grid, its skin laid on the faces
+fitted grid     one solid that all others refuse, or    a grid, its skin laid on the faces
+                of which they make a mesh far worse
 several solids  more than one solid                     cells that touch on one skeleton, others beside
 =============== ======================================= ================================================
 
@@ -17,17 +18,18 @@ A way is imported when it is taken: columns and cells are two thirds of the pack
 from __future__ import annotations
 
 import logging
+import math
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import cad, rows
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.joined import neighbours_of
-from ..brep import Part
+from ..brep import Part, Solid
 from ..errors import (
     CadError,
     CadSweepError,
@@ -44,6 +46,7 @@ from ..trial import noting
 from .attempts import find_candidates
 from .candidates import (
     GOOD_ENOUGH,
+    POINTED,
     SECOND_LOOK,
     SMOOTH_BELOW,
     Made,
@@ -60,7 +63,12 @@ from .wishes.local_sizes import with_largest_size
 log = logging.getLogger(__name__)
 
 SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "design", "cells", "fitted"))
-"""The ways to a mesh of one solid by name; the last is tried where the others are all refused."""
+"""The ways to a mesh of one solid by name."""
+WITHOUT_BORDERS = (DESIGN, FITTED)
+"""Those whose meshes follow no smooth edges, as the borders of blends: no other part can have such a mesh."""
+
+_MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
+"""Refusals of one way that leave others to be tried, or proposed."""
 
 GOOD_STACK = 0.3
 """Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
@@ -76,6 +84,12 @@ _MOST_SMOOTHED = 50_000
 """Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
+_POOR = 0.2
+"""Worst scaled Jacobian of what the other ways make below which a fitted grid is tried."""
+_FAR_WORSE = 1.5
+"""How many times as good a fitted grid must be to be taken then: it has no layers, and no caps."""
+_EXPLAINED = 0.5
+"""Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
 _MOST_LOOKED_AT = 60
 """Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
 whether cells are better than columns; both take seconds for more."""
@@ -151,6 +165,14 @@ def _noting_large(part: Part, options: SweepOptions) -> Part:
     return replace(part, notes=(*part.notes, note))
 
 
+class _Before(NamedTuple):
+    """What has come of the ways before one: why they were refused, the best mesh; and its share of a search's time."""
+
+    refused: CadSweepError | None = None
+    best: AnyMesh | None = None
+    share: float = 1.0
+
+
 def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
     """Mesh a part of one solid by the first way that does well, or by the best of all.
 
@@ -160,13 +182,11 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         None makes a mesh; says what would.
     """
     if options.fitted:
-        return _mesh_fitted(part, options, run, None)
+        rows.took([FITTED])
+        return _mesh_fitted(part, options, run, _Before())
     try:
         return _by_ways(part, options, run)
-    except (NotSweepableError, InvertedHexError, SurfaceMeshError) as refused:
-        mesh = _fitted_instead(part, options, run, refused)
-        if mesh is not None:
-            return mesh
+    except _MENDABLE as refused:
         from .remedies import find_remedy, proposing
 
         looked_at = len(part.solids[0].faces) <= _MOST_LOOKED_AT
@@ -190,23 +210,25 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     first = replace(run, postpones=partial(_postpones, part, options))
     while left:
         row = left.pop(0)
-        if not _is_tried(row, part, options, run, best, enough=enough):
+        if not _is_tried(row, part, options, run, _Before(refused, best), enough=enough):
             continue
         if best is None and row == CELLS:
             _refuse_touching(part, refused)  # no cells fit in there, and to find that out takes a search
         try:
             with rows.share() as own:
-                mesh = WAYS[row](part, options, first if row == SWEEP else run, refused, 0.0 if enough else share)
+                before = _Before(refused, best, 0.0 if enough else share)
+                mesh = WAYS[row](part, options, first if row == SWEEP else run, before)
         except PostponedError:
             left, first = [DESIGN, *(other for other in WAYS if other != DESIGN)], run
             continue
         except CadSweepError as error:
-            if best is not None or row == DESIGN:  # a refusal of the design speaks of faces that nobody knows
+            # A refusal of the design speaks of faces that nobody knows, one of a grid says less than what came before.
+            if best is not None or row in {DESIGN, FITTED}:
                 log.info("no %s: %s", row.removeprefix("way: "), error)
                 continue
             refused = _foremost(refused, error)
             continue
-        if best is None or _worst(mesh) > _worst(best):
+        if best is None or _worst(mesh) > _worst(best) * (_FAR_WORSE if row == FITTED else 1.0):
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
         good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
@@ -222,10 +244,13 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
     raise refused
 
 
-def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMesh | None, *, enough: bool) -> bool:
+def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Before, *, enough: bool) -> bool:
     """Whether a way is worth trying after what has been made; with `enough` only a design may be."""
-    if not rows.is_on(row) or (row == CELLS and not options.decompose):
+    best = before.best
+    if not rows.is_on(row) or (row in {CELLS, FITTED} and not options.decompose):
         return False
+    if row == FITTED:
+        return _is_fitted(part, options, before)
     if best is not None and (row == COLUMNS or run.is_over()):
         return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
@@ -233,6 +258,27 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, best: AnyMe
     if run.is_over() or (best is not None and (_worst(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
         return False
     return _has_design(part, options)
+
+
+def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
+    """Whether a fitted grid may do better than what there is, or do at all."""
+    from .fitted_grids import asked_in_vain
+
+    if options.fitted is False or asked_in_vain(options):
+        return False
+    if before.best is None:
+        return isinstance(before.refused, _MENDABLE)
+    worst = _worst(before.best)
+    if worst >= _POOR or options.allow_inverted:
+        return False
+    return worst < _EXPLAINED * _sharpest(part.solids[0])
+
+
+def _sharpest(solid: Solid) -> float:
+    """Sine of the sharpest corner of a face, or angle at an edge, between what is not tangent."""
+    corners = [angle for face in solid.faces for loop in face.loops for angle in loop.angles]
+    angles = [*corners, *(edge.dihedral for edge in solid.edges)]
+    return math.sin(min((angle for angle in angles if POINTED < angle < math.pi / 2), default=math.pi / 2))
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -274,7 +320,8 @@ def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         from .complexes.decomposing import mesh_user_cut
 
         return mesh_user_cut(part, options, run)
-    return _by_ways(part, options, run)
+    with rows.without([FITTED]):
+        return _by_ways(part, options, run)
 
 
 def _worst(mesh: AnyMesh) -> float:
@@ -305,34 +352,22 @@ def _may_be_better(part: Part, options: SweepOptions) -> bool:
     return may_be_better(part, options)
 
 
-def _mesh_cells(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
+def _mesh_cells(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
     """By cells of cuts."""
     from .complexes.decomposing import mesh_decomposed
 
-    return _said(mesh_decomposed(part, options, run, refused, share=share), CELLS)
+    return _said(mesh_decomposed(part, options, run, before.refused, share=before.share), CELLS)
 
 
-def _fitted_instead(part: Part, options: SweepOptions, run: Run, refused: CadSweepError) -> AnyMesh | None:
-    """A fitted grid of what no other way fills; None where none fits, or what is asked for is not to be had of one."""
-    from .fitted_grids import asked_in_vain
-
-    if not rows.is_on(FITTED) or options.fitted is False or not options.decompose or asked_in_vain(options):
-        return None
-    try:
-        return _mesh_fitted(
-            part, options, run.anew(), refused
-        )  # what took all of a run's time has no mesh to show for it
-    except NotSweepableError as error:  # the reason why nothing better was to be had says more
-        log.info("%s", error)
-        return None
-
-
-def _mesh_fitted(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None) -> AnyMesh:
-    """By a fitted grid."""
+def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
+    """By a fitted grid; what took all of a run's time has no mesh to show for it, or a poor one."""
     from .fitted_grids import mesh_fitted
 
-    mesh = mesh_fitted(part, options, run, refused)
-    rows.took([FITTED])
+    best = before.best
+    why = "it was asked for" if before.refused is None else before.refused.what
+    if best is not None:
+        why = f"the worst scaled Jacobian by {best.info['way']} is {_worst(best):.2g}"
+    mesh = mesh_fitted(part, options, run.anew(), why, unasked=best is not None)
     return _said(mesh, FITTED)
 
 
@@ -353,31 +388,32 @@ def _has_design(part: Part, options: SweepOptions) -> bool:
     return has_design(part, options)
 
 
-def _mesh_design(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, share: float) -> AnyMesh:
+def _mesh_design(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
     """By its design, whose mesh says by what way it was made."""
     from .designs import mesh_design
 
     def mesh_it(design: Part, options: SweepOptions, run: Run) -> AnyMesh:
-        with rows.without([DESIGN] if share else [DESIGN, CELLS]):  # no search where a mesh is there
+        others = [DESIGN, FITTED] if before.share else [DESIGN, FITTED, CELLS]  # no search where a mesh is there
+        with rows.without(others):
             own = replace(run, decompose_time=DESIGN_LOOK * run.decompose_time)
-            return _by_ways(design, options, own, DESIGN_LOOK * share)
+            return _by_ways(design, options, own, DESIGN_LOOK * before.share)
 
     return mesh_design(part, options, run, mesh_it)
 
 
-def _mesh_columns(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
+def _mesh_columns(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
     """By the best of its stacks."""
     from .columns.stacking import mesh_stacks_instead
 
-    return _said(mesh_stacks_instead(part, options, run, refused), COLUMNS)
+    return _said(mesh_stacks_instead(part, options, run, before.refused), COLUMNS)
 
 
-def _mesh_swept(part: Part, options: SweepOptions, run: Run, refused: CadSweepError | None, _: float) -> AnyMesh:
+def _mesh_swept(part: Part, options: SweepOptions, run: Run, _: _Before) -> AnyMesh:
     """By one sweep; by columns rather than across walls that had to be divided for it."""
     opened, sweeps = find_candidates(part, options, run)
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
-            return _mesh_columns(part, options, run, NotSweepableError("no sweep of the part as it is"), 1.0)
+            return _mesh_columns(part, options, run, _Before(NotSweepableError("no sweep of the part as it is")))
     return _said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP)
 
 
@@ -392,5 +428,11 @@ def _make_cell(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Mad
     return Made(mesh=mesh, shortfall=shortfall)
 
 
-WAYS = {SWEEP: _mesh_swept, COLUMNS: _mesh_columns, DESIGN: _mesh_design, CELLS: _mesh_cells}
+WAYS = {
+    SWEEP: _mesh_swept,
+    COLUMNS: _mesh_columns,
+    DESIGN: _mesh_design,
+    CELLS: _mesh_cells,
+    FITTED: _mesh_fitted,
+}
 """The ways to a mesh of one solid, in the order in which they are tried."""

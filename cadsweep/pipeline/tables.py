@@ -16,7 +16,7 @@ from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
-from .routes import FITTED, WAYS
+from .routes import WAYS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -30,7 +30,6 @@ def all_rows() -> tuple[str, ...]:
     """
     return (
         *WAYS,
-        FITTED,
         MENDING,
         LETTING,
         ENDING,

@@ -1,5 +1,6 @@
 """A fitted grid: valid, on the model, with every edge of it, and said to be one."""
 
+from dataclasses import replace
 from math import pi
 
 import cadquery as cq
@@ -95,7 +96,8 @@ def test_it_is_taken_where_all_else_is_refused_and_not_where_it_is_forbidden(mon
     def refuse(*_):
         raise NotSweepableError("no way")
 
-    monkeypatch.setattr(routes, "_by_ways", refuse)
+    for row in routes.WAYS.keys() - {routes.FITTED}:
+        monkeypatch.setitem(routes.WAYS, row, refuse)
     mesh = cs.sweep_mesh(cq.Workplane().box(4, 3, 2), size=1.0)
     assert mesh.record.way == "fitted"
     assert "because no way" in mesh.record.notes[-1]
@@ -114,6 +116,38 @@ def test_a_cube_with_a_dimple_in_three_sides_which_nothing_else_fills_is_filled(
     assert mesh.record.way == "fitted"
     assert mesh.record.quality.valid
     assert mesh.record.quality.min_scaled_jacobian >= 0.1
+
+
+def test_it_is_taken_where_it_is_far_better_than_a_poor_mesh_and_never_a_worse_one(monkeypatch):
+    block = cq.Workplane().box(4, 3, 2)
+    sweep = routes.WAYS[routes.SWEEP]
+
+    def poor(worst):
+        def make(*args):
+            mesh = sweep(*args)
+            quality = replace(mesh.info["quality"], min_scaled_jacobian=worst)
+            return replace(mesh, info={**mesh.info, "quality": quality})
+
+        return make
+
+    for worst, way in ((0.05, "fitted"), (0.19, "fitted"), (0.21, "sweep")):
+        monkeypatch.setitem(routes.WAYS, routes.SWEEP, poor(worst))
+        mesh = cs.sweep_mesh(block, size=1.0, decompose_time=0.1)
+        assert mesh.record.way == way
+        assert ("way: fitted" in mesh.record.rows) == (way == "fitted") != ("way: sweep" in mesh.record.rows)
+        assert cs.sweep_mesh(block, size=1.0, fitted=False, decompose_time=0.1).record.way == "sweep"
+        assert cs.sweep_mesh(block, size=1.0, layers=2, decompose_time=0.1).record.way == "sweep"
+    monkeypatch.setitem(routes.WAYS, routes.SWEEP, poor(0.05))
+    assert "because the worst scaled Jacobian by sweep is 0.05" in cs.sweep_mesh(block, size=1.0).record.notes[-1]
+
+
+def test_no_grid_is_tried_where_a_sharp_corner_of_the_part_is_to_blame(monkeypatch):
+    def make(*_args, **_options):
+        pytest.fail("a grid that can be no better")
+
+    monkeypatch.setitem(routes.WAYS, routes.FITTED, make)
+    wedge = cq.Workplane("XZ").polyline([(0, 0), (20, 0), (20, 2)]).close().extrude(5)
+    assert 0 < cs.sweep_mesh(wedge).record.quality.min_scaled_jacobian < 0.2
 
 
 def test_what_is_swept_stays_so_and_says_it():

@@ -22,7 +22,7 @@ from ...arrays import FloatArray
 from ...errors import CadSweepError, InputError
 from ...mesh import HexMesh
 from ..meshing import sweep_mesh
-from ..routes import DESIGN
+from ..routes import WITHOUT_BORDERS
 from .template import make_template
 
 STEP = 0.01
@@ -125,8 +125,8 @@ def sensitivity(
             return sweep_mesh(source(**wanted), **more)
         return sweep_mesh(source, params=wanted, **more)
 
-    # A mesh by the part's design follows no borders of blends, and none can be like it.
-    mesh = build(value, **{**options, "without": [*(options.get("without") or ()), DESIGN]})
+    # Others are to be like this mesh.
+    mesh = build(value, **{**options, "without": [*(options.get("without") or ()), *WITHOUT_BORDERS]})
     template = make_template(mesh, "a derivative")
     kept = {name: options[name] for name in ("order", "nodes", "part", "touch", "refine") if name in options}
     differences = []
