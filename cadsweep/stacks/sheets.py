@@ -2,8 +2,8 @@
 
 Place in the flow: before :mod:`.levels`.
 
-Method: caps joined by an edge without a wall are one *sheet*, and so are flat caps of one height; a station is a sheet
-of its own. Two caps of one sheet may lie over each other where there is nothing between them: a passage whose floor and
+Method: caps joined by an edge without a wall are one *sheet*, and so are flat caps and level stations of one height;
+another station is a sheet of its own. Two caps of one sheet may lie over each other where there is nothing between them: a passage whose floor and
 roof meet at its edges is a crack between two layers that stands open. At every vertex of the arrangement, and in the
 middle of every edge, the sheets of all cells there are sorted by height: the same height must be one sheet, another
 height another level, but for cracks. A node is then known by its place and its level alone, whatever cells it is in.
@@ -26,6 +26,8 @@ from .along import heights_on_cap, heights_on_edge
 TOLERANCE = 1e-6
 """Heights nearer to each other than this, in sizes of the part, are the same."""
 _FLAT = 1e-9
+_ALONG = np.linspace(0.0, 1.0, 9)
+"""Where it is looked whether a station is level."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -151,12 +153,16 @@ def _label(stack: Stack, item: int) -> str:
 
 
 def _join_flat(stack: Stack, union: DisjointSets[int], tolerance: float) -> None:
-    """Flat caps of one height are one sheet: their levels can follow their heights."""
+    """Flat caps, and stations, of one height are one sheet: their levels can follow their heights."""
     flat = [
         (float(face.center @ stack.direction), face.id)
         for face in (stack.solid.faces[f] for f in (*stack.source, *stack.target))
         if is_flat(face, stack.direction)
     ]
+    for e in stack.stations:
+        heights = stack.solid.edges[e].curve.evaluate(_ALONG) @ stack.direction
+        if np.ptp(heights) <= tolerance:
+            flat.append((float(heights.mean()), len(stack.solid.faces) + e))
     flat.sort()
     for (a, f), (b, g) in pairwise(flat):
         if b - a <= tolerance:

@@ -50,6 +50,18 @@ def test_volume_and_every_flat_area_are_the_parts(make):
     assert sum(report.areas.values()) == pytest.approx(part.val().Area(), rel=1e-9 if flat else 5e-3)
 
 
+def test_a_boss_flush_with_the_end_of_a_lever_is_a_stack():
+    """The arm's upper face runs out where the boss goes on, at a smooth edge that is as high as it."""
+    arm = cq.Workplane().slot2D(60, 16).extrude(6)
+    lever = arm.union(cq.Workplane().center(22, 0).circle(8).extrude(14)).cut(
+        cq.Workplane().center(22, 0).circle(4).extrude(14)
+    )
+    mesh = cs.sweep_mesh(lever)
+    assert mesh.record.way == "columns"
+    assert mesh.record.sweeps[0]["columns"] == 2
+    assert mesh.quality().volume == pytest.approx(lever.val().Volume(), rel=5e-3)
+
+
 def test_every_pocket_floor_and_every_wall_keeps_its_name():
     part = pocketed()
     part.faces(cq.selectors.BoxSelector((-5, -4, 2.4), (5, 4, 2.6))).tag("floor")
