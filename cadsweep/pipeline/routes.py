@@ -233,7 +233,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
         good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            good, share = _good_columns(mesh), SECOND_LOOK
+            good, share = _good_columns(mesh, part.solids[0]), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)
     if best is not None:
         rows.took(shares)
@@ -271,14 +271,14 @@ def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
     worst = _worst(before.best)
     if worst >= _POOR or options.allow_inverted:
         return False
-    return worst < _EXPLAINED * _sharpest(part.solids[0])
+    return worst < _EXPLAINED * _sharpest(part.solids[0], beyond=POINTED)
 
 
-def _sharpest(solid: Solid) -> float:
-    """Sine of the sharpest corner of a face, or angle at an edge, between what is not tangent."""
+def _sharpest(solid: Solid, beyond: float = 0.0) -> float:
+    """Sine of the sharpest corner of a face, or angle at an edge, among those beyond an angle."""
     corners = [angle for face in solid.faces for loop in face.loops for angle in loop.angles]
     angles = [*corners, *(edge.dihedral for edge in solid.edges)]
-    return math.sin(min((angle for angle in angles if POINTED < angle < math.pi / 2), default=math.pi / 2))
+    return math.sin(min((angle for angle in angles if beyond <= angle <= math.pi / 2), default=math.pi / 2))
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -333,13 +333,16 @@ def _limit(mesh: AnyMesh, which: str) -> float:
     return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
 
 
-def _good_columns(mesh: AnyMesh) -> bool:
+def _good_columns(mesh: AnyMesh, solid: Solid) -> bool:
     """Whether columns are as good as cells are likely to be.
 
-    A mesh that is fair and no more has cells tried, too, where the part itself allows more and something round lies
-    across the columns, as the end of a keyway across a shaft.
+    Those have the solid's own sharp corners, too, as where a lever's arm runs out beside its boss. A mesh that is fair
+    and no more has cells tried where the part itself allows more and something round lies across the columns, as the
+    end of a keyway across a shaft.
     """
     worst = _worst(mesh)
+    if _sharpest(solid) < GOOD_STACK:
+        return worst >= _POOR
     if min(worst, _limit(mesh, "upright_limit")) < GOOD_STACK:
         return False
     across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])

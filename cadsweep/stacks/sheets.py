@@ -3,10 +3,11 @@
 Place in the flow: before :mod:`.levels`.
 
 Method: caps joined by an edge without a wall are one *sheet*, and so are flat caps and level stations of one height;
-another station is a sheet of its own. Two caps of one sheet may lie over each other where there is nothing between them: a passage whose floor and
-roof meet at its edges is a crack between two layers that stands open. At every vertex of the arrangement, and in the
-middle of every edge, the sheets of all cells there are sorted by height: the same height must be one sheet, another
-height another level, but for cracks. A node is then known by its place and its level alone, whatever cells it is in.
+another station is a sheet of its own. Two caps of one sheet may lie over each other where there is nothing between
+them: a passage whose floor and roof meet at its edges is a crack between two layers that stands open. At every vertex
+of the arrangement, and in the middle of every edge, the sheets of all cells there are sorted by height: the same height
+must be one sheet, another height another level, but for cracks. A node is then known by its place and its level alone,
+whatever cells it is in.
 """
 
 from __future__ import annotations
