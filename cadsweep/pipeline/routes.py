@@ -231,7 +231,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
         if best is None or _worst(mesh) > _worst(best) * (_FAR_WORSE if row == FITTED else 1.0):
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
-        good = min(_worst(mesh), _limit(mesh, "upright_limit")) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
+        good = _reached(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
             good, share = _good_columns(mesh, part.solids[0]), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)
@@ -333,6 +333,12 @@ def _limit(mesh: AnyMesh, which: str) -> float:
     return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
 
 
+def _reached(mesh: AnyMesh, solid: Solid) -> float:
+    """Worst scaled Jacobian; that of its columns upright, if lower, where no sharp corner of the solid is to blame."""
+    upright = _limit(mesh, "upright_limit") if _sharpest(solid) >= GOOD_STACK else 1.0
+    return min(_worst(mesh), upright)
+
+
 def _good_columns(mesh: AnyMesh, solid: Solid) -> bool:
     """Whether columns are as good as cells are likely to be.
 
@@ -343,7 +349,7 @@ def _good_columns(mesh: AnyMesh, solid: Solid) -> bool:
     worst = _worst(mesh)
     if _sharpest(solid) < GOOD_STACK:
         return worst >= _POOR
-    if min(worst, _limit(mesh, "upright_limit")) < GOOD_STACK:
+    if _reached(mesh, solid) < GOOD_STACK:
         return False
     across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])
     return worst >= FAIR_STACK or not across or _limit(mesh, "limit") < FAIR_STACK
