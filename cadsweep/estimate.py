@@ -17,8 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from .corner_blocks import CornerBlocks
-from .errors import InputError
-from .machine import GIGABYTE, free_memory
+from .machine import GIGABYTE
 from .sweep import Intervals, Sweep
 
 BYTES_PER_HEX = 400
@@ -34,12 +33,6 @@ SECONDS_PER_HEX = 1.5e-6
 """About what placing, connecting and checking take on one core."""
 SECONDS_PER_QUAD = 1e-4
 """About what gmsh's quads take."""
-
-MOST_HEXES = 5_000_000
-"""Hexahedra of a mesh in memory from which on a size is taken for a slip, unless the user names a limit."""
-
-TENTH = 0.1
-"""The part of a refused mesh that the message gives a size for."""
 
 LARGEST_COUNT = 10**60
 """Counts beyond are all the same: too many."""
@@ -83,13 +76,12 @@ class Estimate:
     def told(self) -> str:
         """What a user wants to know of it."""
         seconds = max(1, round(self.seconds))
-        return f"about {_count(self.n_hexes)} hexahedra, {self.n_bytes / GIGABYTE:.1f} GB, {_time(seconds)}"
+        return f"about {say_count(self.n_hexes)} hexahedra, {self.n_bytes / GIGABYTE:.1f} GB, {_time(seconds)}"
 
     def __str__(self) -> str:
-        return (
-            f"about {_count(self.n_hexes)} hexes ({_count(self.n_quads)} quads x {_count(self.n_layers)} layers), "
-            f"{_memory(self.n_bytes)}, {_time(self.seconds)}"
-        )
+        made_of = f"{say_count(self.n_quads)} quads x {say_count(self.n_layers)} layers"
+        cost = f"{say_memory(self.n_bytes)}, {_time(self.seconds)}"
+        return f"about {say_count(self.n_hexes)} hexes ({made_of}), {cost}"
 
 
 def estimate(sweep: Sweep, intervals: Intervals, *, scale: float = 1.0, streamed: bool = False) -> Estimate:
@@ -113,7 +105,7 @@ def estimate_counted(expected: Estimate, n_quads: int, n_hexes: int, *, streamed
         n_quads=n_quads,
         n_layers=max(1, n_hexes // max(1, n_quads)),
         n_hexes=n_hexes,
-        n_bytes=int(_bytes(n_quads, n_hexes, streamed)),
+        n_bytes=int(peak_bytes(n_quads, n_hexes, streamed)),
         seconds=1.0 + SECONDS_PER_QUAD * n_quads + SECONDS_PER_HEX * n_hexes,
     )
 
@@ -267,107 +259,7 @@ def _with_counts(expected: Estimate, n_quads: int, n_layers: int) -> Estimate:
     return estimate_counted(expected, n_quads, n_quads * n_layers, streamed=expected.streamed)
 
 
-def check_budget(expected: Estimate, *, max_hexes: float | None = None, max_memory: float | None = None) -> None:
-    """Refuse a mesh that is too large.
-
-    Parameters
-    ----------
-    max_hexes : float or None
-        None: `MOST_HEXES` in memory, and no limit where it is streamed; ``math.inf``: as many as the memory holds.
-    max_memory : float or None
-        GB; None: nine tenths of what this machine, or this container, has free.
-
-    Raises
-    ------
-    InputError
-        With the figures, and the size that would fit.
-    """
-    budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
-    by_itself = max_hexes is None and not expected.streamed
-    most = MOST_HEXES if by_itself else math.inf if max_hexes is None else max_hexes
-    if expected.n_hexes <= most and expected.n_bytes <= budget:
-        return
-    if by_itself and expected.n_hexes > most:
-        tenth = max(1.0, TENTH * expected.n_hexes)
-        ways = []
-        if max(expected.n_quads, expected.n_layers) < LARGEST_COUNT:  # beyond it the number says nothing
-            ways = [way.replace("or more", "for a tenth of it") for way in _ways_out(expected, math.inf, tenth)[:-1]]
-        if tenth > most:  # a tenth would be refused again
-            ways = _ways_out(expected, budget, most)[:-1] + ways[:1]
-        ways.append("raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)")
-        raise InputError(
-            f"the mesh would have {expected}, more than the {MOST_HEXES:,} that are made without asking; "
-            + ", or ".join(ways)
-        )
-    limit = f"{_count(int(most))} hexes" if expected.n_hexes > most else f"{_memory(budget)} of memory"
-    ways = _ways_out(expected, budget, most)
-    raise InputError(f"the mesh would have {expected}, beyond the limit of {limit}; " + ", or ".join(ways))
-
-
-def check_refined(
-    n_hexes: int, levels: int, *, max_hexes: float | None = None, max_memory: float | None = None
-) -> None:
-    """Refuse to halve a mesh so often that it is too large.
-
-    Parameters
-    ----------
-    n_hexes : int
-        Before.
-    levels : int
-        Each makes eight of every hexahedron.
-    max_hexes, max_memory : float or None
-        As for `check_budget`.
-
-    Raises
-    ------
-    InputError
-        With the figures, and the levels that would fit.
-    """
-    budget = (free_memory() if max_memory is None else max_memory) * GIGABYTE
-    most = MOST_HEXES if max_hexes is None else max_hexes
-
-    def fits(level: int) -> bool:
-        return n_hexes * 8**level <= most and _bytes(0, n_hexes * 8**level, streamed=False) <= budget
-
-    if fits(levels):
-        return
-    n_fine = n_hexes * 8**levels
-    beyond = f"{_count(int(most))} hexes" if n_fine > most else f"{_memory(budget)} of memory"
-    beyond = f"the {MOST_HEXES:,} that are made without asking" if max_hexes is None and n_fine > most else beyond
-    fewer = max((level for level in range(levels) if fits(level)), default=0)
-    ways = [f"try refine={fewer} ({_count(n_hexes * 8**fewer)} hexes)"] if fewer else ["leave refine out"]
-    raise InputError(
-        f"refine={levels} would make {_count(n_fine)} hexes of {_count(n_hexes)}, "
-        f"{_memory(_bytes(0, n_fine, streamed=False))}, more than {beyond}; {ways[0]}, "
-        "or raise the limit where so many are meant: max_hexes=... (--max-hexes N, or --yes)"
-    )
-
-
-def _ways_out(expected: Estimate, budget: float, most: float) -> list[str]:
-    """What the user may do: the size that fits, the layers that fit, a higher limit."""
-    power = 3 if expected.layers_follow else 2
-
-    def fits(ratio: float) -> bool:
-        n_quads, n_hexes = expected.n_quads / ratio**2, expected.n_hexes / ratio**power
-        return n_hexes <= most and _bytes(n_quads, n_hexes, expected.streamed) <= budget
-
-    low, high = 1.0, 1e100
-    for _ in range(200):
-        middle = math.sqrt(low * high)
-        low, high = (low, middle) if fits(middle) else (middle, high)
-    ways = []
-    size = _round_up(1.05 * high * expected.size)
-    if fits(high) and size < expected.largest:
-        ways.append(f"try size {size:g} or more")
-    per_layer = _bytes(0, expected.n_quads, expected.streamed) - BASE_BYTES
-    room = budget - _bytes(expected.n_quads, 0, expected.streamed)
-    layers = min(most / expected.n_quads, room / per_layer if not expected.streamed else math.inf)
-    if 2 <= layers < expected.n_layers:
-        ways.append(f"try {_round_down(layers):,} layers")
-    return [*ways, "raise the limit"]
-
-
-def _bytes(n_quads: float, n_hexes: float, streamed: bool) -> float:
+def peak_bytes(n_quads: float, n_hexes: float, streamed: bool) -> float:
     """Memory at the peak of the work."""
     resident = min(n_hexes, 1e6) if streamed else n_hexes
     return BASE_BYTES + BYTES_PER_QUAD * n_quads + BYTES_PER_HEX * resident
@@ -392,11 +284,11 @@ def _bounded(count: float) -> int:
     return LARGEST_COUNT if not count < LARGEST_COUNT else math.ceil(count)
 
 
-def _count(n: int) -> str:
+def say_count(n: int) -> str:
     return f"{n:,}" if n < 10**6 else f"{n:.1e}"
 
 
-def _memory(n_bytes: float) -> str:
+def say_memory(n_bytes: float) -> str:
     return f"{n_bytes / GIGABYTE:.3g} GB" if n_bytes < 1e15 else f"{n_bytes / GIGABYTE:.0e} GB"
 
 
@@ -405,15 +297,3 @@ def _time(seconds: float) -> str:
         if seconds < limit:
             return f"{seconds / unit:.3g} {name}"
     raise AssertionError("seconds are finite")
-
-
-def _round_up(value: float) -> float:
-    """Two digits, upwards."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.ceil(value / unit) * unit
-
-
-def _round_down(value: float) -> int:
-    """Two digits, downwards."""
-    unit = 10.0 ** max(math.floor(math.log10(value)) - 1, 0)
-    return int(math.floor(value / unit) * unit)

@@ -102,7 +102,7 @@ def _memory(study: Study) -> float:
     """GB of a case on this machine: a share of what is free, by the threads that dask works with."""
     from distributed import get_worker
 
-    from ..estimate import free_memory
+    from ..machine import free_memory
 
     return free_memory() / get_worker().state.nthreads if study.max_memory is None else study.max_memory
 

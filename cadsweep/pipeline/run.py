@@ -18,7 +18,8 @@ from typing import TypeVar
 
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.stream import check_blocks
-from ..estimate import Estimate, check_budget
+from ..budget import check_budget
+from ..estimate import Estimate
 from ..options import SweepOptions
 from ..progress import Progress, silent
 from ..quality import CadReference, QualityAccumulator, QualityReport

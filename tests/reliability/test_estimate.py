@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import cadsweep
+from cadsweep.budget import check_budget, check_refined
 from cadsweep.errors import InputError
-from cadsweep.estimate import Estimate, check_budget, check_refined, estimate, estimate_size, free_memory
+from cadsweep.estimate import Estimate, estimate, estimate_size
+from cadsweep.machine import free_memory
 
 
 def plate_sweep(width=10.0, height=2.0):

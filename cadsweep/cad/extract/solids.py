@@ -18,35 +18,31 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from OCP.BRep import BRep_Tool
-from OCP.BRepGProp import BRepGProp
 from OCP.BRepTools import BRepTools
-from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation
 
 from ...arrays import FloatArray, IntArray
 from ...brep import Edge, Face, Loop, Solid, Units
 from ...errors import CadError
-from ..geometry.angles import MIDDLE, chain_loops, corner_angles, dihedral_angles, n_touching
+from ..geometry.angles import chain_loops, corner_angles, dihedral_angles, n_touching
 from ..geometry.convert import surface_kind
 from ..geometry.curves import EdgeCurve
 from ..geometry.face_surface import FaceSurface
-from ..geometry.measure import Measure, measure_face
+from ..geometry.measure import Measure
 from ..geometry.surfaces import Plane
 from ..shapes import EDGE, FACE, VERTEX, WIRE, SolidShape, explore, index_map, mapped, shapes_of
-from .cylinders import Cylinders, find_cylinders
+from .cylinders import find_cylinders
 from .extent import tight_bounds
 from .face_surfaces import ParameterCurves, read_face_surface
-from .flat import is_exact, measure_flat
 from .gaps import border_gaps
 from .labels import EdgeLabel, FaceLabel, Labels
+from .measures import measure_faces, measured_by_opencascade, volume_inside
 from .sampling import EdgeSamples, FaceSamples, sample_face
 from .shared import PartGeometry
 
 _LARGEST_GAP = 1e-3
 """Distance between an edge and its faces, as a share of the part's size, beyond which a model is damaged."""
 _SENSES = {TopAbs_Orientation.TopAbs_FORWARD: True, TopAbs_Orientation.TopAbs_REVERSED: False}
-_OPEN = 1e-4
-"""Sum of the vector areas, as a share of the area, up to which a surface counts as closed."""
 
 
 def extract_solid(
@@ -149,9 +145,9 @@ def extract_solid(
         for j in range(n_edges)
     )
     measures = [
-        measure or _measured_by_opencascade(face, surface)
+        measure or measured_by_opencascade(face, surface)
         for measure, face, surface in zip(
-            _measured(surfaces, loops, frames, samples, curves, cylinders), holder.faces, surfaces, strict=True
+            measure_faces(surfaces, loops, frames, samples, curves, cylinders), holder.faces, surfaces, strict=True
         )
     ]
     faces = tuple(
@@ -171,7 +167,7 @@ def extract_solid(
         vertices=shared.positions[vertex_keys],
         edges=edges,
         faces=faces,
-        volume=_volume(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
+        volume=volume_inside(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
         size=size,
         tolerance=largest_tolerance(shape),
         kernel=holder,
@@ -319,55 +315,6 @@ def _two_faces(number: int, uses: Sequence[tuple[int, bool]], samples: EdgeSampl
         )
     (first, _), (second, _) = sorted(uses, key=lambda use: not use[1])
     return first, second
-
-
-def _measured(  # noqa: PLR0917
-    surfaces: Sequence[FaceSurface],
-    loops: Sequence[tuple[Loop, ...]],
-    frames: Sequence[Mapping[int, FloatArray]],
-    samples: EdgeSamples,
-    curves: Sequence[EdgeCurve],
-    cylinders: Cylinders,
-) -> list[Measure | None]:
-    """Area, centroid and volume share of every face; None where our integrals give none."""
-    exact = [is_exact(curve) for curve in curves]
-    flat = [
-        f
-        for f, surface in enumerate(surfaces)
-        if isinstance(surface.geometry, Plane) and all(exact[e] for e in surface.curves)
-    ]
-    normals = np.array([frames[f][MIDDLE][0] for f in flat]).reshape(-1, 3)
-    known = dict(zip(flat, measure_flat([loops[f] for f in flat], normals, curves, samples), strict=True))
-    known |= cylinders.measures(loops, curves)
-    return [known.get(f) or measure_face(surface, loops[f]) for f, surface in enumerate(surfaces)]
-
-
-def _measured_by_opencascade(shape: Any, surface: FaceSurface) -> Measure:
-    """The measure of a face whose loops or parameter curves give none.
-
-    Its share of the volume is NaN where it is curved.
-    """
-    properties = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(shape, properties)
-    area, center = float(properties.Mass()), _point(properties.CentreOfMass())
-    if not isinstance(surface.geometry, Plane):
-        return Measure(area, center, float("nan"), np.full(3, np.nan))
-    vector = area * surface.normals(surface.project(center[None]))[0]
-    return Measure(area, center, float(center @ vector) / 3.0, vector)
-
-
-def _volume(shape: Any, measures: Sequence[Measure], *, open_area: float) -> float:
-    """Volume inside the faces; `open_area` is what the gaps between them leave open at most."""
-    area = sum(m.area for m in measures)
-    vector = np.sum([m.vector for m in measures], axis=0)
-    if np.linalg.norm(vector) <= max(_OPEN * area, open_area):
-        # About the middle of the faces: what a gap lets out goes with its distance from the origin.
-        middle = np.sum([m.area * m.center for m in measures], axis=0) / area
-        return float(sum(m.volume for m in measures) - middle @ vector / 3.0)
-    # Our quadrature does not see a closed surface (or has none of a face): OpenCASCADE's stands in.
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
-    return float(properties.Mass())
 
 
 def _kind(shape: Any) -> str:

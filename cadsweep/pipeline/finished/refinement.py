@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from ... import estimate
+from ... import budget
 from ...arrays import BoolArray, FloatArray, IntArray
 from ...blocks.halved_cells import halve_joined, split_quads
 from ...blocks.interface_slides import InterfaceSlides, find_interface_slides
@@ -123,7 +123,7 @@ def refined(mesh: HexMesh, options: SweepOptions, run: Run) -> HexMesh:
     """The mesh as often refined as the options ask."""
     if not options.refine:
         return mesh
-    estimate.check_refined(mesh.n_hexes, options.refine, max_hexes=options.max_hexes, max_memory=options.max_memory)
+    budget.check_refined(mesh.n_hexes, options.refine, max_hexes=options.max_hexes, max_memory=options.max_memory)
     with run.stage("refine"):
         return refine(mesh, options.refine)
 

@@ -14,7 +14,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from ... import estimate
+from ... import budget
 from ...errors import CoarseMeshError, SurfaceMeshError
 from ...options import SweepOptions
 
@@ -66,7 +66,7 @@ def limit_of(options: SweepOptions, *, scale: float, size: float, doubt: float =
     if options.tolerance is not None:
         return Limit(distance=options.tolerance / scale, lost=np.inf, most=None)
     if options.size is not None:  # an upper bound: the part keeps its shape, and no more is asked for
-        most = max(MOST_HEXES, estimate.MOST_HEXES)
+        most = max(MOST_HEXES, budget.MOST_HEXES)
         return Limit(distance=np.inf, lost=max(LOST_SIZED, doubt), most=most)
     return Limit(distance=MOST_OFF * size, lost=max(MOST_LOST, doubt), most=MOST_HEXES)
 
