@@ -96,6 +96,7 @@ ALLOWED = {
     "smoothing": {"gmsh_session", "projection"},  # the minimiser alone
     "io": {"gmsh_session"},
     "report": {"view", "cad"},
+    "budget": {"estimate"},
     # What the pipeline assembles: values made of a stage's results, and their files.
     "blocks": {"io", "projection"},
     "orders": {"projection"},  # the minimiser alone
