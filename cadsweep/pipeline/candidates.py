@@ -27,6 +27,9 @@ GOOD_ENOUGH = 0.1
 POINTED = 0.01
 """Radians between two edges of a face below which they are tangent: a quad there has no area."""
 
+POOR = 0.2
+"""Worst scaled Jacobian below which a mesh is so poor that quite another one is tried."""
+
 SMOOTH_BELOW = 0.3
 """Worst scaled Jacobian below which smoothing is tried."""
 

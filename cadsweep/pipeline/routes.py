@@ -47,6 +47,7 @@ from .attempts import find_candidates
 from .candidates import (
     GOOD_ENOUGH,
     POINTED,
+    POOR,
     SECOND_LOOK,
     SMOOTH_BELOW,
     Made,
@@ -84,10 +85,8 @@ _MOST_SMOOTHED = 50_000
 """Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
-_POOR = 0.2
-"""Worst scaled Jacobian of what the other ways make below which a fitted grid is tried."""
 _FAR_WORSE = 1.5
-"""How many times as good a fitted grid must be to be taken then: it has no layers, and no caps."""
+"""How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
 _EXPLAINED = 0.5
 """Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
 _MOST_LOOKED_AT = 60
@@ -269,7 +268,7 @@ def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
     if before.best is None:
         return isinstance(before.refused, _MENDABLE)
     worst = _worst(before.best)
-    if worst >= _POOR or options.allow_inverted:
+    if worst >= POOR or options.allow_inverted:
         return False
     return worst < _EXPLAINED * _sharpest(part.solids[0], beyond=POINTED)
 
@@ -348,7 +347,7 @@ def _good_columns(mesh: AnyMesh, solid: Solid) -> bool:
     """
     worst = _worst(mesh)
     if _sharpest(solid) < GOOD_STACK:
-        return worst >= _POOR
+        return worst >= POOR
     if _reached(mesh, solid) < GOOD_STACK:
         return False
     across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])

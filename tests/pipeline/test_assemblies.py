@@ -225,6 +225,17 @@ def rod_on_pipe():
     return assembly(bar=bar, rod=cq.Workplane().circle(1.5).extrude(8).translate((10, 0, 0)).cut(bar))
 
 
+def test_an_outline_that_leaves_a_separate_solid_a_poor_mesh_is_left_out_of_it():
+    """The disc's touches the plate's edges, so that each of its corners runs out to two tips."""
+    disc = cq.Workplane().circle(10).extrude(3).translate((0, 0, 1))
+    model = cq.Assembly().add(cq.Workplane().box(20, 20, 2), name="plate").add(disc, name="disc")
+    mesh = cs.sweep_mesh(model, interfaces="separate")
+    assert mesh.record.quality.min_scaled_jacobian > 0.5
+    covered = mesh.points[mesh.boundaries["plate__disc_1"]]
+    assert (covered[..., 2] == 1.0).all()
+    assert any("does not follow the outline of this contact" in note for note in mesh.record.notes)
+
+
 def test_a_contact_that_no_sweep_can_follow_is_named_and_meshed_without_its_outline_where_solids_are_separate():
     with pytest.raises(NotSweepableError, match=r"(?s)'bar', which touches 'rod' .*interfaces='separate'"):
         cs.sweep_mesh(rod_on_pipe(), decompose=False, interfaces="shared")

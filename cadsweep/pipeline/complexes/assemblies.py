@@ -18,6 +18,7 @@ from ...contacts import say_leave_out
 from ...errors import CadError, CadSweepError, InputError
 from ...mesh import HexMesh
 from ...options import SweepOptions
+from ..candidates import POOR
 from ..origin import AnyMesh
 from ..remedies import MOST_HEXES
 from ..run import Run, silent
@@ -241,27 +242,35 @@ def _by_solid(part: Part, mesh: AnyMesh) -> AnyMesh:
 
 
 def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
-    """One solid by itself, with the outlines of its contacts or, where these are in the way, without.
+    """One solid by itself, with the outlines of its contacts or, where a mesh with these is refused or poor, without.
 
     Cuts come last: a solid is not cut for an outline that nothing needs.
     """
     first: CadSweepError | None = None
     for decompose in (False, True) if options.decompose else (False,):
         own = replace(options, decompose=decompose)
+        made: list[AnyMesh] = []
         try:
-            return _mesh_alone(part, own, run, mesh_one)
+            made.append(_mesh_alone(part, own, run, mesh_one))
         except CadSweepError as error:
             if isinstance(error, InputError | CadError):
                 raise
             first = first or error
-        original = cad.part_apart(part)
+        poor = not made or (_worst(made[0]) < POOR and not run.is_over())
+        original = cad.part_apart(part) if poor else None
         if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
             try:
-                return _mesh_alone(original, own, run, mesh_one)
+                made.append(_mesh_alone(original, own, run, mesh_one))
             except CadSweepError as error:
                 log.info("nor without the outlines of contacts: %s", error)
+        if made:
+            return max(made, key=_worst)
     assert first is not None
     raise first
+
+
+def _worst(mesh: AnyMesh) -> float:
+    return float(mesh.info["quality"].min_scaled_jacobian)
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
