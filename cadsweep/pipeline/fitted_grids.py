@@ -62,7 +62,7 @@ ENDING = "fitted: faces ended before tips"
 LEAST = 0.1
 """Worst scaled Jacobian that a fitted grid must have: what is poorer than that is of little use."""
 _GOAL = 0.25
-"""What untangling tries to reach."""
+"""What untangling tries to reach, and another grid is tried for where there is time."""
 _GUARD = 0.25
 """Height of the hexahedra outside over the size: little, so that they fit into a bore of one cell."""
 _FINER = (1.0, 0.75, 0.55, 0.4, 0.3)
@@ -118,8 +118,10 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unaske
         problem = found_wrong
         log.info("fitted grid of size %g: %s", size * part.scale, problem)
 
+    best: HexMesh | None = None
+    reached, shares = LEAST, list[str]()
     for found in _found(part, options, run, began, tell, hurried=hurried):
-        if is_late():
+        if is_late() or (best is not None and (found.creases or spent() - began > _TIME)):
             break
         tips = find_tips(found.united.solid, found.united.angles, found.size) if ending else []
         whole = replace(part, solids=(end_before(found.united.solid, tips),))
@@ -134,19 +136,20 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unaske
             continue
         assert isinstance(mesh, HexMesh), "it has no factors"
         worst = float(mesh.info["quality"].min_scaled_jacobian)
-        if worst < LEAST:
+        if worst < reached:
             tell(f"its worst scaled Jacobian is {worst:.2f}", found.size)
         elif options.tolerance is not None and mesh.info["distance"] > options.tolerance:
             tell(f"it is {mesh.info['distance']:.3g} off the faces", found.size)
         else:
-            if found.is_mended:
-                rows.took([MENDING])
-            if found.creases:
-                rows.took([LETTING])
-            if tips:
-                rows.took([ENDING])
-            return made_of(mesh, part)
-    raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
+            best, reached = mesh, worst
+            shared = {MENDING: found.is_mended, LETTING: bool(found.creases), ENDING: bool(tips)}
+            shares = [row for row, had in shared.items() if had]
+            if worst >= _GOAL or found.creases or not hurried:
+                break
+    if best is None:
+        raise NotSweepableError(f"no fitted grid fits the solid: {problem}")
+    rows.took(shares)
+    return made_of(best, part)
 
 
 def _found(
