@@ -12,7 +12,7 @@ from cadsweep.cells import HEX_FACES
 from cadsweep.errors import InputError, NotSweepableError
 from cadsweep.fitted.grid import _FILL, _bad_corner, _manifold, narrow_spans
 from cadsweep.fitted.sheets import Fitted, lay_sheets
-from cadsweep.pipeline import routes
+from cadsweep.pipeline import fitted_grids, routes
 from cadsweep.pipeline.fitted_grids import _facets
 
 from . import castings
@@ -139,6 +139,25 @@ def test_it_is_taken_where_it_is_far_better_than_a_poor_mesh_and_never_a_worse_o
         assert cs.sweep_mesh(block, size=1.0, layers=2, decompose_time=0.1).record.way == "sweep"
     monkeypatch.setitem(routes.WAYS, routes.SWEEP, poor(0.05))
     assert "because the worst scaled Jacobian by sweep is 0.05" in cs.sweep_mesh(block, size=1.0).record.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("worsts", "taken"), [((0.15, 0.3, 0.9), 1), ((0.15, 0.12, 0.11, 0.13, 0.14), 0), ((0.3, 0.9), 0)]
+)
+def test_the_best_grid_is_taken_where_the_first_is_below_the_goal(monkeypatch, worsts, taken):
+    sizes = []
+    finish = fitted_grids.finish
+
+    def judged(*args, **options):
+        mesh = finish(*args, **options)
+        quality = replace(mesh.info["quality"], min_scaled_jacobian=worsts[len(sizes)])
+        sizes.append(mesh.n_hexes)
+        return replace(mesh, info={**mesh.info, "quality": quality})
+
+    monkeypatch.setattr(fitted_grids, "finish", judged)
+    # Five sizes are tried, none of them twice: a block has nothing narrow.
+    assert cs.sweep_mesh(cq.Workplane().box(4, 3, 2), fitted=True).n_hexes == sizes[taken]
+    assert len(sizes) == (taken + 1 if worsts[taken] >= 0.25 else len(worsts))
 
 
 def test_no_grid_is_tried_where_a_sharp_corner_of_the_part_is_to_blame(monkeypatch):
