@@ -38,6 +38,7 @@ def divide_by_sizes(
     field: Field,
     *,
     alike: Iterable[tuple[int, int, bool]] = (),
+    only: Collection[int] | None = None,
 ) -> tuple[dict[int, float], dict[int, Division]]:
     """Mean sizes of all edges, by key, and the divisions of those along which the size changes.
 
@@ -53,17 +54,22 @@ def divide_by_sizes(
         Wanted lengths, working units.
     alike : iterable of (int, int, bool)
         Edges that are divided alike besides, by key, and whether they run alike.
+    only : collection of int, or None
+        Edges of which it is asked, by key; others that are not divided as one of them are left out.
     """
     grids = list(grids)
     others = [((a, True), (b, same)) for a, b, same in alike]
     edges: dict[int, Edge] = {}
     for solid in solids:
         edges.update(zip(solid.edge_keys.tolist(), solid.edges, strict=True))
-    on_sides = _along_sides(grids, field)
+    groups = _groups(edges, [*_across(grids), *_cap_to_cap(sweeps), *_rails(sweeps), *others])
+    if only is not None:
+        groups = [group for group in groups if not group.keys().isdisjoint(only)]
+    on_sides = _along_sides(grids, field, {key for group in groups for key in group})
     at = np.linspace(0.0, 1.0, _SAMPLES + 1)
     sizes: dict[int, float] = {}
     divisions: dict[int, Division] = {}
-    for group in _groups(edges, [*_across(grids), *_cap_to_cap(sweeps), *_rails(sweeps), *others]):
+    for group in groups:
         rows = []
         for key, forward in group.items():
             along = field(edges[key].curve.evaluate(at))
@@ -100,19 +106,26 @@ def divide_beside(
     if not own:
         return {}, {}
     at = np.linspace(0.0, 1.0, _AROUND + 1)
-    places = [(scipy.spatial.cKDTree(edges[key][1].curve.evaluate(at)), wanted) for key, wanted in own.items()]
+    finest_first = sorted(own.items(), key=lambda item: item[1])
+    places = [(scipy.spatial.cKDTree(edges[key][1].curve.evaluate(at)), wanted) for key, wanted in finest_first]
 
     def field(points: FloatArray) -> FloatArray:
-        grown = [wanted + (GROWTH - 1.0) * tree.query(points)[0] for tree, wanted in places]
-        return np.asarray(np.minimum(np.min(grown, axis=0), size))
+        sizes = np.full(len(points), size)
+        for tree, wanted in places:
+            # Only places as near to the edge's box as it would have to be to make them finer are asked.
+            off = np.maximum(0.0, np.maximum(tree.mins - points, points - tree.maxes))
+            near = np.flatnonzero(wanted + (GROWTH - 1.0) * np.sqrt((off * off).sum(axis=1)) < sizes)
+            if len(near):
+                sizes[near] = np.minimum(sizes[near], wanted + (GROWTH - 1.0) * tree.query(points[near])[0])
+        return sizes
 
     def ends(key: int) -> set[int]:
         solid, edge = edges[key]
         return {int(solid.vertex_keys[v]) for v in (edge.start, edge.end)}
 
-    sizes, divisions = divide_by_sizes(solids, sweeps, grids, field)
     touched = {v for key in own for v in ends(key)}
     beside = [key for key in edges if key not in kept and key not in finer and not touched.isdisjoint(ends(key))]
+    sizes, divisions = divide_by_sizes(solids, sweeps, grids, field, only=beside)
     return (
         {key: sizes[key] for key in beside if key in divisions},
         {key: divisions[key] for key in beside if key in divisions},
@@ -138,14 +151,16 @@ def by_density(n: int, *, places: FloatArray) -> FloatArray:
     return np.asarray(fractions)
 
 
-def _along_sides(grids: Iterable[tuple[Solid, LinkingSide]], field: Field) -> dict[int, list[tuple[bool, FloatArray]]]:
-    """Least sizes across each side at every height, by its left rail, and whether that runs upwards."""
+def _along_sides(
+    grids: Iterable[tuple[Solid, LinkingSide]], field: Field, rails: Collection[int]
+) -> dict[int, list[tuple[bool, FloatArray]]]:
+    """Least sizes across sides at every height, by left rail if one of `rails`, and whether that runs upwards."""
     found: dict[int, list[tuple[bool, FloatArray]]] = {}
     t = np.linspace(0.0, 1.0, _SAMPLES + 1)
     s = np.linspace(0.0, 1.0, _ACROSS)[:, None, None]
     for solid, side in grids:
         chains = (side.bottom, side.right, side.top, side.left)
-        if any(len(chain) != 1 for chain in chains):
+        if any(len(chain) != 1 for chain in chains) or int(solid.edge_keys[side.left[0][0]]) not in rails:
             continue
         curves = [solid.edges[chain[0][0]].curve for chain in chains]
         forward = [chain[0][1] for chain in chains]
