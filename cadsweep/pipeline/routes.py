@@ -68,6 +68,8 @@ SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "col
 WITHOUT_BORDERS = (DESIGN, FITTED)
 """Those whose meshes follow no smooth edges, as the borders of blends: no other part can have such a mesh."""
 
+_OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
+"""Options whose user wants to see what becomes of a sweep, poor or not."""
 _MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
 """Refusals of one way that leave others to be tried, or proposed."""
 
@@ -261,16 +263,19 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
 
 def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
     """Whether a fitted grid may do better than what there is, or do at all."""
-    from .fitted_grids import asked_in_vain
-
-    if options.fitted is False or asked_in_vain(options):
+    if options.fitted is False:
         return False
     if before.best is None:
-        return isinstance(before.refused, _MENDABLE)
-    worst = _worst(before.best)
-    if worst >= POOR or options.allow_inverted:
+        tried = isinstance(before.refused, _MENDABLE)
+    else:
+        worst, usual = _worst(before.best), SweepOptions()
+        tried = worst < POOR and all(getattr(options, name) == getattr(usual, name) for name in _OF_PLACING)
+        tried = tried and worst < _EXPLAINED * _sharpest(part.solids[0], beyond=POINTED)
+    if not tried:
         return False
-    return worst < _EXPLAINED * _sharpest(part.solids[0], beyond=POINTED)
+    from .fitted_grids import asked_in_vain
+
+    return not asked_in_vain(options)
 
 
 def _sharpest(solid: Solid, beyond: float = 0.0) -> float:
