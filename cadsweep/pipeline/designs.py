@@ -37,7 +37,7 @@ from ..options import SweepOptions
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
-from .origin import AnyMesh, CellsOrigin
+from .origin import AnyMesh, CellsOrigin, worst_of
 from .run import Run, Tries
 
 log = logging.getLogger(__name__)
@@ -96,7 +96,7 @@ def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
     refused: CadSweepError = NotSweepableError("the solid has no blends")
     tries = Tries(run)
     for make in makes:
-        if best is not None and (_worst(best) >= _GOOD or tries.is_over()):
+        if best is not None and (worst_of(best) >= _GOOD or tries.is_over()):
             break
         try:
             with rows.share() as own, tries.one():
@@ -105,16 +105,12 @@ def _best_of(makes: Iterable[Callable[[], HexMesh]], run: Run) -> HexMesh:
             log.info("a design was given up: %s", error)
             refused = error
             continue
-        if best is None or _worst(mesh) > _worst(best):
+        if best is None or worst_of(mesh) > worst_of(best):
             best, shares = mesh, own
     if best is None:
         raise refused
     rows.took(shares)
     return best
-
-
-def _worst(mesh: HexMesh) -> float:
-    return float(mesh.info["quality"].min_scaled_jacobian)
 
 
 def _views(solid: Solid, blends: list[Blend], size: float | None) -> Iterator[list[Blend]]:

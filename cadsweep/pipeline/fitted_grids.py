@@ -46,7 +46,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.untangle import guards_outside, untangle
 from .complexes.several import finish
-from .origin import made_of
+from .origin import made_of, worst_of
 from .run import Run, spent
 
 log = logging.getLogger(__name__)
@@ -135,7 +135,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unaske
             tell(error.what, found.size)
             continue
         assert isinstance(mesh, HexMesh), "it has no factors"
-        worst = float(mesh.info["quality"].min_scaled_jacobian)
+        worst = worst_of(mesh)
         if worst < reached:
             tell(f"its worst scaled Jacobian is {worst:.2f}", found.size)
         elif options.tolerance is not None and mesh.info["distance"] > options.tolerance:
@@ -188,7 +188,7 @@ def _found(
         else:
             yield found
 
-    for waiting in _grids(part.solids[0], _sizes(part, options, hurried=hurried), facets, axes, tell):
+    for waiting in _grids(model, _sizes(part, options, hurried=hurried), facets, axes, tell):
         if spent() - began > _TIME:
             break
         if hurried and len(waiting[2].hexes) > _MOST:

@@ -109,6 +109,11 @@ AnyMesh = HexMesh | BlockMesh
 """What the ways to a mesh make: one in memory, or one that stays in blocks."""
 
 
+def worst_of(mesh: AnyMesh) -> float:
+    """Worst scaled Jacobian of a mesh that was judged."""
+    return float(mesh.info["quality"].min_scaled_jacobian)
+
+
 def origin_of(mesh: HexMesh, purpose: str) -> AnyOrigin:
     """The origin of a mesh.
 

@@ -18,7 +18,6 @@ A way is imported when it is taken: columns and cells are two thirds of the pack
 from __future__ import annotations
 
 import logging
-import math
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -29,7 +28,7 @@ import numpy as np
 from .. import cad, rows
 from ..blocks.block_mesh import BlockMesh
 from ..blocks.joined import neighbours_of
-from ..brep import Part, Solid
+from ..brep import Part
 from ..errors import (
     CadError,
     CadSweepError,
@@ -46,8 +45,6 @@ from ..trial import noting
 from .attempts import find_candidates
 from .candidates import (
     GOOD_ENOUGH,
-    POINTED,
-    POOR,
     SECOND_LOOK,
     SMOOTH_BELOW,
     Made,
@@ -56,7 +53,8 @@ from .candidates import (
     first_good,
     touching_of,
 )
-from .origin import AnyMesh, made_of
+from .judging import FAR_WORSE, good_columns, is_poor, reached_by
+from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
 from .wishes.local_sizes import with_largest_size
@@ -65,20 +63,15 @@ log = logging.getLogger(__name__)
 
 SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "columns", "design", "cells", "fitted"))
 """The ways to a mesh of one solid by name."""
-WITHOUT_BORDERS = (DESIGN, FITTED)
-"""Those whose meshes follow no smooth edges, as the borders of blends: no other part can have such a mesh."""
+INSTEAD = "fitted: instead of a poor mesh"
+"""The row of fitted grids that are tried though another way made a mesh."""
+WITHOUT_BORDERS = (DESIGN, INSTEAD)
+"""Rows by which a part has a mesh that follows no smooth edges, as borders of blends, where it might have another: what
+others are to have is made without them."""
 
-_OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
-"""Options whose user wants to see what becomes of a sweep, poor or not."""
 _MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
 """Refusals of one way that leave others to be tried, or proposed."""
 
-GOOD_STACK = 0.3
-"""Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
-them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
-gets quads as long as the boss is high, however well they are smoothed."""
-FAIR_STACK = 0.5
-"""The same where something round lies across them."""
 GOOD_DESIGN = 0.5
 """Worst scaled Jacobian at which no design is tried: two quads of one hexahedron on a rounding leave less, mostly."""
 _MOST_CARRIED = 300_000
@@ -87,10 +80,6 @@ _MOST_SMOOTHED = 50_000
 """Hexahedra of a poor sweep beyond which a design, if there is one, comes before its smoothing."""
 DESIGN_LOOK = 0.5
 """Share of the budget, and of the time, of a search for cells of the design: the rest is for the solid as it is."""
-_FAR_WORSE = 1.5
-"""How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
-_EXPLAINED = 0.5
-"""Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
 _MOST_LOOKED_AT = 60
 """Faces of a solid up to which OpenCASCADE is asked more than once: whether those of a refused one cross or touch, and
 whether cells are better than columns; both take seconds for more."""
@@ -229,12 +218,12 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
                 continue
             refused = _foremost(refused, error)
             continue
-        if best is None or _worst(mesh) > _worst(best) * (_FAR_WORSE if row == FITTED else 1.0):
+        if best is None or worst_of(mesh) > worst_of(best) * (FAR_WORSE if row == FITTED else 1.0):
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
-        good = _reached(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
+        good = reached_by(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
         if row == COLUMNS and len(part.solids[0].faces) <= _MOST_LOOKED_AT:
-            good, share = _good_columns(mesh, part.solids[0]), SECOND_LOOK
+            good, share = good_columns(mesh, part.solids[0]), SECOND_LOOK
         enough |= good or not _may_be_better(part, options)
     if best is not None:
         rows.took(shares)
@@ -256,33 +245,22 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
         return False  # columns along a poor sweep are as poor, or there is no time for more
     if row != DESIGN:
         return not enough
-    if run.is_over() or (best is not None and (_worst(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
+    if run.is_over() or (best is not None and (worst_of(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
         return False
     return _has_design(part, options)
 
 
 def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
     """Whether a fitted grid may do better than what there is, or do at all."""
-    if options.fitted is False:
-        return False
     if before.best is None:
         tried = isinstance(before.refused, _MENDABLE)
     else:
-        worst, usual = _worst(before.best), SweepOptions()
-        tried = worst < POOR and all(getattr(options, name) == getattr(usual, name) for name in _OF_PLACING)
-        tried = tried and worst < _EXPLAINED * _sharpest(part.solids[0], beyond=POINTED)
-    if not tried:
+        tried = rows.is_on(INSTEAD) and is_poor(before.best, part.solids[0], options)
+    if not tried or options.fitted is False:
         return False
     from .fitted_grids import asked_in_vain
 
     return not asked_in_vain(options)
-
-
-def _sharpest(solid: Solid, beyond: float = 0.0) -> float:
-    """Sine of the sharpest corner of a face, or angle at an edge, among those beyond an angle."""
-    corners = [angle for face in solid.faces for loop in face.loops for angle in loop.angles]
-    angles = [*corners, *(edge.dihedral for edge in solid.edges)]
-    return math.sin(min((angle for angle in angles if beyond <= angle <= math.pi / 2), default=math.pi / 2))
 
 
 def _refuse_touching(part: Part, refused: CadSweepError | None) -> None:
@@ -328,37 +306,6 @@ def _mesh_plainly(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         return _by_ways(part, options, run)
 
 
-def _worst(mesh: AnyMesh) -> float:
-    return float(mesh.info["quality"].min_scaled_jacobian)
-
-
-def _limit(mesh: AnyMesh, which: str) -> float:
-    """A limit of columns, as :class:`cadsweep.stack.Stack` has it; 1 of other meshes."""
-    return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
-
-
-def _reached(mesh: AnyMesh, solid: Solid) -> float:
-    """Worst scaled Jacobian; that of its columns upright, if lower, where no sharp corner of the solid is to blame."""
-    upright = _limit(mesh, "upright_limit") if _sharpest(solid) >= GOOD_STACK else 1.0
-    return min(_worst(mesh), upright)
-
-
-def _good_columns(mesh: AnyMesh, solid: Solid) -> bool:
-    """Whether columns are as good as cells are likely to be.
-
-    Those have the solid's own sharp corners, too, as where a lever's arm runs out beside its boss. A mesh that is fair
-    and no more has cells tried where the part itself allows more and something round lies across the columns, as the
-    end of a keyway across a shaft.
-    """
-    worst = _worst(mesh)
-    if _sharpest(solid) < GOOD_STACK:
-        return worst >= POOR
-    if _reached(mesh, solid) < GOOD_STACK:
-        return False
-    across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])
-    return worst >= FAIR_STACK or not across or _limit(mesh, "limit") < FAIR_STACK
-
-
 def _may_be_better(part: Part, options: SweepOptions) -> bool:
     from .complexes.decomposing import may_be_better
 
@@ -379,7 +326,8 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -
     best = before.best
     why = "it was asked for" if before.refused is None else before.refused.what
     if best is not None:
-        why = f"the worst scaled Jacobian by {best.info['way']} is {_worst(best):.2g}"
+        rows.took([INSTEAD])
+        why = f"the worst scaled Jacobian by {best.info['way']} is {worst_of(best):.2g}"
     mesh = mesh_fitted(part, options, run.anew(), why, unasked=best is not None)
     return _said(mesh, FITTED)
 

@@ -16,7 +16,7 @@ from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
-from .routes import WAYS
+from .routes import INSTEAD, WAYS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -30,6 +30,7 @@ def all_rows() -> tuple[str, ...]:
     """
     return (
         *WAYS,
+        INSTEAD,
         MENDING,
         LETTING,
         ENDING,

@@ -136,6 +136,8 @@ def test_it_is_taken_where_it_is_far_better_than_a_poor_mesh_and_never_a_worse_o
         assert mesh.record.way == way
         assert ("way: fitted" in mesh.record.rows) == (way == "fitted") != ("way: sweep" in mesh.record.rows)
         assert cs.sweep_mesh(block, size=1.0, fitted=False, decompose_time=0.1).record.way == "sweep"
+        without = cs.sweep_mesh(block, size=1.0, decompose_time=0.1, without=[routes.INSTEAD])
+        assert without.record.way == "sweep"
         assert cs.sweep_mesh(block, size=1.0, layers=2, decompose_time=0.1).record.way == "sweep"
         assert cs.sweep_mesh(block, size=1.0, smoothing=False, decompose_time=0.1).record.way == "sweep"
     monkeypatch.setitem(routes.WAYS, routes.SWEEP, poor(0.05))

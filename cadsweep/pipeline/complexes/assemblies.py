@@ -19,7 +19,7 @@ from ...errors import CadError, CadSweepError, InputError
 from ...mesh import HexMesh
 from ...options import SweepOptions
 from ..candidates import POOR
-from ..origin import AnyMesh
+from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
 from ..run import Run, silent
 from ..wishes.local_sizes import for_all_solids
@@ -256,7 +256,7 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
             if isinstance(error, InputError | CadError):
                 raise
             first = first or error
-        poor = not made or (_worst(made[0]) < POOR and not run.is_over())
+        poor = not made or (worst_of(made[0]) < POOR and not run.is_over())
         original = cad.part_apart(part) if poor else None
         if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
             try:
@@ -264,13 +264,9 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
             except CadSweepError as error:
                 log.info("nor without the outlines of contacts: %s", error)
         if made:
-            return max(made, key=_worst)
+            return max(made, key=worst_of)
     assert first is not None
     raise first
-
-
-def _worst(mesh: AnyMesh) -> float:
-    return float(mesh.info["quality"].min_scaled_jacobian)
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:

@@ -25,7 +25,7 @@ from ...plan import Fill, Plan, make_plan
 from ..attempts import open_and_find
 from ..candidates import GOOD_ENOUGH, SECOND_LOOK, SMOOTH_BELOW
 from ..columns.column_cells import columns_of
-from ..origin import AnyMesh
+from ..origin import AnyMesh, worst_of
 from ..parts import load, only_solid
 from ..run import Run, Tries, silent
 from ..wishes.local_sizes import for_all_solids
@@ -156,7 +156,7 @@ def mesh_decomposed(
     failure: CadSweepError | None = None
     shares: set[str] = set()
     for row in searches:
-        if best is not None and (_worst(best) >= SMOOTH_BELOW or run.is_over()):
+        if best is not None and (worst_of(best) >= SMOOTH_BELOW or run.is_over()):
             break
         searched = SEARCHES[row](part, recognise_piece, run, share if best is None else min(share, SECOND_LOOK))
         solutions = searched.solutions
@@ -164,9 +164,9 @@ def mesh_decomposed(
             most = MOST_MORE * best.n_hexes
             solutions = (one for one in islice(solutions, MOST_MESHED) if _expected(one, options) <= most)
         with rows.share() as own:
-            mesh, error = _best_of(solutions, options, run, -np.inf if best is None else _worst(best))
+            mesh, error = _best_of(solutions, options, run, -np.inf if best is None else worst_of(best))
         failure = failure or error
-        if mesh is not None and (best is None or _worst(mesh) > _worst(best)):
+        if mesh is not None and (best is None or worst_of(mesh) > worst_of(best)):
             best, shares = _ended_early(mesh, run) if searched.ended_early() else mesh, {*own, row}
     if best is not None:
         rows.took(shares)
@@ -224,17 +224,17 @@ def _best_of(
             most_hexes = max(most_hexes, n_hexes)  # whatever its size, another is tried where none is valid
             continue
         n_hexes += mesh.n_hexes
-        if best is None or _worst(mesh) > _worst(best):
+        if best is None or worst_of(mesh) > worst_of(best):
             best, chosen, shares = mesh, found, own
-        if _worst(best) >= GOOD_ENOUGH:
+        if worst_of(best) >= GOOD_ENOUGH:
             break
-    worst = -np.inf if best is None else _worst(best)
+    worst = -np.inf if best is None else worst_of(best)
     poor = options.smoothing and reached <= worst < SMOOTH_BELOW
     if chosen is not None and poor and not tries.is_over():
         try:
             with rows.share() as own:
                 mesh = mesh_complex(chosen, options, run, resolve_wishes(chosen.part, options, chosen.model))
-            if best is None or _worst(mesh) > _worst(best):
+            if best is None or worst_of(mesh) > worst_of(best):
                 best, shares = mesh, own
         except CadSweepError as error:  # the mesh, or the refusal, is there already
             log.info("moving nodes on the faces does not help: %s", error)
@@ -374,10 +374,6 @@ def _place(part: Part, facets: Sequence[Any]) -> tuple[float, float, float] | No
     middle = np.average([facet.center for facet in facets], axis=0, weights=[abs(facet.area) for facet in facets])
     x, y, z = part.to_model(middle).tolist()
     return x, y, z
-
-
-def _worst(mesh: AnyMesh) -> float:
-    return float(mesh.info["quality"].min_scaled_jacobian)
 
 
 def cells_of(part: Part, search: decomposition.Search, state: decomposition.State) -> Part:

@@ -29,7 +29,7 @@ from ...errors import InputError
 CLOSE = 1e-6
 """Part of the solid's size within which a node lies on an edge: cuts by OpenCASCADE leave 1e-7 of it."""
 
-_FOLLOWING = "make that mesh with without=['way: design', 'way: fitted']; those follow no borders of blends"
+_FOLLOWING = "make that mesh with without=['way: design', 'fitted: instead of a poor mesh']"
 """What a refusal says of edges that a mesh may have left out."""
 
 

@@ -1,0 +1,68 @@
+"""Whether the mesh of one way is good enough, by what the part itself allows: what others may do better.
+
+Place in the flow: asked by :mod:`.routes` between the ways.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..brep import Solid
+from ..options import SweepOptions
+from .candidates import POINTED, POOR
+from .origin import AnyMesh, worst_of
+
+GOOD_STACK = 0.3
+"""Worst scaled Jacobian of columns at which no cells are tried, where their outlines and the lean of their caps let
+them have it: outlines seen along one direction may cross sharply, and the flank of a boss with draft, if it is a cap,
+gets quads as long as the boss is high, however well they are smoothed."""
+FAIR_STACK = 0.5
+"""The same where something round lies across them."""
+FAR_WORSE = 1.5
+"""How many times as good as a poor mesh a fitted grid must be to be taken: it has no layers, and no caps."""
+_EXPLAINED = 0.5
+"""Share of the sine of the part's sharpest corner above which a worst scaled Jacobian is the part's own."""
+_OF_PLACING = ("functional", "strategy", "residual", "smoothing", "allow_inverted")
+"""Options whose user wants to see what becomes of a sweep, poor or not."""
+
+
+def is_poor(mesh: AnyMesh, solid: Solid, options: SweepOptions) -> bool:
+    """Whether quite another mesh is tried: neither a sharp corner of the solid nor its user's choice is to blame."""
+    worst, usual = worst_of(mesh), SweepOptions()
+    if worst >= POOR or any(getattr(options, name) != getattr(usual, name) for name in _OF_PLACING):
+        return False
+    return worst < _EXPLAINED * _sharpest(solid, beyond=POINTED)
+
+
+def reached_by(mesh: AnyMesh, solid: Solid) -> float:
+    """Worst scaled Jacobian; that of its columns upright, if lower, where no sharp corner of the solid is to blame."""
+    upright = _limit(mesh, "upright_limit") if _sharpest(solid) >= GOOD_STACK else 1.0
+    return min(worst_of(mesh), upright)
+
+
+def good_columns(mesh: AnyMesh, solid: Solid) -> bool:
+    """Whether columns are as good as cells are likely to be.
+
+    Those have the solid's own sharp corners, too, as where a lever's arm runs out beside its boss. A mesh that is fair
+    and no more has cells tried where the part itself allows more and something round lies across the columns, as the
+    end of a keyway across a shaft.
+    """
+    worst = worst_of(mesh)
+    if _sharpest(solid) < GOOD_STACK:
+        return worst >= POOR
+    if reached_by(mesh, solid) < GOOD_STACK:
+        return False
+    across = any(sweep.get("round_across", False) for sweep in mesh.info["sweeps"])
+    return worst >= FAIR_STACK or not across or _limit(mesh, "limit") < FAIR_STACK
+
+
+def _limit(mesh: AnyMesh, which: str) -> float:
+    """A limit of columns, as :class:`cadsweep.stack.Stack` has it; 1 of other meshes."""
+    return min((sweep.get(which, 1.0) for sweep in mesh.info["sweeps"]), default=1.0)
+
+
+def _sharpest(solid: Solid, beyond: float = 0.0) -> float:
+    """Sine of the sharpest corner of a face, or angle at an edge, among those beyond an angle."""
+    corners = [angle for face in solid.faces for loop in face.loops for angle in loop.angles]
+    angles = [*corners, *(edge.dihedral for edge in solid.edges)]
+    return math.sin(min((angle for angle in angles if beyond <= angle <= math.pi / 2), default=math.pi / 2))
