@@ -201,7 +201,7 @@ class Face:
         What messages give places in.
     handles : int
         By how much its Euler number is less than its loops say: of a face that was united from several, twice its
-        handles; negative where loops touch in a vertex, as a hole that reaches the rim from inside.
+        handles; negative where loops touch in vertices, as a hole that reaches the rim from inside.
     stands_for : tuple of Face
         Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
         over its line.

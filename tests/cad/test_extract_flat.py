@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep.brep import Loop
+from cadsweep.cad.geometry.angles import n_touching
 
 
 def faces_at(shape, z):
@@ -52,3 +54,15 @@ def test_loops_that_touch_in_a_vertex_are_one_border():
         assert [face.euler for face in touching] == [1], "an open crescent is a disc, not a ring"
         # Bodies without a tunnel are balls.
         assert len(solid.vertices) - len(solid.edges) + sum(face.euler for face in solid.faces) == 2
+
+
+def test_each_vertex_in_which_loops_touch_counts():
+    """A hole that reaches the rim in two places parts its face in two, which have no hole either."""
+    ends = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [1, 4], [4, 1], [1, 2], [2, 1], [5, 6], [6, 5]])
+    square, once, twice, apart = (
+        Loop(edges=edges, forward=(True,) * len(edges), angles=(0.0,) * len(edges))
+        for edges in ((0, 1, 2, 3), (4, 5), (6, 7), (8, 9))
+    )
+    assert [n_touching([square, *holes], ends) for holes in ([], [apart], [once], [twice], [once, twice])] == [
+        0, 0, 1, 2, 3,
+    ]  # fmt: skip

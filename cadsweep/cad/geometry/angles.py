@@ -9,6 +9,7 @@ growing length decide.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -78,19 +79,15 @@ def chain_loops(
 
 
 def n_touching(loops: Sequence[Loop], ends: IntArray) -> int:
-    """How many pieces fewer than loops the border of a face has: loops that touch in a vertex are one piece.
+    """How often the loops of a face touch each other in a vertex: each time joins two, or parts the face once more.
 
     Parameters
     ----------
     ends : (n_edges, 2) int64
         Start and end vertex of every edge.
     """
-    pieces: list[set[int]] = []
-    for loop in loops:
-        own = set(ends[list(loop.edges)].ravel().tolist())
-        touched = [piece for piece in pieces if piece & own]
-        pieces = [*(piece for piece in pieces if piece not in touched), own.union(*touched)]
-    return len(loops) - len(pieces)
+    met = Counter(v for loop in loops for v in set(ends[list(loop.edges)].ravel().tolist()))
+    return sum(met.values()) - len(met)
 
 
 def corner_angles(

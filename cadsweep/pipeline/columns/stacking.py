@@ -255,9 +255,20 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
     # Edges that answer others, or have rows of quads along them, are divided as these ask.
     narrow = None if options.periodic or options.wall_layers else partial(narrow_hints, stack, size=counts.size)
 
+    def bounded(hints: StackHints, sizes: dict[int, float]) -> tuple[Intervals, Callable[[], QuadMesh]]:
+        found, lay = attempt(hints, sizes)
+
+        def few() -> QuadMesh:
+            # Each segment but those of the outline is of two quads, and no quad has more than four.
+            _check_unasked(stack, int(found.counts.sum()) // 2 * full, options)
+            quads = lay()
+            _check_unasked(stack, len(quads.quads) * full, options)
+            return quads
+
+        return found, few
+
     def make(hints: StackHints) -> MadeStack:
-        quads, finer = mesh_plane(stack, levels, hints, attempt, run, narrow=narrow)
-        _check_unasked(stack, len(quads.quads) * full, options)
+        quads, finer = mesh_plane(stack, levels, hints, bounded, run, narrow=narrow)
         with run.stage("assembly"):
             straight = stacks.build_straight(stack, levels, quads)
             if straight is not None:
