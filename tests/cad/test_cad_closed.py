@@ -7,10 +7,18 @@ import pytest
 
 cq = pytest.importorskip("cadquery")
 
+from OCP.BRep import BRep_Builder, BRep_Tool  # noqa: E402
+from OCP.BRepTools import BRepTools  # noqa: E402
+from OCP.gp import gp_Vec2d  # noqa: E402
+from OCP.TopAbs import TopAbs_Orientation  # noqa: E402
+
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_closed, load  # noqa: E402
 from cadsweep.cad.heal.divide import divide_closed, is_divided  # noqa: E402
 from cadsweep.cad.heal.tracing import Traced  # noqa: E402
+from cadsweep.cad.heal.turns import gather_turns  # noqa: E402
+from cadsweep.cad.heal.validate import faults  # noqa: E402
+from cadsweep.cad.shapes import EDGE, FACE, explore, subshapes  # noqa: E402
 from cadsweep.recognition.find import search_sweeps  # noqa: E402
 
 pytestmark = pytest.mark.cad
@@ -134,3 +142,29 @@ def test_a_face_that_two_solids_share_is_not_closed():
     assert is_divided(pair.wrapped)
     beside = cq.Workplane().circle(1).extrude(1).translate((5, 0, 0)).val()
     assert not is_divided(cq.Compound.makeCompound([pair, beside]).wrapped)
+
+
+def test_rims_a_turn_apart_in_the_parameters_are_brought_within_one():
+    """Some programs write them so: every point is right, but whatever divides the face takes its middle for its end."""
+    profile = cq.Workplane("XZ").lineTo(3, 0).spline([(4, 2), (3, 4)], includeCurrent=True).lineTo(0, 4).close()
+    vase = profile.revolve(360, (0, 0), (0, 1)).val()
+    (face,) = (f for f in subshapes(vase.wrapped, FACE) if BRep_Tool.Surface_s(f).IsUPeriodic())
+    volume = vase.Volume()
+    builder, back = BRep_Builder(), gp_Vec2d(-2 * math.pi, 0)
+    seams = []
+    for use in explore(face, EDGE):
+        curve = BRep_Tool.CurveOnSurface_s(use, face, 0.0, 1.0)
+        if BRep_Tool.IsClosed_s(use, face):
+            seams.append((use, curve))
+        elif curve.Value(0.0).Y() > 1.0:
+            builder.UpdateEdge(use, curve.Translated(back), face, 1e-7)
+    seams.sort(key=lambda own: own[0].Orientation() == TopAbs_Orientation.TopAbs_REVERSED)
+    moved = [curve if curve.Value(0.0).X() > 1.0 else curve.Translated(back) for _, curve in seams]
+    builder.UpdateEdge(seams[0][0], *moved, face, 1e-7)
+    assert np.ptp(BRepTools.UVBounds_s(face)[:2]) == pytest.approx(4 * math.pi)
+    traced = Traced(vase.wrapped)
+    gather_turns(traced)
+    (within,) = (f for f in subshapes(traced.shape, FACE) if BRep_Tool.Surface_s(f).IsUPeriodic())
+    assert BRepTools.UVBounds_s(within)[:2] == pytest.approx((0.0, 2 * math.pi))
+    assert not faults(traced.shape)
+    assert cq.Shape.cast(traced.shape).Volume() == pytest.approx(volume)

@@ -83,6 +83,13 @@ def divide_closed(traced: Traced) -> list[str]:
     if not was_closed and traced.shape.IsSame(as_read):
         return []
     closed = _closed_upon_itself(traced.shape)
+    if closed is not None:
+        # The rims of a face that is off its own parameters by more than OpenCASCADE expects are not found by its seam.
+        loosely = copy(before)
+        _halve(loosely, _tiny(traced.shape))
+        if is_divided(loosely.shape):
+            traced.become(loosely)
+            closed = None
     if closed is not None and turn_split_rims(before):
         traced.become(before)
         _halve(traced)
@@ -98,10 +105,12 @@ def divide_closed(traced: Traced) -> list[str]:
     return [f"closed faces divided: {n_new} more than before"] if n_new > 0 else []
 
 
-def _halve(traced: Traced) -> None:
+def _halve(traced: Traced, tolerance: float | None = None) -> None:
     for tool_class in (ShapeUpgrade_ShapeDivideClosed, ShapeUpgrade_ShapeDivideClosedEdges):
         tool = tool_class(traced.shape)
         tool.SetNbSplitPoints(1)
+        if tolerance is not None:
+            tool.SetMaxTolerance(tolerance)
         if attempted(tool.Perform, "dividing closed faces", on=[traced.shape]):
             context = tool.GetContext()
             traced.replace(context.Apply(traced.shape), context.Apply)
@@ -109,7 +118,7 @@ def _halve(traced: Traced) -> None:
 
 def _drop_tiny(traced: Traced, old_edges: Any) -> None:
     """Drop new edges of no length: two faces that are divided at one point of their common edge do not agree on it."""
-    longest = TINY * float(np.linalg.norm(np.diff(bounds(traced.shape), axis=0)))
+    longest = _tiny(traced.shape)
     new = (edge for edge in subshapes(traced.shape, EDGE) if not old_edges.Contains(edge))
     if not any(_length(edge) < longest for edge in new):
         return
@@ -121,6 +130,10 @@ def _drop_tiny(traced: Traced, old_edges: Any) -> None:
     wires.ModeDropSmallEdges = True
     if wires.FixSmallEdges():
         traced.replace(wires.Shape(), context.Apply)
+
+
+def _tiny(shape: Any) -> float:
+    return TINY * float(np.linalg.norm(np.diff(bounds(shape), axis=0)))
 
 
 def _length(edge: Any) -> float:

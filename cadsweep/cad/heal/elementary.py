@@ -51,7 +51,7 @@ def make_elementary(traced: Traced) -> list[str]:
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     for face, surface, shift in chosen:
-        change_surface(typed(tool.ModifiedShape(face), FACE), surface, shift)
+        change_surface(typed(tool.ModifiedShape(face), FACE), surface, lambda _, shift=shift: (0.0, shift))  # type: ignore[misc]
     traced.replace(tool.Shape(), tool.ModifiedShape)
     return [f"{len(chosen)} swept faces are cylinders, cones, spheres, tori or planes, and read as these"]
 

@@ -10,6 +10,7 @@ piece loses its parameter curves.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from OCP.BRep import BRep_Builder, BRep_Tool
@@ -54,13 +55,16 @@ def _uses_seam(face: Any) -> bool:
 
 
 def _own_surface(face: Any) -> None:
-    change_surface(face, BRep_Tool.Surface_s(face).Copy(), 0.0)  # the location is in it
+    change_surface(face, BRep_Tool.Surface_s(face).Copy())  # the location is in it
 
 
-def change_surface(face: Any, surface: Any, shift: float) -> None:
-    """Put a face on another surface, in place; its edges' curves in the parameters are moved along the second.
+def change_surface(
+    face: Any, surface: Any, move: Callable[[tuple[float, float]], tuple[float, float]] = lambda _: (0.0, 0.0)
+) -> None:
+    """Put a face on another surface, in place.
 
-    On a plane edges need no such curves.
+    `move` says by how much an edge's curve in the parameters is moved, from where its middle was. On a plane edges need
+    no such curves.
     """
     face = typed(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD), FACE)
     here = TopLoc_Location()
@@ -79,7 +83,11 @@ def change_surface(face: Any, surface: Any, shift: float) -> None:
     for edge, curves in todo:
         if None not in curves:
             first, last = surface_range(edge, face)
-            moved = [curve.Translated(gp_Vec2d(0.0, shift)) for curve in curves]
+            middles = [curve.Value(0.5 * (first + last)) for curve in curves]
+            moved = [
+                curve.Translated(gp_Vec2d(*move((middle.X(), middle.Y()))))
+                for curve, middle in zip(curves, middles, strict=True)
+            ]
             # of a true seam both curves, that of its forward use first
             builder.UpdateEdge(edge, *moved, surface, here, BRep_Tool.Tolerance_s(edge))
             builder.Range(edge, surface, here, first, last)

@@ -24,6 +24,7 @@ from .canonical import make_canonical
 from .elementary import make_elementary
 from .touched_seams import turn_touched_seams
 from .tracing import Traced
+from .turns import gather_turns
 from .validate import check_closed, faults, place, signed_volume
 
 SEWING = 1e-5
@@ -105,6 +106,7 @@ def mend(traced: Traced) -> list[str]:
     notes = []
     BRepTools.RemoveInternals_s(traced.shape)
     check_closed(traced.shape)
+    gather_turns(traced)
     notes += make_canonical(traced)
     notes += make_elementary(traced)
     notes += turn_touched_seams(traced)
