@@ -17,7 +17,7 @@ quads along the face's border: two of them meet at every node and vertex of it, 
 from __future__ import annotations
 
 import itertools
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import radians
@@ -37,6 +37,10 @@ _THICK = 0.3
 """Thickness of a sheet at first over the size of the grid; untangling evens it out."""
 _WIDE = radians(150.0)
 """Angle of one quad in a corner above which the face gets a rim: the sine of it bounds the quality."""
+_OPPOSITE = -1.0 + 1e-6
+"""Cosine between the normals of two faces of one plane below which they look opposite ways."""
+_SAME = 1e-6
+"""Distance of two planes over the size of the solid up to which they are one."""
 _NARROW = radians(25.0)
 """The same from below, where there are more than the two quads that a rim has there."""
 
@@ -92,7 +96,7 @@ def lay_sheets(
     """
     if not (mesh.has_skin or rings or _shares_hexes(mesh) or _bent(mesh) or _crowded(solid, angles, mesh)):
         return mesh
-    mesh = mesh if mesh.has_skin else with_skin(mesh, size)
+    mesh = mesh if mesh.has_skin else with_skin(solid, mesh, size)
     for ring in reversed(rings):
         mesh = _with_ring(solid, mesh, ring)
     for face in sorted(_bent(mesh) | _crowded(solid, angles, mesh)):
@@ -134,20 +138,57 @@ def _crowded(solid: Solid, angles: Mapping[tuple[int, int], float], mesh: Fitted
     return found
 
 
-def with_skin(mesh: Fitted, size: float) -> Fitted:
-    """A sheet under the whole skin: what was there keeps to a copy of its nodes, hexahedra join the two."""
-    nodes = np.unique(mesh.quads)
-    inner = np.arange(len(mesh.points))
-    inner[nodes] = len(mesh.points) + np.arange(len(nodes))
-    sunk = mesh.points[nodes] - _THICK * size * outward_at(mesh.points, mesh.quads)[nodes]
+def with_skin(solid: Solid, mesh: Fitted, size: float) -> Fitted:
+    """A sheet under the whole skin: what was there keeps to a copy of its nodes, hexahedra join the two.
+
+    Of hexahedra on either side of a plane through which it cannot go, each have a sheet around them.
+    """
+    middles = mesh.points[mesh.hexes].mean(axis=1)
+    sides = [(middles - place) @ normal > 0.0 for place, normal in _two_sided(solid)]
+    of_hex = np.unique(np.stack([np.zeros(len(middles)), *sides]), axis=1, return_inverse=True)[1].ravel()
+    under = of_hex[find_hexes(mesh.hexes, mesh.quads)]
+    points, hexes, sheets = [mesh.points], mesh.hexes.copy(), []
+    for own in range(of_hex.max() + 1):
+        inside = of_hex == own
+        walls = mesh.quads[under == own]
+        if sides:
+            walls = np.concatenate([walls, _walls(mesh, inside)])
+        nodes = np.unique(walls)
+        inner = np.arange(len(mesh.points))
+        inner[nodes] = sum(map(len, points)) + np.arange(len(nodes))
+        points.append(mesh.points[nodes] - _THICK * size * outward_at(mesh.points, walls)[nodes])
+        hexes[inside] = inner[mesh.hexes[inside]]
+        sheets.append(np.concatenate([inner[walls], walls], axis=1))
     return Fitted(
-        points=np.concatenate([mesh.points, sunk]),
-        hexes=np.concatenate([inner[mesh.hexes], np.concatenate([inner[mesh.quads], mesh.quads], axis=1)]),
+        points=np.concatenate(points),
+        hexes=np.concatenate([hexes, *sheets]),
         quads=mesh.quads,
         labels=mesh.labels,
         chains=mesh.chains,
         has_skin=True,
     )
+
+
+def _two_sided(solid: Solid) -> list[tuple[FloatArray, FloatArray]]:
+    """Planes (place and normal) of which two faces meet in a vertex and look opposite ways.
+
+    As where a bar passes under a block, flush with its underside: no way leads inward of both faces, and one node of a
+    sheet would have to be on both sides of the plane.
+    """
+    planes_at: dict[int, set[int]] = defaultdict(set)
+    for edge in solid.edges:
+        for vertex in (edge.start, edge.end):
+            planes_at[vertex].update(f for f in edge.faces if solid.faces[f].kind == "plane")
+    found: list[tuple[FloatArray, FloatArray]] = []
+    for vertex, faces in planes_at.items():
+        place = solid.vertices[vertex]
+        for one, other in itertools.combinations([solid.faces[face].normal for face in sorted(faces)], 2):
+            is_known = any(
+                abs(one @ known) > -_OPPOSITE and abs((place - at) @ known) < _SAME * solid.size for at, known in found
+            )
+            if one @ other < _OPPOSITE and not is_known:
+                found.append((place, one))
+    return found
 
 
 def _with_ring(solid: Solid, mesh: Fitted, ring: Ring) -> Fitted:

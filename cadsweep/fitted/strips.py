@@ -36,7 +36,7 @@ def lay_strips(solid: Solid, mesh: Fitted, size: float) -> Fitted:
     while (found := _worst(solid, mesh, laid, size)) is not None:
         face, loop, labels = found
         laid.add((face, loop))
-        mesh = with_rim(mesh if mesh.has_skin else with_skin(mesh, size), face, labels).mesh
+        mesh = with_rim(mesh if mesh.has_skin else with_skin(solid, mesh, size), face, labels).mesh
     return mesh
 
 

@@ -234,6 +234,15 @@ def test_a_strip_narrower_than_a_cell_between_two_loops_is_a_row_of_quads():
     assert not np.intersect1d(mesh.boundaries["side"], quads[around]).size
 
 
+def test_a_bar_under_a_block_flush_with_its_underside_has_sheets_on_both_sides():
+    """In each of four vertices two faces of one plane look opposite ways: no node of one sheet is inward of both."""
+    block = cq.Workplane().box(20, 16, 8, centered=(True, True, False))
+    block = block.union(cq.Workplane(origin=(0, 0, -3)).box(30, 5, 3, centered=(True, True, False)))
+    mesh = cs.sweep_mesh(block.edges(">Z").fillet(2), fitted=True)
+    assert mesh.record.quality.valid
+    assert mesh.record.quality.min_scaled_jacobian >= 0.25
+
+
 def test_what_is_far_narrower_than_a_cell_is_bridged_and_named():
     block = cq.Workplane().box(20, 16, 10).cut(cq.Workplane().box(10, 0.1, 0.1).translate((5, 8, 5)))
     mesh = cs.sweep_mesh(block, fitted=True, size=2.0)
@@ -270,8 +279,9 @@ def test_cells_that_touch_along_an_edge_or_at_a_corner_alone_are_joined():
 
 def test_a_body_without_an_edge_gets_a_sheet():
     """One hexahedron whose six quads are one face, as of an egg: with a sheet each has a hexahedron of its own."""
+    (ball,) = cs.load(cq.Workplane().sphere(1)).solids
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
     egg = Fitted(
         points=corners, hexes=np.arange(8)[None], quads=HEX_FACES, labels=np.zeros(6, dtype=np.int64), chains={}
     )
-    assert len(lay_sheets(None, {}, (), egg, 1.0).hexes) == 1 + 6
+    assert len(lay_sheets(ball, {}, (), egg, 1.0).hexes) == 1 + 6
