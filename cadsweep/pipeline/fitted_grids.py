@@ -91,10 +91,11 @@ def asked_in_vain(options: SweepOptions) -> list[str]:
     return [name for name in _SENSELESS if getattr(options, name) is not None]
 
 
-def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unasked: bool = False) -> HexMesh:
+def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, least: float | None = None) -> HexMesh:
     """Mesh a part of one solid by a fitted grid; `why` goes into its notes.
 
-    Without a size, or where there is another mesh and this one is `unasked`, it is to end soon.
+    Where there is another mesh, `least` is the worst scaled Jacobian from which on this one is better. Then, and
+    without a size, it is to end soon.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unaske
     if unknown:
         raise InputError(f"fitted=True goes without {unknown[0]}: it has a size, and no layers or caps")
     ending = rows.is_on(ENDING) and options.tolerance is None
-    hurried = unasked or options.size is None
+    hurried = least is not None or options.size is None
     began, problem = spent(), "it would have too many hexahedra"
 
     def is_late() -> bool:
@@ -119,7 +120,7 @@ def mesh_fitted(part: Part, options: SweepOptions, run: Run, why: str, *, unaske
         log.info("fitted grid of size %g: %s", size * part.scale, problem)
 
     best: HexMesh | None = None
-    reached, shares = LEAST, list[str]()
+    reached, shares = LEAST if least is None else least, list[str]()
     for found in _found(part, options, run, began, tell, hurried=hurried):
         if is_late() or (best is not None and (found.creases or spent() - began > _TIME)):
             break

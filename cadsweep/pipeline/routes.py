@@ -218,7 +218,7 @@ def _by_ways(part: Part, options: SweepOptions, run: Run, share: float = 1.0) ->
                 continue
             refused = _foremost(refused, error)
             continue
-        if best is None or worst_of(mesh) > worst_of(best) * (FAR_WORSE if row == FITTED else 1.0):
+        if best is None or worst_of(mesh) > worst_of(best):
             best, shares = mesh, {*own, row}
         # Cuts of the model itself may do better than a poor mesh that was carried onto it.
         good = reached_by(mesh, part.solids[0]) >= (SMOOTH_BELOW if row == DESIGN else GOOD_ENOUGH)
@@ -328,7 +328,8 @@ def _mesh_fitted(part: Part, options: SweepOptions, run: Run, before: _Before) -
     if best is not None:
         rows.took([INSTEAD])
         why = f"the worst scaled Jacobian by {best.info['way']} is {worst_of(best):.2g}"
-    mesh = mesh_fitted(part, options, run.anew(), why, unasked=best is not None)
+    least = None if best is None else FAR_WORSE * worst_of(best)
+    mesh = mesh_fitted(part, options, run.anew(), why, least=least)
     return _said(mesh, FITTED)
 
 
