@@ -37,12 +37,12 @@ _THICK = 0.3
 """Thickness of a sheet at first over the size of the grid; untangling evens it out."""
 _WIDE = radians(150.0)
 """Angle of one quad in a corner above which the face gets a rim: the sine of it bounds the quality."""
+_NARROW = radians(25.0)
+"""The same from below, where there are more than the two quads that a rim has there."""
 _OPPOSITE = -1.0 + 1e-6
 """Cosine between the normals of two faces of one plane below which they look opposite ways."""
 _SAME = 1e-6
 """Distance of two planes over the size of the solid up to which they are one."""
-_NARROW = radians(25.0)
-"""The same from below, where there are more than the two quads that a rim has there."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,14 +180,17 @@ def _two_sided(solid: Solid) -> list[tuple[FloatArray, FloatArray]]:
         for vertex in (edge.start, edge.end):
             planes_at[vertex].update(f for f in edge.faces if solid.faces[f].kind == "plane")
     found: list[tuple[FloatArray, FloatArray]] = []
+
+    def is_known(place: FloatArray, normal: FloatArray) -> bool:
+        near = _SAME * solid.size
+        return any(abs(normal @ other) > -_OPPOSITE and abs((place - at) @ other) < near for at, other in found)
+
     for vertex, faces in planes_at.items():
-        place = solid.vertices[vertex]
-        for one, other in itertools.combinations([solid.faces[face].normal for face in sorted(faces)], 2):
-            is_known = any(
-                abs(one @ known) > -_OPPOSITE and abs((place - at) @ known) < _SAME * solid.size for at, known in found
-            )
-            if one @ other < _OPPOSITE and not is_known:
-                found.append((place, one))
+        normals = [solid.faces[face].normal for face in sorted(faces)]
+        opposite = [one for one, other in itertools.combinations(normals, 2) if one @ other < _OPPOSITE]
+        found += [
+            (solid.vertices[vertex], normal) for normal in opposite if not is_known(solid.vertices[vertex], normal)
+        ]
     return found
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import cadsweep as cs
-from cadsweep.errors import InputError, SurfaceMeshError
+from cadsweep.errors import CadSweepError, InputError, SurfaceMeshError
+from cadsweep.pipeline.columns import stacking
 from cadsweep.pipeline.columns.stacking import describe_stacks, find_stacks
 
 
@@ -86,3 +87,11 @@ def test_a_part_that_no_cuts_help_says_why_it_is_no_stack():
     assert re.match(r"the solid cannot be meshed: no sweep, no columns and no cuts fit it", str(refused.value))
     said = r"no stack of columns along \(.*\), face \d+ .* turns from facing along it"
     assert any(re.match(said, reason) for reason in refused.value.reasons)
+
+
+def test_columns_that_nobody_asked_to_be_so_many_are_refused_and_those_of_a_size_are_not(monkeypatch):
+    block = cq.Workplane().box(20, 16, 4).union(cq.Workplane(origin=(3, 2, 2)).box(8, 6, 6))
+    monkeypatch.setattr(stacking, "MOST_UNASKED", 20)
+    with pytest.raises(CadSweepError, match="would be about"):
+        cs.sweep_mesh(block, decompose=False)
+    assert cs.sweep_mesh(block, decompose=False, size=2.0).n_hexes > 20

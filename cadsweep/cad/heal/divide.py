@@ -60,7 +60,8 @@ from .tracing import Traced
 from .validate import place
 
 TINY = 1e-6
-"""Length of a new edge, as a share of the shape's size, below which it is none: two curves that meet were cut apart."""
+"""Length of a new edge, as a share of the shape's size, below which it is none: two curves that meet were cut apart.
+So far a face may be off its own parameters, too, where it cannot be divided otherwise."""
 
 _OPEN = (GeomAbs_SurfaceType.GeomAbs_Plane, GeomAbs_SurfaceType.GeomAbs_Cylinder, GeomAbs_SurfaceType.GeomAbs_Cone)
 """Surfaces that are never closed both ways."""

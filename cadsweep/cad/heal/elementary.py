@@ -12,6 +12,7 @@ Not handled: turned lines square to the axis, whose parameters are polar. Spline
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,9 +52,13 @@ def make_elementary(traced: Traced) -> list[str]:
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     for face, surface, shift in chosen:
-        change_surface(typed(tool.ModifiedShape(face), FACE), surface, lambda _, shift=shift: (0.0, shift))  # type: ignore[misc]
+        change_surface(typed(tool.ModifiedShape(face), FACE), surface, partial(_along_second, shift))
     traced.replace(tool.Shape(), tool.ModifiedShape)
     return [f"{len(chosen)} swept faces are cylinders, cones, spheres, tori or planes, and read as these"]
+
+
+def _along_second(shift: float, _: tuple[float, float]) -> tuple[float, float]:
+    return 0.0, shift
 
 
 def _elementary(face: Any) -> tuple[Any, float] | None:

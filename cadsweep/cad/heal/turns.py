@@ -6,6 +6,7 @@ apart: every point is right, and OpenCASCADE calls the face valid, but whatever 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,16 +30,16 @@ def gather_turns(traced: Traced) -> None:
     tool = BRepBuilderAPI_Copy(traced.shape)
     for face, periods in wide:
         surface = BRep_Tool.Surface_s(face).Copy()
-        begin = surface.Bounds()[::2]
-
-        def move(
-            middle: tuple[float, float], begin: tuple[float, float] = begin, periods: tuple[float, ...] = periods
-        ) -> tuple[float, float]:
-            u, v = (_shift(x, first, period) for x, first, period in zip(middle, begin, periods, strict=True))
-            return u, v
-
-        change_surface(typed(tool.ModifiedShape(face), FACE), surface, move)
+        home = partial(_to_first_turn, surface.Bounds()[::2], periods)
+        change_surface(typed(tool.ModifiedShape(face), FACE), surface, home)
     traced.replace(tool.Shape(), tool.ModifiedShape)
+
+
+def _to_first_turn(
+    begin: tuple[float, float], periods: tuple[float, float], middle: tuple[float, float]
+) -> tuple[float, float]:
+    u, v = map(_shift, middle, begin, periods)
+    return u, v
 
 
 def _exceeded(face: Any) -> tuple[float, float]:

@@ -259,8 +259,6 @@ def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> A
         found, lay = attempt(hints, sizes)
 
         def few() -> QuadMesh:
-            # Each segment but those of the outline is of two quads, and no quad has more than four.
-            _check_unasked(stack, int(found.counts.sum()) // 2 * full, options)
             quads = lay()
             _check_unasked(stack, len(quads.quads) * full, options)
             return quads
