@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -228,15 +229,28 @@ class Slides:
         """Points or vectors (m, 3) without their heights."""
         return points - np.outer(points @ self.up, self.up)
 
+    def _sampled(self, curve: Curve) -> tuple[float | None, Any]:
+        """The height of a curve, None where it leans, and a tree of samples of it seen along `up`."""
+        if curve not in self._samples:
+            samples = curve.evaluate(_AT)
+            heights = samples @ self.up
+            flat = np.ptp(heights) <= _LEVEL * np.ptp(samples, axis=0).max()
+            self._samples[curve] = heights[0] if flat else None, scipy.spatial.cKDTree(self._seen(samples))
+        return self._samples[curve]
+
+    @cached_property
+    def _samples(self) -> dict[Curve, tuple[float | None, Any]]:
+        """What is known of the curves that were asked for."""
+        return {}
+
     def _fractions(self, curve: Curve, points: FloatArray) -> FloatArray:
         """Fractions (m,) of a curve at which, seen along `up`, it is nearest to points (m, 3)."""
-        samples = curve.evaluate(_AT)
-        heights = samples @ self.up
-        if np.ptp(heights) <= _LEVEL * np.ptp(samples, axis=0).max():
-            return curve.project(points + (heights[0] - points @ self.up)[:, None] * self.up)
+        level, tree = self._sampled(curve)
+        if level is not None:
+            return curve.project(points + (level - points @ self.up)[:, None] * self.up)
         # A curve that leans comes nearer to a point at its own height than to one over or under it.
         target = self._seen(points)
-        fractions = _AT[scipy.spatial.cKDTree(self._seen(samples)).query(target)[1]]
+        fractions = _AT[tree.query(target)[1]]
         for _ in range(_ROUNDS):
             low, high = np.clip(fractions - _STEP, 0.0, 1.0), np.clip(fractions + _STEP, 0.0, 1.0)
             tangents = self._seen(curve.evaluate(high) - curve.evaluate(low)) / (high - low)[:, None]

@@ -152,7 +152,7 @@ def design_of(part: "Part", blends: "Sequence[Rounding]") -> "Design | None":
 
 
 def divide_annuli(part: "Part") -> "Part | None":
-    """Divide plane faces with one hole into halves (:func:`cadsweep.cad.annuli.divide_annuli`)."""
+    """Divide plane faces with one hole across (:func:`cadsweep.cad.annuli.divide_annuli`)."""
     from .edit.annuli import divide_annuli as divide
 
     return divide(part)

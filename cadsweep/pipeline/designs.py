@@ -14,6 +14,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,9 +61,20 @@ _NOTE = (
 )
 
 
-def has_design(part: Part, options: SweepOptions) -> bool:
-    """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are."""
-    return all(getattr(options, name) is None for name in _OF_ENTITIES) and bool(find_blends(part.solids[0]))
+def has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:
+    """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are.
+
+    Of a sweep only those between a cap and its sides leave a hexahedron two quads that meet smoothly: in the middle
+    of a cap they are the bends of a sheet, between sides they round its outline.
+    """
+    if any(getattr(options, name) is not None for name in _OF_ENTITIES):
+        return False
+    around = [{*blend.faces, *chain.from_iterable(blend.supports)} for blend in find_blends(part.solids[0])]
+    if best is None or best.info["way"] != "sweep":
+        return bool(around)
+    (sweep,) = best.info["sweeps"]
+    caps = [set(sweep[cap]) for cap in ("source", "target")]
+    return any(not any(faces <= cap for cap in caps) and any(faces & cap for cap in caps) for faces in around)
 
 
 def mesh_design(

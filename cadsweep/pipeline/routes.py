@@ -247,7 +247,7 @@ def _is_tried(row: str, part: Part, options: SweepOptions, run: Run, before: _Be
         return not enough
     if run.is_over() or (best is not None and (worst_of(best) >= GOOD_DESIGN or best.n_hexes > _MOST_CARRIED)):
         return False
-    return _has_design(part, options)
+    return _has_design(part, options, best)
 
 
 def _is_fitted(part: Part, options: SweepOptions, before: _Before) -> bool:
@@ -344,10 +344,10 @@ def _postpones(part: Part, options: SweepOptions, n_hexes: int) -> bool:
     return many and rows.is_on(DESIGN) and _has_design(part, options)
 
 
-def _has_design(part: Part, options: SweepOptions) -> bool:
+def _has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:
     from .designs import has_design
 
-    return has_design(part, options)
+    return has_design(part, options, best)
 
 
 def _mesh_design(part: Part, options: SweepOptions, run: Run, before: _Before) -> AnyMesh:
@@ -371,12 +371,21 @@ def _mesh_columns(part: Part, options: SweepOptions, run: Run, before: _Before) 
 
 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, _: _Before) -> AnyMesh:
-    """By one sweep; by columns rather than across walls that had to be divided for it."""
+    """By one sweep; by columns rather than across walls that had to be divided for it, unless those are better."""
     opened, sweeps = find_candidates(part, options, run)
+    columns: AnyMesh | None = None
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
         with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
-            return _mesh_columns(part, options, run, _Before(NotSweepableError("no sweep of the part as it is")))
-    return _said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP)
+            columns = _mesh_columns(part, options, run, _Before(NotSweepableError("no sweep of the part as it is")))
+            if reached_by(columns, part.solids[0]) >= SMOOTH_BELOW:
+                return columns
+    try:
+        swept = _said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP)
+    except (NotSweepableError, SurfaceMeshError, InvertedHexError):
+        if columns is None:
+            raise
+        return columns
+    return swept if columns is None or worst_of(swept) > worst_of(columns) else columns
 
 
 def _make_cell(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:

@@ -4,7 +4,8 @@ Place in the flow: ``recognition`` takes a :class:`~cadsweep.brep.Solid` and giv
 :class:`~cadsweep.sweep.Sweep`; ``intervals`` and ``surface`` work from that. Method:
 :mod:`.corners` reads faces as rectangles, :mod:`.bands` ties edges to classes that define bands of
 linking sides, :mod:`.layout` joins bands between two caps, :mod:`.build` puts everything in order,
-:mod:`.score` ranks.
+:mod:`.score` ranks. Where all that is poor, the bands across a sheet are taken alone: what rings lie on its two
+skins are parts of the caps then.
 
 Not handled: solids that must be cut first (bosses, pockets, crossing holes; full rings are cut by ``cad``), and
 linking sides that would have to be decomposed into several rectangles.
@@ -13,9 +14,11 @@ linking sides that would have to be decomposed into several rectangles.
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import chain
+from math import pi
 
 from ..brep import Solid
 from ..errors import InputError, NotSweepableError
@@ -23,7 +26,7 @@ from ..sweep import Sweep
 from .bands import Band, BandSearch, find_bands
 from .build import build_sweep
 from .growth import with_grown
-from .layout import Layout, choose_bands, lay_out
+from .layout import SHALLOW, Layout, choose_bands, choose_sheets, lay_out
 from .reasons import explain, no_sweep
 from .score import score_layout, score_sweep
 
@@ -31,6 +34,8 @@ log = logging.getLogger(__name__)
 
 POOR = 0.3
 """Sweeps whose score is below this part of the best one's are given only where a hint asks for them."""
+DOUBTFUL = 0.35
+"""Score of the best sweep below which sheets are looked for."""
 SMALLER = 0.99
 """Greatest score of a sweep as a part of that of the same sweep with larger, better caps."""
 
@@ -143,9 +148,9 @@ def _turned(sweep: Sweep) -> Sweep | None:
 def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     search = find_bands(solid, folded=folded)
     layouts: list[Layout] = []
-    for bands in choose_bands(search.bands):
+    for bands, steepest in _sets(solid, search):
         with suppress(NotSweepableError):  # other bands may make the sweep that is looked for
-            for layout in lay_out(solid, bands):
+            for layout in lay_out(solid, bands, steepest=steepest):
                 layouts.extend(with_grown(solid, layout))
     return layouts
 
@@ -166,26 +171,9 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
         search = find_bands(solid, folded=folded, most_readings=most_readings)
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
-        for bands in choose_bands(search.bands):
-            try:
-                layouts = lay_out(solid, bands)
-            except NotSweepableError as reason:
-                found.failures.append((bands, reason.message))
-                continue
-            for layout in layouts:
-                best = 1.0
-                for each in with_grown(solid, layout):
-                    if frozenset(each.caps) in seen:
-                        continue
-                    seen.add(frozenset(each.caps))
-                    try:
-                        built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
-                    except NotSweepableError as reason:
-                        found.failures.append((bands, reason.message))
-                        continue
-                    score = min(best, score_sweep(built, score_layout(solid, each)))
-                    best = SMALLER * score
-                    found.sweeps.append(replace(built, score=round(score, 9)))
+        for bands, steepest in _sets(solid, search):
+            if steepest == SHALLOW or max((sweep.score for sweep in found.sweeps), default=0.0) < DOUBTFUL:
+                _join(solid, bands, steepest, found, seen)
         found.sweeps.sort(key=lambda s: (-s.score, len(s.linking_sides), s.source))
         log.debug("%d sweeps from %d bands (folded: %s)", len(found.sweeps), len(search.bands), folded)
         if found.sweeps:
@@ -193,6 +181,39 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
         first = first or found
     assert first is not None
     return first
+
+
+def _sets(solid: Solid, search: BandSearch) -> Iterator[tuple[Sequence[Band], float]]:
+    """Bands that may share a sweep, and how steep others may be that become parts of its caps; those of sheets last."""
+    return chain(
+        ((bands, SHALLOW) for bands in choose_bands(search.bands)),
+        ((bands, pi) for bands in choose_sheets(solid, search.bands)),
+    )
+
+
+def _join(
+    solid: Solid, bands: Sequence[Band], steepest: float, found: Findings, seen: set[frozenset[tuple[int, ...]]]
+) -> None:
+    """Join a set of bands to sweeps with caps not seen before; they, or why there are none, join what was found."""
+    try:
+        layouts = lay_out(solid, bands, steepest=steepest)
+    except NotSweepableError as reason:
+        found.failures.append((bands, reason.message))
+        return
+    for layout in layouts:
+        best = 1.0
+        for each in with_grown(solid, layout):
+            if frozenset(each.caps) in seen:
+                continue
+            seen.add(frozenset(each.caps))
+            try:
+                built = build_sweep(solid, each, reverse=_second_is_source(solid, each))
+            except NotSweepableError as reason:
+                found.failures.append((bands, reason.message))
+                continue
+            score = min(best, score_sweep(built, score_layout(solid, each)))
+            best = SMALLER * score
+            found.sweeps.append(replace(built, score=round(score, 9)))
 
 
 def _second_is_source(solid: Solid, layout: Layout) -> bool:

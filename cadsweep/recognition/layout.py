@@ -18,6 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import combinations
 from math import pi
+from statistics import median
 
 from ..brep import Solid
 from ..errors import NotSweepableError
@@ -30,6 +31,9 @@ SHALLOW = pi / 4
 """Radians from pi below which a band beside a group of faces may be taken for a part of a cap."""
 MAX_CYCLE = 12
 """Bands of a cycle at most: pairs of them are tried, 66 of 12."""
+
+ALIKE = 1.5
+"""Ratio of the lengths of rails up to which two bands cross a sheet of one thickness."""
 
 End = tuple[int, int]
 """A band's index and its side: 0 at the bottom, 1 at the top."""
@@ -54,14 +58,7 @@ class Layout:
 
 def choose_bands(bands: Sequence[Band]) -> Iterator[list[Band]]:
     """Yield, for every band, the bands that can share a sweep with it (it comes first), each set once."""
-    users: dict[int, list[int]] = {}
-    for i, band in enumerate(bands):
-        for f in band.faces:
-            users.setdefault(f, []).append(i)
-    conflicts: list[set[int]] = [set() for _ in bands]
-    for who in users.values():
-        for i in who:
-            conflicts[i].update(who)
+    conflicts = _conflicts(bands)
     order = sorted(range(len(bands)), key=lambda i: (len(conflicts[i]), bands[i].cost, i))
     seen: set[frozenset[int]] = set()
     settled: set[int] = set()
@@ -82,8 +79,42 @@ def choose_bands(bands: Sequence[Band]) -> Iterator[list[Band]]:
             yield [bands[j] for j in chosen]
 
 
-def lay_out(solid: Solid, bands: Sequence[Band]) -> list[Layout]:
-    """Join bands to layouts.
+def choose_sheets(solid: Solid, bands: Sequence[Band]) -> Iterator[list[Band]]:
+    """Yield, for every band, those across a sheet of one thickness: with rails about as long as its own, each set once.
+
+    The faces of a bent or drawn sheet's two skins close to rings as well, which :func:`choose_bands` takes for
+    linking sides wherever they can follow each other. Those of an embossing may be as long as the sheet is thick:
+    laid out with `steepest` = pi they are parts of the skins.
+    """
+    conflicts = _conflicts(bands)
+    lengths = [median(solid.edges[e].length for e in band.rails) for band in bands]
+    seen: set[frozenset[int]] = set()
+    for i in sorted(range(len(bands)), key=lengths.__getitem__):
+        chosen = [i]
+        for j in sorted(range(len(bands)), key=lambda j: (bands[j].cost, j)):
+            alike = max(lengths[i], lengths[j]) < ALIKE * min(lengths[i], lengths[j])
+            if alike and not conflicts[j].intersection(chosen):
+                chosen.append(j)
+        if frozenset(chosen) not in seen and len(chosen) < len(bands):
+            seen.add(frozenset(chosen))
+            yield [bands[j] for j in chosen]
+
+
+def _conflicts(bands: Sequence[Band]) -> list[set[int]]:
+    """For every band those that share a face with it, itself included."""
+    users: dict[int, list[int]] = {}
+    for i, band in enumerate(bands):
+        for f in band.faces:
+            users.setdefault(f, []).append(i)
+    conflicts: list[set[int]] = [set() for _ in bands]
+    for who in users.values():
+        for i in who:
+            conflicts[i].update(who)
+    return conflicts
+
+
+def lay_out(solid: Solid, bands: Sequence[Band], *, steepest: float = SHALLOW) -> list[Layout]:
+    """Join bands to layouts; one that leads to a face of its own, by no more than an angle, may be a part of a cap.
 
     Raises
     ------
@@ -94,7 +125,7 @@ def lay_out(solid: Solid, bands: Sequence[Band]) -> list[Layout]:
     for _ in range(len(bands) + 1):
         bands = without_partial_ends(solid, bands)
         graph = _Graph(solid, bands)
-        drop = graph.imprints() or graph.divided_cap()
+        drop = graph.imprints(steepest) or graph.divided_cap()
         if drop:
             bands = [b for i, b in enumerate(bands) if i not in drop]
             continue
@@ -181,8 +212,8 @@ class _Graph:
     def _deviation(self, end: End) -> float:
         return max(abs(self.solid.edges[e].dihedral - pi) for e in self.edges[end])
 
-    def imprints(self) -> set[int]:
-        """Return bands that only divide a flat or shallow cap."""
+    def imprints(self, steepest: float) -> set[int]:
+        """Return bands that only divide a flat cap, or one that bulges no more steeply."""
         if self.reason or not self.groups:
             return set()
         n_ends = [0] * len(self.groups)
@@ -198,7 +229,7 @@ class _Graph:
                 planes = all(self.solid.faces[f].kind == "plane" for e in self.edges[i, side]
                              for f in self.solid.edges[e].faces)  # fmt: skip
                 leaf = n_ends[group] == 1 and len(self.groups) > 2
-                if (planes and deviation < FLAT) or (leaf and deviation < SHALLOW):
+                if (planes and deviation < FLAT) or (leaf and deviation < steepest):
                     return {i}
         return set()
 

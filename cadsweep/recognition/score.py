@@ -86,8 +86,11 @@ def parallelism(sweep: Sweep) -> float:
 
     Layers stand about square to the mean direction of the rails, so a rail that leans away from it by an
     angle t shears the hexahedra beside it to a scaled Jacobian of cos t. The least and the mean cosine
-    count alike.
+    count alike. Between the skins of a sheet, faces that answer each other one by one, layers follow the skins:
+    a rail that leans there is seen at the rims.
     """
+    if len(sweep.source) > 1 and sweep.target_faces:
+        return 1.0
     forward = {e: same for side in sweep.linking_sides for e, same in (*side.left, *side.right)}
     middles = (np.arange(PLACES) + 0.5) / PLACES
     total = np.zeros((PLACES, 3))

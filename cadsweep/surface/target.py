@@ -2,7 +2,8 @@
 
 Place in the flow: after the rings, where recognition found which edge of the target answers to which of the source.
 
-Method: as on the rings: an edge divides itself as the affine image of the source edge does.
+Method: as on the rings: an edge divides itself as the affine image of the source edge does. Of a cap that leaves the
+plane of its loops, as the skin of a drawn sheet does, the map across that plane is fitted to the corners of its faces.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from ..arrays import FloatArray, IntArray
 from ..sweep import Sweep
 from .spacing import Fit, divide_like, finer
 
+_PLANE = 1e-9
+"""Height, as a share of their extent, up to which a loop's nodes lie in a plane."""
 _N_CHORDS = 16
 """Chords that stand for a curved edge's segment."""
 
@@ -31,6 +34,7 @@ def divide_target_edges(
     if not inner:
         return {}
     linear = fit(rings[0], rings[-1:])[0]
+    linear = linear + _across_plane(sweep, rings, linear)
     found: dict[int, FloatArray] = {}
     for e in inner:
         n = int(counts[e])
@@ -40,3 +44,24 @@ def divide_target_edges(
         target, same_direction = sweep.target_edges[e]
         found[target] = along if same_direction else (1.0 - along)[::-1]
     return found
+
+
+def _across_plane(sweep: Sweep, rings: FloatArray, linear: FloatArray) -> FloatArray:
+    """What the linear part (3, 3) of a plane source ring's map lacks: the image of what is across its plane."""
+    center, far_center = rings[0].mean(axis=0), rings[-1].mean(axis=0)
+    off = rings[0] - center
+    _, extents, directions = np.linalg.svd(off, full_matrices=False)
+    if extents[-1] > _PLANE * extents[0]:
+        return np.zeros((3, 3))
+    edges = sweep.solid.edges
+    pairs: dict[int, int] = {}
+    for e, (target, same) in sweep.target_edges.items():
+        ends = edges[target].start, edges[target].end
+        pairs.update(zip((edges[e].start, edges[e].end), ends if same else ends[::-1], strict=True))
+    corners, far_corners = (sweep.solid.vertices[list(found)] for found in (pairs, pairs.values()))
+    corners, far_corners = corners - center, far_corners - far_center
+    heights = corners @ directions[-1]
+    if np.abs(heights).max() <= _PLANE * extents[0]:
+        return np.zeros((3, 3))
+    image = heights @ (far_corners - corners @ linear.T) / (heights @ heights)
+    return np.outer(image, directions[-1])

@@ -77,6 +77,19 @@ def test_sweepable_part_is_recognised_and_meshed(path, monkeypatch):
             assert sum(counts[e] for e, _ in side.left) == sum(counts[e] for e, _ in side.right)
 
 
+@pytest.mark.parametrize(("name", "thickness"), [("drawn_box", 1.5), ("drawn_pan", 1.5), ("embossed_tray", 2.0)])
+def test_a_sheet_is_swept_through_its_thickness_from_one_skin_to_the_other(name, thickness):
+    mesh = sweep_mesh(load(HERE / "sweepable" / f"{name}.py"))
+    (sweep,) = mesh.info["sweeps"]
+    assert mesh.info["way"] == "sweep"
+    assert len(sweep["source"]) == len(sweep["target"]) > 8
+    # Whatever face of one skin a node is on, its column ends on the other skin, a thickness away.
+    columns = mesh.points.reshape(sweep["layers"] + 1, -1, 3)
+    across = np.linalg.norm(columns[-1] - columns[0], axis=1)
+    assert across.min() > 0.99 * thickness
+    assert np.median(across) < 1.05 * thickness
+
+
 @pytest.mark.parametrize("path", UNSWEEPABLE, ids=name_of)
 def test_unsweepable_part_is_refused_with_reasons(path):
     part = load(path)

@@ -1,9 +1,9 @@
-"""Plane annuli divided into halves: the ends of a round tube become linking sides.
+"""Plane annuli divided across: the ends of a round tube and the rim of a drawn box become linking sides.
 
 Place in the flow: called by the pipeline for a part that has no sweep as it is. A tube with holes through its wall is
-swept across the wall, from outside to inside; its ends are then sides, but a face with a hole is no rectangle.
-Straight edges from two vertices of the hole to two of the outer loop divide it, where the closed faces beside it are
-divided already.
+swept across the wall, from outside to inside, and so is a box of sheet; its ends are then sides, but a face with a
+hole is no rectangle. Straight edges from vertices of the hole to those of the outer loop divide it, where the closed
+faces beside it are divided already.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def divide_annuli(part: Part) -> Part | None:
         return None
     solid = part.solids[0]
     lines = [_dividing_lines(solid, face) for face in solid.faces if _is_annulus(face)]
-    cuts = [line for pair in lines for line in pair]
-    n_divided = sum(bool(pair) for pair in lines)
-    divided = divided_part(part, cuts, n_more=n_divided)
+    cuts = [line for across in lines for line in across]
+    n_divided = sum(bool(across) for across in lines)
+    divided = divided_part(part, cuts, n_more=len(cuts) - n_divided)
     return None if divided is None else replace(divided, notes=(*part.notes, f"{ANNULI_NOTE}: {n_divided}"))
 
 
@@ -57,7 +57,11 @@ def _is_annulus(face: Face) -> bool:
 
 
 def _dividing_lines(solid: Solid, face: Face) -> list[Any]:
-    """Two straight edges between the loops of a face, at the vertices of the hole that lie farthest apart."""
+    """Straight edges between the loops of a face.
+
+    Where the loops have their vertices opposite each other, one at each; else two, at the vertices of the hole that
+    lie farthest apart.
+    """
     outer, hole = (
         np.array([solid.vertices[solid.first_vertex(directed)] for directed in loop.directed]) for loop in face.loops
     )
@@ -67,7 +71,8 @@ def _dividing_lines(solid: Solid, face: Face) -> list[Any]:
     j, k = np.unravel_index(int(np.argmax(apart)), apart.shape)
     if not apart[j, k] > 0.0 or not across.min() > 0.0:
         return []  # loops that touch leave no way around between them
-    ends = [(hole[i], outer[nearest[i]]) for i in (j, k)]
+    alike = len(hole) == len(outer) == len(set(nearest.tolist()))
+    ends = [(hole[i], outer[nearest[i]]) for i in (range(len(hole)) if alike else (j, k))]
     return [BRepBuilderAPI_MakeEdge(gp_Pnt(*a), gp_Pnt(*b)).Edge() for a, b in ends]
 
 

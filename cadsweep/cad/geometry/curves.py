@@ -33,6 +33,8 @@ _RECENT = 4
 """Questions for parameters that a curve keeps the answers of."""
 _MAX_HALVINGS = 12
 """Halvings of an interval: a speed that 4,096 pieces do not resolve is not smooth."""
+_MOST_STEPS = 20
+"""Newton steps to the parameter at an arc length."""
 _SAME = 1e-13
 """Share of the length up to which an interval's is the sum of its halves'."""
 _FEW = 200_000
@@ -151,16 +153,23 @@ class EdgeCurve:
             t = spline.arc_parameters((ends, lengths), wanted, _RULE, period=period)
             return np.where(fractions >= 1, self.last, np.where(fractions <= 0, self.first, t))
         k = np.clip(np.searchsorted(lengths, wanted, side="right") - 1, 0, len(ends) - 2)
-        step = lengths[k + 1] - lengths[k]
-        step = np.where(step > 0, step, 1.0)
-        t = ends[k] + (ends[k + 1] - ends[k]) * (wanted - lengths[k]) / step
-        for _ in range(20):
+        width = lengths[k + 1] - lengths[k]
+        width = np.where(width > 0, width, 1.0)
+        t = ends[k] + (ends[k + 1] - ends[k]) * (wanted - lengths[k]) / width
+        earlier = t
+        for step in range(_MOST_STEPS):
             miss = lengths[k] + self._integrate(ends[k], t) - wanted
             if np.abs(miss).max(initial=0.0) <= 4e-16 * total:
                 break
             speed = self._speed(t)
             speed = np.where(speed > 0, speed, total / (self.last - self.first))
-            t = np.clip(t - miss / speed, ends[k], ends[k + 1])
+            moved = np.clip(t - miss / speed, ends[k], ends[k + 1])
+            if np.array_equal(moved, earlier):  # rounding goes back and forth between these two until the last step
+                t = moved if (_MOST_STEPS - 1 - step) % 2 == 0 else t
+                break
+            earlier, t = t, moved
+            if np.array_equal(t, earlier):
+                break
         t = np.where(fractions <= 0, self.first, t)
         return np.where(fractions >= 1, self.last, t)
 
