@@ -20,6 +20,7 @@ VIEWS = {
     "i_beam": (0.9, 0.55, 0.75),
     "twisted_blade": (1.0, -0.7, 0.45),
     "lofted_duct": (0.3, -1.0, 0.5),
+    "embossed_sheet": (0.9, -0.8, 0.8),
     "assemblies/bolted_flanges": (0.7, -1.0, 0.8),
     "assemblies/fuel_pin": (0.7, -1.0, 0.8),
     "assemblies/sandwich_panel": (0.5, -1.0, 0.7),

@@ -42,8 +42,8 @@ def volume_error(mesh):
     return abs(mesh.info["quality"].volume / mesh.info["cad_volume"] - 1)
 
 
-def test_there_are_nine():
-    assert len(MODELS) == 9
+def test_there_are_ten():
+    assert len(MODELS) == 10
     assert len(DOMED) == 4
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from ..blends.sheets import SHEET
 from ..cad.edit.families import FAMILIES
 from ..errors import InputError, did_you_mean
+from ..recognition.find import SHEET as THROUGH_SHEET
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
@@ -36,6 +37,7 @@ def all_rows() -> tuple[str, ...]:
         ENDING,
         SHEET,
         *(attempt.row for attempt in ATTEMPTS),
+        THROUGH_SHEET,
         *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),
         *(filling.row for filling in FILLINGS),

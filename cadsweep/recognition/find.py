@@ -14,12 +14,12 @@ linking sides that would have to be decomposed into several rectangles.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from math import pi
 
+from .. import rows
 from ..brep import Solid
 from ..errors import InputError, NotSweepableError
 from ..sweep import Sweep
@@ -36,6 +36,8 @@ POOR = 0.3
 """Sweeps whose score is below this part of the best one's are given only where a hint asks for them."""
 DOUBTFUL = 0.35
 """Score of the best sweep below which sheets are looked for."""
+SHEET = "sweep: through a sheet"
+"""The row of sweeps from one skin of a sheet to the other."""
 SMALLER = 0.99
 """Greatest score of a sweep as a part of that of the same sweep with larger, better caps."""
 
@@ -148,7 +150,10 @@ def _turned(sweep: Sweep) -> Sweep | None:
 def _layouts(solid: Solid, folded: bool) -> list[Layout]:
     search = find_bands(solid, folded=folded)
     layouts: list[Layout] = []
-    for bands, steepest in _sets(solid, search):
+    sets = [(bands, SHALLOW) for bands in choose_bands(search.bands)]
+    if rows.is_on(SHEET):
+        sets += [(bands, pi) for bands in choose_sheets(solid, search.bands)]
+    for bands, steepest in sets:
         with suppress(NotSweepableError):  # other bands may make the sweep that is looked for
             for layout in lay_out(solid, bands, steepest=steepest):
                 layouts.extend(with_grown(solid, layout))
@@ -171,9 +176,14 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
         search = find_bands(solid, folded=folded, most_readings=most_readings)
         found = Findings(search=search)
         seen: set[frozenset[tuple[int, ...]]] = set()
-        for bands, steepest in _sets(solid, search):
-            if steepest == SHALLOW or max((sweep.score for sweep in found.sweeps), default=0.0) < DOUBTFUL:
-                _join(solid, bands, steepest, found, seen)
+        for bands in choose_bands(search.bands):
+            _join(solid, bands, SHALLOW, found, seen)
+        best = max((sweep.score for sweep in found.sweeps), default=0.0)
+        if best < DOUBTFUL and rows.is_on(SHEET):
+            for bands in choose_sheets(solid, search.bands):
+                _join(solid, bands, pi, found, seen)
+            if max((sweep.score for sweep in found.sweeps), default=0.0) > best:
+                rows.took([SHEET])
         found.sweeps.sort(key=lambda s: (-s.score, len(s.linking_sides), s.source))
         log.debug("%d sweeps from %d bands (folded: %s)", len(found.sweeps), len(search.bands), folded)
         if found.sweeps:
@@ -181,14 +191,6 @@ def search_sweeps(solid: Solid, *, folds: bool = True, most_readings: int | None
         first = first or found
     assert first is not None
     return first
-
-
-def _sets(solid: Solid, search: BandSearch) -> Iterator[tuple[Sequence[Band], float]]:
-    """Bands that may share a sweep, and how steep others may be that become parts of its caps; those of sheets last."""
-    return chain(
-        ((bands, SHALLOW) for bands in choose_bands(search.bands)),
-        ((bands, pi) for bands in choose_sheets(solid, search.bands)),
-    )
 
 
 def _join(
