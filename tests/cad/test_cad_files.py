@@ -116,6 +116,13 @@ def test_faults_beside_the_geometry_become_a_note(old, new, reason, tmp_path, bo
     assert any(reason in note for note in part.notes)
 
 
+def test_exponents_may_have_three_digits_as_some_programs_write_them(tmp_path, box_step):
+    path = tmp_path / "box.step"
+    path.write_text(re.sub(r"(?<=[(,])(-?[\d.]+\.\d*)(?=[,)])", r"\1E+000", box_step))
+    assert path.read_text().count("E+000") > 50
+    assert model_volume(load(path)) == pytest.approx(6.0)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -126,6 +133,7 @@ def test_faults_beside_the_geometry_become_a_note(old, new, reason, tmp_path, bo
         (lambda t: t[: len(t) * 9 // 10], "cut off"),
         (lambda t: t.replace("(0.,0.,0.)", "(nan,0.,0.)"), "line .* not finite"),
         (lambda t: t.replace("(0.,0.,0.)", "(1.E+300,0.,0.)"), "line .* above 1e30"),
+        (lambda t: t.replace("(0.,0.,0.)", "(1.E+031,0.,0.)"), "line .* above 1e30"),
         (lambda t: t.replace("ORIENTED_EDGE('',*,*,#2", "ORIENTED_EDGE('',*,*,#9992", 1), "damaged"),
         (lambda t: t.replace("#20 = ORIENTED_EDGE('',*,*,#21", "#20 = ORIENTED_EDGE('',*,*,#20"), "refers to itself"),
         (lambda t: t.replace("CARTESIAN_POINT", "CARTESIAN_P\x01OINT", 1), "damaged"),

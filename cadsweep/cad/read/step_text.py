@@ -19,7 +19,7 @@ from ...arrays import BoolArray, IntArray
 from ...errors import CadError
 
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
-_HUGE = re.compile(rb"[eE]\+?(?:[3-9]\d|\d{3,})\s*[,)]")
+_HUGE = re.compile(rb"[eE]\+?0*(?:[3-9]\d|[1-9]\d{2,})\s*[,)]")
 _STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
 _SPACES = np.frombuffer(b" \t\r\n\v\f", dtype=np.uint8)
 _MOST_FOLLOWED = 1 << 27
