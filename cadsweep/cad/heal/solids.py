@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from OCP.BRep import BRep_Builder
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
 from OCP.BRepLib import BRepLib
@@ -22,13 +23,14 @@ from ..shapes import EDGE, FACE, SHELL, SOLID, bounds, subshapes
 from ..trial import attempted
 from .canonical import make_canonical
 from .elementary import make_elementary
+from .gaps import cover_gaps
 from .touched_seams import turn_touched_seams
 from .tracing import Traced
 from .turns import gather_turns
 from .validate import check_closed, faults, place, signed_volume
 
 SEWING = 1e-5
-"""Gap between faces that sewing closes, as a share of the part's size."""
+"""Gap between faces that sewing closes, and between edges that a vertex covers, as a share of the part's size."""
 
 
 def take_solid(traced: Traced) -> list[str]:
@@ -131,6 +133,8 @@ def _repair(traced: Traced, found: Sequence[str]) -> None:
         traced.replace(solids[0], repair.Context().Apply)
         check_closed(traced.shape)
     left = faults(traced.shape)
+    if left and cover_gaps(traced, SEWING * float(np.ptp(bounds(traced.shape), axis=0).max())):
+        left = faults(traced.shape)
     if left:
         worst = next((fault for fault in found if "intersecting" in fault), left[0])
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
