@@ -25,7 +25,7 @@ _MORE = 1.1
 
 
 def cover_gaps(traced: Traced, most: float) -> bool:
-    """Widen the tolerances of vertices that are narrower than gaps of no more than `most`, in a copy; False for none."""
+    """Widen tolerances of vertices, in a copy, to the gaps of no more than `most` that are wider; False for none."""
     tool = BRepBuilderAPI_Copy(traced.shape)
     builder, found = BRep_Builder(), False
     for face in subshapes(tool.Shape(), FACE):
@@ -43,7 +43,7 @@ def cover_gaps(traced: Traced, most: float) -> bool:
 
 
 def _gaps(wire: Any, face: Any, lengths: tuple[float, float]) -> list[tuple[Any, float]]:
-    """Vertices of a wire, and how far from the end of an edge the next one begins there, at `lengths` of its parameters.
+    """Vertices of a wire, and how far from the end of an edge the next one begins, at `lengths` of the parameters.
 
     OpenCASCADE's own walk along a wire ends at a gap; of several edges that begin in a vertex the nearest is the next.
     """
