@@ -198,7 +198,8 @@ def _found(
             yield from on(*waiting)
     with_fewer: list[Found] = []
     for misfit in misfits if letting else ():
-        if with_fewer and spent() - began > _TIME:
+        # What is found later than that is too late to be filled.
+        if (with_fewer or hurried) and spent() - began > (_TIME if with_fewer else _LAST):
             break
         found = made(misfit.size, partial(find_on_grid, model, facets, misfit, letting=True))
         with_fewer += [] if found is None else [found]
