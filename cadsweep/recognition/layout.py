@@ -95,7 +95,7 @@ def choose_sheets(solid: Solid, bands: Sequence[Band]) -> Iterator[list[Band]]:
             alike = max(lengths[i], lengths[j]) < ALIKE * min(lengths[i], lengths[j])
             if alike and not conflicts[j].intersection(chosen):
                 chosen.append(j)
-        if frozenset(chosen) not in seen and len(chosen) < len(bands):
+        if frozenset(chosen) not in seen:
             seen.add(frozenset(chosen))
             yield [bands[j] for j in chosen]
 
