@@ -123,6 +123,12 @@ def test_exponents_may_have_three_digits_as_some_programs_write_them(tmp_path, b
     assert model_volume(load(path)) == pytest.approx(6.0)
 
 
+def test_what_follows_the_end_of_a_file_is_no_part_of_it(tmp_path, box_step):
+    path = tmp_path / "box.step"
+    path.write_text(box_step + 9999 * "\n")
+    assert model_volume(load(path)) == pytest.approx(6.0)
+
+
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

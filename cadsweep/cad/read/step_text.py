@@ -38,13 +38,13 @@ def check_step_text(path: Path, data: bytes) -> None:
     ------
     CadError
     """
-    head, tail = data[:4096], data[-4096:]
-    if b"ISO-10303-21" not in head:
+    if b"ISO-10303-21" not in data[:4096]:
         raise CadError(
             f"{path}: this is not a STEP file: it does not begin with ISO-10303-21. "
             "Export STEP (AP203, AP214 or AP242) from its CAD program."
         )
-    if b"END-ISO-10303-21" not in tail or b"ENDSEC" not in tail:
+    end = data.rfind(b"END-ISO-10303-21")
+    if end < 0 or b"ENDSEC" not in data[max(0, end - 4096) : end]:
         raise CadError(f"{path}: the STEP file is cut off: END-ISO-10303-21 is missing. Export or copy it again.")
     lowered = data.lower()
     if b"nan" in lowered or b"inf" in lowered:
