@@ -37,6 +37,7 @@ from ..mesh import HexMesh
 from ..options import SweepOptions
 from ..smoothing.patch import edge_lengths
 from ..smoothing.untangle import guards_outside, untangle
+from .candidates import SMOOTH_BELOW
 from .complexes.several import finish
 from .origin import AnyMesh, CellsOrigin, worst_of
 from .run import Run, Tries
@@ -64,13 +65,14 @@ _NOTE = (
 def has_design(part: Part, options: SweepOptions, best: AnyMesh | None = None) -> bool:
     """Whether a solid has blends, and nothing is asked for that speaks of faces and edges as they are.
 
-    Of a sweep only those between a cap and its sides leave a hexahedron two quads that meet smoothly: in the middle
-    of a cap they are the bends of a sheet, between sides they round its outline.
+    Of a fair sweep only those between a cap and its sides leave a hexahedron two quads that meet smoothly: in the
+    middle of a cap they are the bends of a sheet, between sides they round its outline. A poor one may be quite another
+    without them.
     """
     if any(getattr(options, name) is not None for name in _OF_ENTITIES):
         return False
     around = [{*blend.faces, *chain.from_iterable(blend.supports)} for blend in find_blends(part.solids[0])]
-    if best is None or best.info["way"] != "sweep":
+    if best is None or best.info["way"] != "sweep" or worst_of(best) < SMOOTH_BELOW:
         return bool(around)
     (sweep,) = best.info["sweeps"]
     caps = [set(sweep[cap]) for cap in ("source", "target")]
