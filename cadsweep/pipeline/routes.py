@@ -373,19 +373,18 @@ def _mesh_columns(part: Part, options: SweepOptions, run: Run, before: _Before) 
 def _mesh_swept(part: Part, options: SweepOptions, run: Run, _: _Before) -> AnyMesh:
     """By one sweep; by columns rather than across walls that had to be divided for it, unless those are better."""
     opened, sweeps = find_candidates(part, options, run)
-    columns: AnyMesh | None = None
+    made: list[AnyMesh] = []
     if any(note.startswith(cad.ANNULI_NOTE) for note in opened.notes[len(part.notes) :]):
-        with suppress(NotSweepableError, SurfaceMeshError, InvertedHexError):  # the sweep has the last word
-            columns = _mesh_columns(part, options, run, _Before(NotSweepableError("no sweep of the part as it is")))
-            if reached_by(columns, part.solids[0]) >= SMOOTH_BELOW:
-                return columns
+        with suppress(*_MENDABLE):  # the sweep has the last word
+            made.append(_mesh_columns(part, options, run, _Before(NotSweepableError("no sweep of the part as it is"))))
+            if reached_by(made[0], part.solids[0]) >= SMOOTH_BELOW:
+                return made[0]
     try:
-        swept = _said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP)
-    except (NotSweepableError, SurfaceMeshError, InvertedHexError):
-        if columns is None:
+        made.append(_said(first_good(opened, sweeps, options, run, _make_cell).mesh, SWEEP))
+    except _MENDABLE:
+        if not made:
             raise
-        return columns
-    return swept if columns is None or worst_of(swept) > worst_of(columns) else columns
+    return max(made, key=worst_of)
 
 
 def _make_cell(part: Part, sweep: Sweep, options: SweepOptions, run: Run) -> Made:

@@ -88,10 +88,11 @@ def choose_sheets(solid: Solid, bands: Sequence[Band]) -> Iterator[list[Band]]:
     """
     conflicts = _conflicts(bands)
     lengths = [median(solid.edges[e].length for e in band.rails) for band in bands]
+    order = sorted(range(len(bands)), key=lambda j: (bands[j].cost, j))
     seen: set[frozenset[int]] = set()
     for i in sorted(range(len(bands)), key=lengths.__getitem__):
         chosen = [i]
-        for j in sorted(range(len(bands)), key=lambda j: (bands[j].cost, j)):
+        for j in order:
             alike = max(lengths[i], lengths[j]) < ALIKE * min(lengths[i], lengths[j])
             if alike and not conflicts[j].intersection(chosen):
                 chosen.append(j)

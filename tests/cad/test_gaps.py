@@ -48,6 +48,15 @@ def test_vertices_cover_the_gaps_at_them_in_a_copy():
     assert not cover_gaps(traced, 2.0 * GAP), "they are covered now"
 
 
+def test_a_face_that_has_no_curve_for_an_edge_is_left_to_others():
+    solid = cq.Workplane().circle(5).extrude(10).val()
+    (side,) = solid.faces("%CYLINDER").Faces()
+    rim = side.edges("%CIRCLE").Edges()[0]
+    BRep_Builder().UpdateEdge(rim.wrapped, None, side.wrapped, 1e-7)
+    assert BRep_Tool.CurveOnSurface_s(rim.wrapped, side.wrapped, 0.0, 1.0) is None
+    assert not cover_gaps(Traced(solid.wrapped), 1.0)
+
+
 def test_a_wider_gap_stays_what_it_is():
     solid = elbow_with_seam_off()
     traced = Traced(solid.wrapped)

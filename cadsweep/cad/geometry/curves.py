@@ -165,11 +165,9 @@ class EdgeCurve:
             speed = np.where(speed > 0, speed, total / (self.last - self.first))
             moved = np.clip(t - miss / speed, ends[k], ends[k + 1])
             if np.array_equal(moved, earlier):  # rounding goes back and forth between these two until the last step
-                t = moved if (_MOST_STEPS - 1 - step) % 2 == 0 else t
+                t = t if (_MOST_STEPS - step) % 2 == 0 else moved
                 break
             earlier, t = t, moved
-            if np.array_equal(t, earlier):
-                break
         t = np.where(fractions <= 0, self.first, t)
         return np.where(fractions >= 1, self.last, t)
 

@@ -12,12 +12,12 @@ from math import dist
 from typing import Any
 
 from OCP.BRep import BRep_Builder, BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve2d, BRepAdaptor_Surface
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.TopAbs import TopAbs_Orientation
 from OCP.TopExp import TopExp
 
-from ..shapes import EDGE, FACE, WIRE, children, subshapes, typed
+from ..shapes import EDGE, FACE, WIRE, children, subshapes, surface_range, typed
 from .tracing import Traced
 
 _MORE = 1.1
@@ -46,11 +46,15 @@ def _gaps(wire: Any, face: Any, lengths: tuple[float, float]) -> list[tuple[Any,
     """Vertices of a wire, and how far from the end of an edge the next one begins, at `lengths` of the parameters.
 
     OpenCASCADE's own walk along a wire ends at a gap; of several edges that begin in a vertex the nearest is the next.
+    A wire that has no curve for an edge has other faults.
     """
     begin, end = [], []
     for edge in (typed(child, EDGE) for child in children(wire)):
-        curve = BRepAdaptor_Curve2d(edge, face)
-        points = map(curve.Value, (curve.FirstParameter(), curve.LastParameter()))
+        limits = surface_range(edge, face)
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, *limits)
+        if curve is None:
+            return []
+        points = map(curve.Value, limits)
         places = [(lengths[0] * point.X(), lengths[1] * point.Y()) for point in points]
         if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
             places.reverse()
