@@ -72,6 +72,10 @@ class SweepOptions:
     tolerance : float or None
         Greatest distance of the mesh's boundary from the CAD faces, measured; edges, sides and caps are divided as
         finely as it takes. None: what loses no more than 0.5 % of volume and area where no `size` is given either.
+    bridge : float or None
+        Distance up to which the mesh may leave the CAD where a face ends in a tip, its edges meeting at next to no
+        angle: it ends where they are that far apart. None takes a twentieth of the size, and no more than the
+        tolerance; 0 bridges none.
     layers : int or None
         Layers of hexahedra from source to target, over all stations; None derives it from `size`.
     bias : float, (float, float) or None
@@ -175,6 +179,7 @@ class SweepOptions:
 
     size: float | None = None
     tolerance: float | None = None
+    bridge: float | None = None
     layers: int | None = None
     bias: float | tuple[float, float] | None = None
     fractions: Sequence[float] | None = None
@@ -215,8 +220,8 @@ class SweepOptions:
 
     def __post_init__(self) -> None:
         self._take_places(self.size)
-        for name in ("size", "tolerance", "max_memory", "decompose_time"):
-            if getattr(self, name) is not None:
+        for name in ("size", "tolerance", "bridge", "max_memory", "decompose_time"):
+            if getattr(self, name) is not None and (name, getattr(self, name)) != ("bridge", 0.0):
                 _positive(name, getattr(self, name))
         if self.layers is not None:
             _count("layers", self.layers)

@@ -116,9 +116,9 @@ def find_blends(solid: Solid) -> list[Blend]:
         convex = springs.sides[next(iter(edges.items()))].bend > 0
         if len(runs) == 2 and _is_one_way(springs, edges):
             turn, radii = _across(springs, edges, runs)
-            if not _LEAST <= turn <= _MOST:
-                continue
             supports = tuple(tuple(sorted({sides[e][1] for e in run})) for run in runs)
+            if not _LEAST <= turn <= _MOST or supports[0] == supports[1]:
+                continue
             blend = Blend(kind="edge", faces=faces, supports=supports, convex=convex, radii=radii, turn=turn)
             ends = [e for run in runs for e in run]
             edge_blends.append(blend)

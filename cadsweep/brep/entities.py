@@ -202,6 +202,8 @@ class Face:
     handles : int
         By how much its Euler number is less than its loops say: of a face that was united from several, twice its
         handles; negative where loops touch in vertices, as a hole that reaches the rim from inside.
+    bridged : bool
+        Whether it got the tip of a neighbour (:mod:`cadsweep.cad.edit.bridging`): its outline leaves its surface there.
     stands_for : tuple of Face
         Of a face of a prism of columns, which is none of the part: the caps over its cell, lowest first, or the walls
         over its line.
@@ -233,6 +235,7 @@ class Face:
     number: int | None = None
     units: Units = field(default_factory=Units)
     handles: int = 0
+    bridged: bool = False
     stands_for: tuple[Face, ...] = ()
 
     @property

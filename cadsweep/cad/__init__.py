@@ -2,13 +2,13 @@
 
 ``load`` reads and cleans, ``select_faces`` and ``select_edges`` find what a user means, ``cut_ring`` and
 ``cut_closed`` open a full ring, ``find_mergeable`` and ``merge_faces`` undo divisions of one surface,
-``divide_roundings`` divides the roundings of a cap's edges and ``divide_annuli`` plane faces around a hole, and
-``find_crossing`` says where a solid runs into itself.
+``divide_roundings`` divides the roundings of a cap's edges and ``divide_annuli`` plane faces around a hole,
+``bridge_tips`` ends faces before their tips, and ``find_crossing`` says where a solid runs into itself.
 """
 
 from typing import TYPE_CHECKING, Any
 
-from .edit.notes import ANNULI_NOTE
+from .edit.notes import ANNULI_NOTE, TIPS_NOTE
 from .imprinting.contacts import find_contacts
 from .loading import load
 from .names.selection import select_edges, select_edges_of, select_faces, select_faces_of_all, select_vertices
@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ANNULI_NOTE",
+    "TIPS_NOTE",
     "apply_cuts",
     "arrange",
+    "bridge_tips",
     "contains",
     "cut_along",
     "cut_closed",
@@ -69,6 +71,13 @@ def part_apart(part: "Part") -> "Part | None":
     from .imprinting.apart import part_apart as find
 
     return find(part)
+
+
+def bridge_tips(part: "Part", length: float) -> "Part":
+    """End faces before their tips (:func:`cadsweep.cad.edit.bridging.bridge_tips`)."""
+    from .edit.bridging import bridge_tips as bridge
+
+    return bridge(part, length)
 
 
 def contains(part: "Part", faces: "Sequence[int]") -> "Callable[[FloatArray], BoolArray]":

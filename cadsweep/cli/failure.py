@@ -49,7 +49,7 @@ _RENAMED = {
     "letters": "letter",
 }
 _NAMES = (
-    "size|layers|bias|fractions|functional|strategy|source|target|part|order|nodes|refine|touch|tolerance|max_hexes"
+    "size|layers|bias|fractions|functional|strategy|source|target|part|order|nodes|refine|touch|tolerance|bridge|max_hexes"
     "|max_memory|timeout|screenshot|clip|crinkle|explode|limits|sizes|counts|rail_layers|biases|wall_layers|periodic"
     "|local_sizes|params|cuts|suppress|only|skip|interfaces|decompose_time|like|scale|units|patch_types|letters|max_blocks"
 )

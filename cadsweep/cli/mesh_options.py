@@ -83,6 +83,12 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar="T",
             help="Greatest distance of the mesh's boundary from the CAD faces, model units.",
         ),
+        click.option(
+            "--bridge",
+            type=click.FloatRange(min=0.0),
+            metavar="L",
+            help="Distance up to which the mesh may leave the CAD where faces end in tips; 0: nowhere.",
+        ),
         click.option("--layers", type=click.IntRange(min=1, max=10**8), help="Layers of hexahedra along the sweep."),
         click.option("--bias", type=Bias(), metavar="B[,B]", help=BIAS_HELP),
         click.option("--fractions", type=Numbers(), help="Places of the layers, rising from 0 to 1: 0,0.1,0.4,1."),

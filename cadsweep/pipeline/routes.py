@@ -57,6 +57,7 @@ from .judging import FAR_WORSE, good_columns, is_poor, reached_by
 from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
+from .tips import mesh_bridged_or_plain
 from .wishes.local_sizes import with_largest_size
 
 log = logging.getLogger(__name__)
@@ -175,7 +176,9 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         rows.took([FITTED])
         return _mesh_fitted(part, options, run, _Before())
     try:
-        return _by_ways(part, options, run)
+        # Where faces are many, designs and cells take the time that the part as it is will want.
+        plain_only = [FITTED] if len(part.solids[0].faces) <= _MOST_LOOKED_AT else [FITTED, DESIGN, CELLS]
+        return mesh_bridged_or_plain(part, options, run, _by_ways, plain_only=plain_only)
     except _MENDABLE as refused:
         from .remedies import find_remedy, proposing
 

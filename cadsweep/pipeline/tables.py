@@ -18,6 +18,7 @@ from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
+from .tips import TIPS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -32,6 +33,7 @@ def all_rows() -> tuple[str, ...]:
     return (
         *WAYS,
         INSTEAD,
+        TIPS,
         MENDING,
         LETTING,
         ENDING,

@@ -2,3 +2,5 @@
 
 ANNULI_NOTE = "plane faces with a hole divided"
 """Begins the note of :func:`cadsweep.cad.edit.annuli.divide_annuli`."""
+TIPS_NOTE = "tips bridged"
+"""Begins the note of :func:`cadsweep.cad.edit.bridging.bridge_tips`."""

@@ -20,6 +20,7 @@ from ...arrays import FloatArray
 from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, Labels, label_of
+from ..extract.shared import PartGeometry
 from ..extract.solids import extract_solid
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed
@@ -49,7 +50,8 @@ def split_faces(solid: Solid, holder: SolidShape, cuts: Sequence[Any], normals: 
     CadError
         What OpenCASCADE made of it is no closed solid, or a face of it comes from none of the old ones.
     """
-    return _extract(solid, *_split(holder, cuts, normals))
+    shape, _, traced = split(holder, cuts, normals)
+    return extracted(solid, shape, traced)
 
 
 def divided_part(
@@ -78,7 +80,10 @@ def divided_part(
     return replace(part, solids=(divided,))
 
 
-def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray]) -> tuple[Any, Traced]:
+def split(
+    holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray] = ()
+) -> tuple[Any, list[list[Any]], Traced]:
+    """As :func:`split_faces`: the solid, for each of its old faces the pieces, and what became of the old edges."""
     splitter = BRepAlgoAPI_Splitter()
     arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
     arguments.Append(holder.shape)
@@ -105,7 +110,7 @@ def _split(holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray
     for divided in pieces:
         if len(divided) > 1 and len(normals):
             divided.sort(key=lambda piece: _lean(piece, normals))
-    return _in_order(pieces), traced
+    return in_order(pieces), pieces, traced
 
 
 def _lean(piece: Any, normals: Sequence[FloatArray]) -> float:
@@ -117,7 +122,7 @@ def _lean(piece: Any, normals: Sequence[FloatArray]) -> float:
     return max(float(normal @ cap) for cap in normals)
 
 
-def _in_order(pieces: Sequence[Sequence[Any]]) -> Any:
+def in_order(pieces: Sequence[Sequence[Any]]) -> Any:
     """A solid with its faces in the order of the faces they come from, second and further pieces last."""
     builder, shell = BRep_Builder(), TopoDS_Shell()
     builder.MakeShell(shell)
@@ -129,7 +134,14 @@ def _in_order(pieces: Sequence[Sequence[Any]]) -> Any:
     return solid
 
 
-def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
+def extracted(solid: Solid, shape: Any, traced: Traced, *, shared: PartGeometry | None = None) -> Solid:
+    """A solid read anew, its faces and edges known by what those were called that they come from.
+
+    Raises
+    ------
+    CadError
+        A face comes from none.
+    """
     origins = traced.face_origins(index_map(shape, FACE))
     edge_origins = traced.edge_origins(index_map(shape, EDGE))
     old = [solid.faces[j] for j in origins if j is not None]
@@ -140,8 +152,14 @@ def _extract(solid: Solid, shape: Any, traced: Traced) -> Solid:
         [EdgeLabel() if j is None else EdgeLabel(solid.edges[j].key, solid.edges[j].names) for j in edge_origins],
     )
     return extract_solid(
-        shape, labels=labels, name=solid.name, material=solid.material, color=solid.color, units=solid.units
+        shape,
+        labels=labels,
+        name=solid.name,
+        material=solid.material,
+        color=solid.color,
+        units=solid.units,
+        shared=shared,
     )
 
 
-__all__ = ["divided_part", "split_faces"]
+__all__ = ["divided_part", "extracted", "in_order", "split", "split_faces"]

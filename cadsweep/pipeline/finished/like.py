@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ... import cad
 from ...arrays import FloatArray, IntArray
 from ...blocks.cells import CellBlocks, SweptCell
 from ...blocks.joined import JoinedMesh
@@ -45,6 +46,7 @@ from ..origin import CellsOrigin
 from ..refusing import carried_refusal, poor_carried
 from ..routes import open_part
 from ..run import Run
+from ..tips import bridged
 from .graphs import FirstIds, first_ids, graph_of_part
 from .matching import Match, match_graphs
 from .refinement import refined
@@ -123,6 +125,8 @@ def _part_like(part: Part, template: AnyTemplate, options: SweepOptions, run: Ru
             f"the parts do not correspond: the mesh's part has {n_solids} solid{'s' * (n_solids > 1)}, and "
             f"'{part.name}' has {len(part.solids)}; choose with part= or only="
         )
+    if any(note.startswith(cad.TIPS_NOTE) for note in template.mesh.info["notes"]):
+        part = bridged(part, options)
     with run.stage("recognition"):
         part, match = _paired(part, template)
         if template.twins:

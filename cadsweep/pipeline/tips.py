@@ -1,0 +1,84 @@
+"""Tips of faces bridged, for all ways to a mesh at once.
+
+Place in the flow: :mod:`.routes` hands over a solid and what meshes it; :mod:`.finished.like` does the same to another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from math import inf
+
+from .. import cad, rows
+from ..brep import Part
+from ..errors import CadSweepError
+from ..intervals.sizes import WANTED_HEXES
+from ..options import SweepOptions
+from .candidates import SMOOTH_BELOW
+from .judging import reached_by
+from .origin import AnyMesh, worst_of
+from .run import Run
+
+TIPS = "part: tips bridged"
+"""The row of the table that is this module."""
+BRIDGE = 0.05
+"""Distance, as a share of the size, up to which the mesh may leave the CAD there: less than is seen of its quads."""
+LOOK = 0.5
+"""Share of the time of a search for cells."""
+
+
+def bridged(part: Part, options: SweepOptions) -> Part:
+    """A part of one solid whose faces end before their tips, as far as the options let the mesh leave the CAD."""
+    if len(part.solids) != 1 or options.bridge == 0.0 or not rows.is_on(TIPS):
+        return part
+    length = options.bridge
+    if length is None:
+        size = (part.solids[0].volume * part.scale**3 / WANTED_HEXES) ** (1.0 / 3.0)
+        length = min(BRIDGE * (size if options.size is None else options.size), options.tolerance or inf)
+    return cad.bridge_tips(part, length)
+
+
+def mesh_bridged_or_plain(
+    part: Part,
+    options: SweepOptions,
+    run: Run,
+    mesh_it: Callable[[Part, SweepOptions, Run, float], AnyMesh],
+    *,
+    plain_only: Collection[str],
+) -> AnyMesh:
+    """Mesh a part of one solid with its tips bridged where that does well, else by whichever does better.
+
+    Parameters
+    ----------
+    part : Part
+    options : SweepOptions
+    run : Run
+    mesh_it : callable
+        Meshes a part by the ways that are switched on; its last argument is their share of a search's time.
+    plain_only : collection of str
+        Ways that are tried with the plain part alone.
+
+    Raises
+    ------
+    CadSweepError
+        Neither can be meshed; why the plain part cannot.
+    """
+    found = bridged(part, options)
+    if found is part:
+        return mesh_it(part, options, run, 1.0)
+    made: list[tuple[AnyMesh, set[str]]] = []
+    with suppress(CadSweepError), rows.share() as own, rows.without(plain_only):
+        made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
+    if not made or reached_by(made[0][0], found.solids[0]) < SMOOTH_BELOW:
+        try:
+            with rows.share() as own:
+                made.append((mesh_it(part, options, run, 1.0), own))
+        except CadSweepError:
+            if not made:
+                raise
+    mesh, shares = max(made, key=lambda one: worst_of(one[0]))
+    rows.took(shares)
+    return mesh
+
+
+__all__ = ["BRIDGE", "TIPS", "bridged", "mesh_bridged_or_plain"]

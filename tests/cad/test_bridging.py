@@ -1,0 +1,72 @@
+"""Faces end before their tips: where their edges are a length apart, and nowhere else is the solid another."""
+
+import math
+
+import cadquery as cq
+import numpy as np
+import pytest
+
+import cadsweep as cs
+from cadsweep import cad
+from cadsweep.cad.edit.bridging import SHARP, find_tips
+from tests.parts.chamfered import chamfered_nut
+
+LENGTH = 0.02
+
+
+def pad_over_a_rim():
+    """A plate with a round pad whose wall crosses that of the plate at ten degrees."""
+    pad = cq.Workplane().center(0, -4.1).circle(6).extrude(3)
+    return cq.Workplane().box(30, 20, 2, centered=(True, True, False)).union(pad)
+
+
+@pytest.mark.parametrize("n_sides", [4, 6])
+def test_every_chamfer_of_a_nut_has_two_tips_at_both_ends(n_sides):
+    (solid,) = cs.load(chamfered_nut(n_sides)).solids
+    tips = find_tips(solid, LENGTH)
+    assert len(tips) == 4 * n_sides
+    assert {solid.faces[tip.face].kind for tip in tips} == {"cone"}
+    assert {solid.faces[tip.neighbour].kind for tip in tips} == {"plane"}
+
+
+@pytest.mark.parametrize("n_sides", [4, 6])
+@pytest.mark.parametrize("turn", [0.0, 31.0])
+def test_a_tip_ends_in_an_edge_of_that_length_and_faces_keep_their_ids(n_sides, turn):
+    part = cs.load(chamfered_nut(n_sides).rotate((0, 0, 0), (1, 2, 3), turn))
+    bridged = cad.bridge_tips(part, LENGTH)
+    (old,), (new,) = part.solids, bridged.solids
+    assert len(new.edges) == len(old.edges) + 2 * 4 * n_sides
+    assert [face.key for face in new.faces] == [face.key for face in old.faces]
+    assert not find_tips(new, LENGTH)
+    short = [edge for edge in new.edges if edge.length < 2 * LENGTH]
+    assert len(short) == 4 * n_sides
+    assert all(0.9 * LENGTH < edge.length < 1.01 * LENGTH for edge in short)
+    assert min(angle for face in new.faces for loop in face.loops for angle in loop.angles) > math.pi / 10
+    assert new.volume == old.volume
+    assert sum(face.area for face in new.faces) == pytest.approx(sum(face.area for face in old.faces), rel=1e-4)
+
+
+def test_a_face_that_got_a_tip_knows_that_places_near_it_may_lie_on_either_surface():
+    part = cs.load(chamfered_nut(6))
+    (old,) = part.solids
+    (new,) = cad.bridge_tips(part, LENGTH).solids
+    tip = find_tips(old, LENGTH)[0]
+    edge, fraction = next(end for end in tip.ends if tip.neighbour not in old.edges[end[0]].faces)
+    rim = old.edges[edge].curve.evaluate(np.array([fraction]))
+    assert old.faces[tip.neighbour].surface.distance(rim)[0] > 1e-3
+    assert new.faces[tip.neighbour].surface.distance(rim)[0] < 1e-9
+    middle = old.edges[edge].curve.evaluate(np.array([0.5]))
+    far = old.faces[tip.neighbour].surface.distance(middle)
+    assert new.faces[tip.neighbour].surface.distance(middle) == pytest.approx(far, rel=1e-12)
+
+
+def test_a_part_without_tips_stays_the_part():
+    part = cs.load(cq.Workplane().box(4, 3, 2).edges("|Z").fillet(0.5))
+    assert cad.bridge_tips(part, 0.1) is part
+
+
+def test_walls_of_a_tip_that_stand_across_it_leave_it_as_it_is():
+    (solid,) = cs.load(pad_over_a_rim()).solids
+    sharp = [face for face in solid.faces if any(a < SHARP for loop in face.loops for a in loop.angles)]
+    assert sharp
+    assert not [tip for tip in find_tips(solid, 0.1) if solid.faces[tip.face].kind == "plane"]
