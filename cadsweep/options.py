@@ -127,6 +127,8 @@ class SweepOptions:
         Which solid of an assembly: its name, or its number from 0.
     touch : float or None
         Distance up to which solids of an assembly are taken to touch; None takes the noise of their coordinates.
+    cut_overlaps : bool
+        Whether the larger of two solids that overlap is cut where they do; else they are refused.
     interfaces : {"auto", "shared", "separate"}
         Whether solids that touch share their nodes, or are meshed each by itself, their contacts named in pairs; by
         default they share nodes but where no mesh can be had so, and a note names those that do not.
@@ -200,6 +202,7 @@ class SweepOptions:
     params: Mapping[str, Any] | None = None
     part: str | int | None = None
     touch: float | None = None
+    cut_overlaps: bool = False
     interfaces: str = "auto"
     only: Sequence[str] | None = None
     skip: Sequence[str] | None = None

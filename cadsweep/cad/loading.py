@@ -34,6 +34,7 @@ def load(
     only: Sequence[str] | None = None,
     skip: Sequence[str] | None = None,
     touch: float | None = None,
+    cut_overlaps: bool = False,
     on_progress: Callable[[float], None] | None = None,
 ) -> Part:
     """Load a part and make it clean for meshing.
@@ -54,6 +55,8 @@ def load(
         Names of the solids to be read, or to be left out; what is left out need not be sound.
     touch : float, optional
         Distance, model units, up to which solids are taken to touch; by default, the noise of their coordinates.
+    cut_overlaps : bool, optional
+        Whether the larger of two solids that overlap is cut where they do; else they are refused.
     on_progress : callable, optional
         Called with the share that is done while several solids are healed and read.
 
@@ -69,7 +72,7 @@ def load(
         The source is of no known kind, the file is not there, the script or its parameters are wrong, or there is
         no such `part`.
     CadError
-        The model cannot be read, holds no usable solid, or holds solids that overlap.
+        The model cannot be read, holds no usable solid, or holds solids that overlap and may not be cut.
     """
     if touch is not None and not 0.0 <= touch < math.inf:
         raise InputError(f"touch is a distance, in model units: {touch!r} is none.")
@@ -81,7 +84,9 @@ def load(
 
     with stage(read, "sewing loose faces"):
         model = choose_solids(choose_part(separate_solids(read), part), only=only, skip=skip)
-    return make_part(model) if n_solids(model) <= 1 else make_assembly(model, touch=touch, on_progress=on_progress)
+    if n_solids(model) <= 1:
+        return make_part(model)
+    return make_assembly(model, touch=touch, cut_overlaps=cut_overlaps, on_progress=on_progress)
 
 
 def read_model(source: Any, *, params: Mapping[str, Any] | None = None) -> Model:

@@ -10,7 +10,7 @@ import click
 
 from ..errors import CadSweepError
 from .failure import describe_failure
-from .mesh_options import FAMILY, ONLY, PART, SKIP, SUPPRESS, TOUCH, checked_options, sweep_options
+from .mesh_options import CUT_OVERLAPS, FAMILY, ONLY, PART, SKIP, SUPPRESS, TOUCH, checked_options, sweep_options
 from .show import announce, print_info
 from .types import Assignment, Positive, is_script, parse_cap, parse_parameter
 from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
@@ -28,6 +28,7 @@ from .worker import DEFAULT_TIMEOUT, QUIET, VERBOSE, limits, run
 )
 @PART
 @TOUCH
+@CUT_OVERLAPS
 @ONLY
 @SKIP
 @SUPPRESS
@@ -44,6 +45,7 @@ def info(
     params: tuple[tuple[str, str], ...],
     part: str | None,
     touch: float | None,
+    cut_overlaps: bool,
     only: tuple[str, ...] | None,
     skip: tuple[str, ...] | None,
     suppress: tuple[str, ...],
@@ -66,6 +68,7 @@ def info(
         params=values,
         part=part,
         touch=touch,
+        cut_overlaps=cut_overlaps,
         only=only,
         skip=skip,
         suppress=list(suppress),

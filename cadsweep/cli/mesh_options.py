@@ -36,6 +36,9 @@ PART = click.option("--part", metavar="NAME|NUMBER", help="Which solid of an ass
 TOUCH = click.option(
     "--touch", type=Positive(), help="Distance up to which solids of an assembly are taken to touch, model units."
 )
+CUT_OVERLAPS = click.option(
+    "--cut-overlaps", is_flag=True, help="Cut the larger of two solids of an assembly where they overlap."
+)
 
 
 ONLY = click.option("--only", type=Names(), metavar="A,B", help="Solids of an assembly to be taken, by name.")
@@ -117,6 +120,7 @@ def sweep_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         PART,
         TOUCH,
+        CUT_OVERLAPS,
         click.option(
             "--interfaces",
             type=click.Choice(INTERFACES),

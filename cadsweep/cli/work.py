@@ -168,6 +168,7 @@ def describe_part(
     params: dict[str, Any] | None,
     part: str | None = None,
     touch: float | None = None,
+    cut_overlaps: bool = False,
     only: Sequence[str] | None = None,
     skip: Sequence[str] | None = None,
     suppress: Sequence[str] = (),
@@ -194,6 +195,7 @@ def describe_part(
         only=only,
         skip=skip,
         touch=touch,
+        cut_overlaps=cut_overlaps,
         on_progress=lambda share: on_progress("cad", share),
     )
     loaded = _without(loaded, suppress)
@@ -351,7 +353,9 @@ def _write_refusal(refusal: CadSweepError, source: str, output: str, options: di
     from .failure import describe_failure
 
     try:
-        part = load(source, **{name: options.get(name) for name in ("params", "part", "touch")})
+        part = load(
+            source, **{name: options[name] for name in ("params", "part", "touch", "cut_overlaps") if name in options}
+        )
     except CadSweepError:
         return  # it is the model that cannot be read: there is nothing to show
     told = describe_failure(refusal)

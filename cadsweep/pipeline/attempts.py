@@ -203,6 +203,7 @@ def find_candidates(source: Any, options: SweepOptions, run: Run) -> tuple[Part,
             only=options.only,
             skip=options.skip,
             touch=options.touch,
+            cut_overlaps=options.cut_overlaps,
             on_progress=lambda share: run.on_progress("cad", share),
         )
     with run.stage("recognition"):

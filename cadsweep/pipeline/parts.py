@@ -20,6 +20,7 @@ def load(
     only: Sequence[str] | None = None,
     skip: Sequence[str] | None = None,
     touch: float | None = None,
+    cut_overlaps: bool = False,
     on_progress: Callable[[float], None] | None = None,
 ) -> Part:
     """Read a part and make it clean for meshing.
@@ -37,6 +38,8 @@ def load(
         Names of the solids of an assembly to be read, or to be left out; what is left out need not be sound.
     touch : float or None
         Distance, model units, up to which solids are taken to touch; None derives it from the part's size.
+    cut_overlaps : bool
+        Whether the larger of two solids that overlap is cut where they do; else they are refused.
     on_progress : callable or None
         Called with the share that is done while several solids are healed and read.
 
@@ -66,7 +69,16 @@ def load(
         if part is not None:
             raise InputError("part chooses a solid of what is loaded; this part is loaded already")
         return chosen_solids(source, only=only, skip=skip)
-    return cad.load(source, params=params, part=part, only=only, skip=skip, touch=touch, on_progress=on_progress)
+    return cad.load(
+        source,
+        params=params,
+        part=part,
+        only=only,
+        skip=skip,
+        touch=touch,
+        cut_overlaps=cut_overlaps,
+        on_progress=on_progress,
+    )
 
 
 def search(part: Part, source: Any, target: Any) -> list[Sweep]:

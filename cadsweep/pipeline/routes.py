@@ -96,6 +96,7 @@ def open_part(source: Any, options: SweepOptions, run: Run) -> Part:
             only=options.only,
             skip=options.skip,
             touch=options.touch,
+            cut_overlaps=options.cut_overlaps,
             on_progress=lambda share: run.on_progress("cad", share),
         )
         if options.names:

@@ -20,6 +20,7 @@ from ..extract.labels import EdgeLabel, FaceLabel, Labels
 from ..imprinting.apart import Original
 from ..imprinting.checking import integrated_volume
 from ..imprinting.joining import imprint
+from ..imprinting.overlaps import cut_overlaps as cut_overlaps_of
 from ..names.naming import declare_names
 from ..names.unique import declare_words, number_repeated
 from ..read.colors import split_colors
@@ -38,7 +39,11 @@ _HEALED = 0.1
 
 
 def make_assembly(
-    model: Model, *, touch: float | None = None, on_progress: Callable[[float], None] | None = None
+    model: Model,
+    *,
+    touch: float | None = None,
+    cut_overlaps: bool = False,
+    on_progress: Callable[[float], None] | None = None,
 ) -> Part:
     """Heal a model of several solids, and make one part of them.
 
@@ -47,6 +52,8 @@ def make_assembly(
     model : Model
     touch : float, optional
         Distance, model units, up to which faces of two solids are taken to touch.
+    cut_overlaps : bool
+        Whether the larger of two solids that overlap is cut.
     on_progress : callable, optional
         Called with the share that is done.
 
@@ -102,6 +109,9 @@ def make_assembly(
             healed = [typed(tool.ModifiedShape(solid), SOLID) for solid in healed]
             if scale > 1.0:
                 ShapeFix_ShapeTolerance().LimitTolerance(compound(healed), 1e-7, 0.0)
+    if cut_overlaps:
+        with stage(model, "cutting overlaps"):
+            notes += _cut_overlaps(healed, labels, names)
     units = Units(model.scale * scale, model.scale * offset)
     models = [
         ModelSolid(
@@ -131,6 +141,14 @@ def make_assembly(
             names={**of_materials, **of_solids, **edges.originals, **faces.originals},
         )
         return replace(part, models=tuple(_measured(part, healed, moved=touch is not None)))
+
+
+def _cut_overlaps(healed: list[Any], labels: list[Labels], names: Sequence[str]) -> list[str]:
+    """Cut what overlaps in place, and say what was cut."""
+    cut, notes = cut_overlaps_of(healed, names)
+    for j, traced in cut.items():
+        healed[j], labels[j] = traced.shape, _followed(traced, labels[j].faces, labels[j].edges)
+    return notes
 
 
 def _measured(part: Part, healed: Sequence[Any], *, moved: bool) -> Iterator[ModelSolid]:

@@ -89,12 +89,12 @@ def check_distinct(fused: Fused, labels: Sequence[str], units: Units) -> None:
     if cells[i] < cells[j] or cells[j] < cells[i]:
         inner, outer = (i, j) if cells[i] < cells[j] else (j, i)
         raise CadError(
-            f"{labels[inner]} lies wholly inside {labels[outer]}, at ({place}): cut it out of {labels[outer]}, "
-            f"or remove it{without(inner)}.{more}"
+            f"{labels[inner]} lies wholly inside {labels[outer]}, at ({place}): "
+            f"cut_overlaps=True (--cut-overlaps) cuts it out of {labels[outer]}{without(inner)}.{more}"
         )
     raise CadError(
         f"{labels[i]} and {labels[j]} overlap by a volume of {volume * units.scale**3:.4g} at ({place}): "
-        f"cut one out of the other in the CAD program, or move them apart{without(j)}.{more}"
+        f"cut_overlaps=True (--cut-overlaps) cuts the smaller out of the larger{without(j)}.{more}"
     )
 
 

@@ -128,7 +128,9 @@ def sensitivity(
     # Others are to be like this mesh.
     mesh = build(value, **{**options, "without": [*(options.get("without") or ()), *WITHOUT_BORDERS]})
     template = make_template(mesh, "a derivative")
-    kept = {name: options[name] for name in ("order", "nodes", "part", "touch", "refine") if name in options}
+    kept = {
+        name: options[name] for name in ("order", "nodes", "part", "touch", "cut_overlaps", "refine") if name in options
+    }
     differences = []
     for h in (step, 0.5 * step):
         ends = []
