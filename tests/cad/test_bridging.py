@@ -40,7 +40,7 @@ def test_a_tip_ends_in_an_edge_of_that_length_and_faces_keep_their_ids(n_sides, 
     assert not find_tips(new, LENGTH)
     short = [edge for edge in new.edges if edge.length < 2 * LENGTH]
     assert len(short) == 4 * n_sides
-    assert all(0.9 * LENGTH < edge.length < 1.01 * LENGTH for edge in short)
+    assert [edge.length for edge in short] == pytest.approx([LENGTH] * len(short), rel=1e-3)
     assert min(angle for face in new.faces for loop in face.loops for angle in loop.angles) > math.pi / 10
     assert new.volume == old.volume
     assert sum(face.area for face in new.faces) == pytest.approx(sum(face.area for face in old.faces), rel=1e-4)
@@ -58,6 +58,12 @@ def test_a_face_that_got_a_tip_knows_that_places_near_it_may_lie_on_either_surfa
     middle = old.edges[edge].curve.evaluate(np.array([0.5]))
     far = old.faces[tip.neighbour].surface.distance(middle)
     assert new.faces[tip.neighbour].surface.distance(middle) == pytest.approx(far, rel=1e-12)
+
+
+@pytest.mark.parametrize("length", [1e-3, 5e-2])
+def test_a_tip_may_be_as_short_as_asked(length):
+    (new,) = cad.bridge_tips(cs.load(chamfered_nut(4)), length).solids
+    assert min(edge.length for edge in new.edges) == pytest.approx(length, rel=1e-3)
 
 
 def test_a_part_without_tips_stays_the_part():

@@ -3,19 +3,20 @@
 Place in the flow: called by the pipeline for every solid, before it is meshed.
 
 A chamfer that runs out, a cylinder tangent to a plane, a circle that touches the edge of its face: what lies between
-is a face whose angle tends to zero, and so do those of quads in it. Where the edges are a given length apart, a short
-edge joins them; what lies beyond goes to the neighbour across the flatter of the two::
+is a face whose angle tends to zero, and so do those of quads in it. Where its edges are a given length apart, a short
+edge ab joins them; what lies beyond goes to the neighbour across the flatter of the two::
 
-      ______________ e                  ______________ e
-    V <_____                ->       V  a'|___              the tip V a' a belongs to what lies below it
-            \\__ F                       a  \\__ F
+    V _______________________          V _____b_________________
+      ``--..__     face                       |     face
+              ``--..__           ->           a`--..__
+         neighbour    ``                 neighbour    ``
 
 The mesh is off the model there by that length at most, and says so.
 
 Method: OpenCASCADE's splitter divides the face along the short edge; the neighbour then gets a loop around the tip, and
 its new edges a tolerance of their distance to its surface.
 
-Not handled: faces that are narrow all along, tips on the seam of a closed face.
+Not handled: faces that are narrow all along, tips on the seam of a closed face, parts of several solids.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.Precision import Precision
 from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Wire
 from OCP.TopoDS import TopoDS_Wire
+from scipy.optimize import brentq
 
 from ...arrays import FloatArray
 from ...brep import Face, Part, Solid, Surface
@@ -72,6 +74,8 @@ _WIDEST = 2.0
 """How far the neighbour of a tip may be off its new edges, over the length: less, as it is no steeper than that."""
 _MOST = 0.45
 """Greatest share of either edge that may be bridged: the face goes on, and another tip may be at its other end."""
+_MOST_APART = 16
+"""Tips up to which each is tried by itself where all at once cannot be had; one takes tenths of a second."""
 _SAMPLES = 65
 """Places along each edge at which its distance to the other is looked at."""
 
@@ -109,7 +113,7 @@ def bridge_tips(part: Part, length: float) -> Part:
     -------
     Part
         The same solid, its faces under the ids that they had; the part itself where it has no tips, or OpenCASCADE
-        makes no sound solid of it.
+        can bridge none.
     """
     if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
         return part
@@ -117,17 +121,12 @@ def bridge_tips(part: Part, length: float) -> Part:
     tips = find_tips(solid, length / part.scale)
     if not tips:
         return part
-    try:
-        bridged = _bridged(solid, tips, length / part.scale)
-    except (CadError, ValueError, RuntimeError) as error:
-        log.info("%d tips cannot be bridged at once: %s", len(tips), error)
-        sound = [tip for tip in tips if _is_bridged(solid, tip, length / part.scale)]
-        if not 0 < len(sound) < len(tips):
-            return part
-        try:
-            tips, bridged = sound, _bridged(solid, sound, length / part.scale)
-        except (CadError, ValueError, RuntimeError):
-            return part  # as it was
+    bridged = _bridged_if_sound(solid, tips, length / part.scale)
+    if bridged is None and len(tips) <= _MOST_APART:
+        tips = [tip for tip in tips if _bridged_if_sound(solid, [tip], length / part.scale) is not None]
+        bridged = _bridged_if_sound(solid, tips, length / part.scale) if tips else None
+    if bridged is None:
+        return part
     faces = ", ".join(solid.faces[f].label() for f in dict.fromkeys(tip.face for tip in tips[:2]))
     note = (
         f"{TIPS_NOTE}: {len(tips)} sharp corners end in edges of {length:.3g}, by which the mesh may be off the CAD "
@@ -136,13 +135,13 @@ def bridge_tips(part: Part, length: float) -> Part:
     return replace(part, solids=(bridged,), notes=(*part.notes, note))
 
 
-def _is_bridged(solid: Solid, tip: Tip, length: float) -> bool:
-    """Whether OpenCASCADE can bridge a tip by itself."""
+def _bridged_if_sound(solid: Solid, tips: Sequence[Tip], length: float) -> Solid | None:
+    """The solid with its tips bridged; None where OpenCASCADE cannot do that."""
     try:
-        _bridged(solid, [tip], length)
-    except (CadError, ValueError, RuntimeError):
-        return False
-    return True
+        return _bridged(solid, tips, length)
+    except (CadError, ValueError, RuntimeError) as error:
+        log.info("%d tips cannot be bridged: %s", len(tips), error)
+        return None
 
 
 def find_tips(solid: Solid, length: float) -> list[Tip]:
@@ -176,9 +175,8 @@ def _tip(solid: Solid, face: Face, before: tuple[int, bool], after: tuple[int, b
     wide = np.flatnonzero(apart(away) >= length)
     if not len(wide):
         return None
-    fine = np.linspace(away[wide[0] - 1], away[wide[0]], _SAMPLES)
-    at = fine[int(np.flatnonzero(apart(fine) >= length)[0]) - 1 :][:1]
-    ends = [(edge, float(f[0])) for (edge, _), f in zip(legs, along(at), strict=True)]
+    at = brentq(lambda x: apart(np.array([x]))[0] - length, away[wide[0] - 1], away[wide[0]])
+    ends = [(edge, float(f[0])) for (edge, _), f in zip(legs, along(np.array([at])), strict=True)]
     middle = np.mean([solid.edges[edge].curve.evaluate(np.array([f])) for edge, f in ends], axis=0)
     own = face.surface.normals(face.surface.project(middle))[0]
     beside = {other for edge, _ in legs for other in solid.edges[edge].faces} - {face.id}
@@ -291,6 +289,7 @@ def _short_edge(solid: Solid, holder: SolidShape, tip: Tip) -> Any:
 
 
 def _touches(piece: Any, corner: FloatArray) -> bool:
+    """Whether a face has a vertex at a place."""
     places = [(BRep_Tool.Pnt_s(vertex), BRep_Tool.Tolerance_s(vertex)) for vertex in subshapes(piece, VERTEX)]
     return any(place.Distance(gp_Pnt(*corner.tolist())) <= tolerance for place, tolerance in places)
 
