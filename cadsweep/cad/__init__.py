@@ -49,6 +49,7 @@ __all__ = [
     "from_inside",
     "give_names",
     "hanging_together",
+    "has_sharp_corners",
     "imprint",
     "join_halves",
     "load",
@@ -78,6 +79,13 @@ def bridge_tips(part: "Part", length: float) -> "Part":
     from .edit.bridging import bridge_tips as bridge
 
     return bridge(part, length)
+
+
+def has_sharp_corners(solid: "Solid") -> bool:
+    """Whether a face ends in a tip (:func:`cadsweep.cad.edit.bridging.has_sharp_corners`)."""
+    from .edit.bridging import has_sharp_corners as has
+
+    return has(solid)
 
 
 def contains(part: "Part", faces: "Sequence[int]") -> "Callable[[FloatArray], BoolArray]":

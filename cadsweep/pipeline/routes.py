@@ -177,9 +177,7 @@ def mesh_solid(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         rows.took([FITTED])
         return _mesh_fitted(part, options, run, _Before())
     try:
-        # Where faces are many, designs and cells take the time that the part as it is will want.
-        plain_only = [FITTED] if len(part.solids[0].faces) <= _MOST_LOOKED_AT else [FITTED, DESIGN, CELLS]
-        return mesh_bridged_or_plain(part, options, run, _by_ways, plain_only=plain_only)
+        return mesh_bridged_or_plain(part, options, run, _by_ways, last=[FITTED], slow=[DESIGN, CELLS])
     except _MENDABLE as refused:
         from .remedies import find_remedy, proposing
 

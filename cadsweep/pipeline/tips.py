@@ -25,6 +25,8 @@ BRIDGE = 0.05
 """Distance, as a share of the size, up to which the mesh may leave the CAD there: less than is seen of its quads."""
 LOOK = 0.5
 """Share of the time of a search for cells."""
+MOST_FACES = 60
+"""Faces up to which a search for cells, and a design, are worth their seconds twice."""
 
 
 def bridged(part: Part, options: SweepOptions) -> Part:
@@ -44,7 +46,8 @@ def mesh_bridged_or_plain(
     run: Run,
     mesh_it: Callable[[Part, SweepOptions, Run, float], AnyMesh],
     *,
-    plain_only: Collection[str],
+    last: Collection[str],
+    slow: Collection[str],
 ) -> AnyMesh:
     """Mesh a part of one solid with its tips bridged where that does well, else by whichever does better.
 
@@ -55,8 +58,10 @@ def mesh_bridged_or_plain(
     run : Run
     mesh_it : callable
         Meshes a part by the ways that are switched on; its last argument is their share of a search's time.
-    plain_only : collection of str
+    last : collection of str
         Ways that are tried with the plain part alone.
+    slow : collection of str
+        And those that are, too, where the part has many faces, or keeps a tip that limits it whatever is done.
 
     Raises
     ------
@@ -67,9 +72,11 @@ def mesh_bridged_or_plain(
     if found is part:
         return mesh_it(part, options, run, 1.0)
     made: list[tuple[AnyMesh, set[str]]] = []
-    with suppress(CadSweepError), rows.share() as own, rows.without(plain_only):
+    solid = found.solids[0]
+    few = len(solid.faces) <= MOST_FACES and not cad.has_sharp_corners(solid)
+    with suppress(CadSweepError), rows.share() as own, rows.without(last if few else [*last, *slow]):
         made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
-    if not made or reached_by(made[0][0], found.solids[0]) < SMOOTH_BELOW:
+    if not made or reached_by(made[0][0], solid) < SMOOTH_BELOW:
         try:
             with rows.share() as own:
                 made.append((mesh_it(part, options, run, 1.0), own))

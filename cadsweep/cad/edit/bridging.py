@@ -70,6 +70,8 @@ SHARP = pi / 10
 """Angle of a face, radians, below which its corner is a tip: its sine is 0.3, and no quad there can be better."""
 _FLATTEST = cos(pi / 3)
 """Least cosine between the normals of a tip's face and of the neighbour that gets it: its quads bend by this angle."""
+_ONE_PLANE = 1.0 - 1e-9
+"""Cosine above which both are in one plane: what only divides one is merged or not followed, and does better so."""
 _WIDEST = 2.0
 """How far the neighbour of a tip may be off its new edges, over the length: less, as it is no steeper than that."""
 _MOST = 0.45
@@ -157,6 +159,11 @@ def find_tips(solid: Solid, length: float) -> list[Tip]:
     return found
 
 
+def has_sharp_corners(solid: Solid) -> bool:
+    """Whether a face has a corner that is sharp enough for a tip."""
+    return any(angle < SHARP for face in solid.faces for loop in face.loops for angle in loop.angles)
+
+
 def _tip(solid: Solid, face: Face, before: tuple[int, bool], after: tuple[int, bool], length: float) -> Tip | None:
     """The corner of a face between two directed edges, where it can be bridged."""
     if before[0] == after[0]:
@@ -183,7 +190,7 @@ def _tip(solid: Solid, face: Face, before: tuple[int, bool], after: tuple[int, b
     surfaces = {other: solid.faces[other].surface for other in beside}
     flat = {other: float(own @ of.normals(of.project(middle))[0]) for other, of in surfaces.items()}
     neighbour = max(flat, key=lambda other: flat[other], default=-1)
-    if neighbour < 0 or flat[neighbour] < _FLATTEST:
+    if neighbour < 0 or not _FLATTEST <= flat[neighbour] <= _ONE_PLANE:
         return None
     return Tip(face.id, neighbour, solid.first_vertex(after), (ends[0], ends[1]))
 
@@ -367,4 +374,4 @@ def _lay(edge: Any, face: Any, surface: Surface) -> None:
     ShapeFix_Edge().FixAddPCurve(edge, face, False, BRep_Tool.Tolerance_s(edge))
 
 
-__all__ = ["bridge_tips", "find_tips"]
+__all__ = ["bridge_tips", "find_tips", "has_sharp_corners"]
