@@ -82,8 +82,8 @@ def bridge_tips(part: "Part", length: float) -> "Part":
 
 
 def has_sharp_corners(solid: "Solid") -> bool:
-    """Whether a face ends in a tip (:func:`cadsweep.cad.edit.bridging.has_sharp_corners`)."""
-    from .edit.bridging import has_sharp_corners as has
+    """Whether a face ends in a tip (:func:`cadsweep.cad.edit.corners.has_sharp_corners`)."""
+    from .edit.corners import has_sharp_corners as has
 
     return has(solid)
 

@@ -33,6 +33,8 @@ def bridged(part: Part, options: SweepOptions) -> Part:
     """A part of one solid whose faces end before their tips, as far as the options let the mesh leave the CAD."""
     if len(part.solids) != 1 or options.bridge == 0.0 or not rows.is_on(TIPS):
         return part
+    if not cad.has_sharp_corners(part.solids[0]):
+        return part
     length = options.bridge
     if length is None:
         size = (part.solids[0].volume * part.scale**3 / WANTED_HEXES) ** (1.0 / 3.0)

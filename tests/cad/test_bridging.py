@@ -8,7 +8,8 @@ import pytest
 
 import cadsweep as cs
 from cadsweep import cad
-from cadsweep.cad.edit.bridging import SHARP, find_tips
+from cadsweep.cad.edit.bridging import find_tips
+from cadsweep.cad.edit.corners import SHARP
 from tests.parts.chamfered import chamfered_nut
 
 LENGTH = 0.02

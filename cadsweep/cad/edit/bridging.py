@@ -61,13 +61,12 @@ from ..shapes import (
     subshapes,
     typed,
 )
+from .corners import SHARP
 from .notes import TIPS_NOTE
 from .splitting import extracted, in_order, split
 
 log = logging.getLogger(__name__)
 
-SHARP = pi / 10
-"""Angle of a face, radians, below which its corner is a tip: its sine is 0.3, and no quad there can be better."""
 _FLATTEST = cos(pi / 3)
 """Least cosine between the normals of a tip's face and of the neighbour that gets it: its quads bend by this angle."""
 _ONE_PLANE = 1.0 - 1e-9
@@ -157,11 +156,6 @@ def find_tips(solid: Solid, length: float) -> list[Tip]:
                     if tip is not None:
                         found.append(tip)
     return found
-
-
-def has_sharp_corners(solid: Solid) -> bool:
-    """Whether a face has a corner that is sharp enough for a tip."""
-    return any(angle < SHARP for face in solid.faces for loop in face.loops for angle in loop.angles)
 
 
 def _tip(solid: Solid, face: Face, before: tuple[int, bool], after: tuple[int, bool], length: float) -> Tip | None:
@@ -374,4 +368,4 @@ def _lay(edge: Any, face: Any, surface: Surface) -> None:
     ShapeFix_Edge().FixAddPCurve(edge, face, False, BRep_Tool.Tolerance_s(edge))
 
 
-__all__ = ["bridge_tips", "find_tips", "has_sharp_corners"]
+__all__ = ["bridge_tips", "find_tips"]
