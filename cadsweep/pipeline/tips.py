@@ -5,8 +5,8 @@ Place in the flow: :mod:`.routes` hands over a solid and what meshes it; :mod:`.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Collection
-from contextlib import suppress
 from math import inf
 
 from .. import cad, rows
@@ -18,6 +18,8 @@ from .candidates import SMOOTH_BELOW
 from .judging import reached_by
 from .origin import AnyMesh, worst_of
 from .run import Run
+
+log = logging.getLogger(__name__)
 
 TIPS = "part: tips bridged"
 """The row of the table that is this module."""
@@ -76,8 +78,11 @@ def mesh_bridged_or_plain(
     made: list[tuple[AnyMesh, set[str]]] = []
     solid = found.solids[0]
     few = len(solid.faces) <= MOST_FACES and not cad.has_sharp_corners(solid)
-    with suppress(CadSweepError), rows.share() as own, rows.without(last if few else [*last, *slow]):
-        made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
+    try:
+        with rows.share() as own, rows.without(last if few else [*last, *slow]):
+            made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
+    except CadSweepError as error:
+        log.info("not with its tips bridged: %s", error)
     if not made or reached_by(made[0][0], solid) < SMOOTH_BELOW:
         try:
             with rows.share() as own:

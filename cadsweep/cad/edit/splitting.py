@@ -22,10 +22,10 @@ from ...errors import CadError
 from ..extract.labels import EdgeLabel, Labels, label_of
 from ..extract.shared import PartGeometry
 from ..extract.solids import extract_solid
-from ..heal.tracing import Traced
+from ..heal.tracing import Traced, image_of
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
-from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, listed, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
 from ..trial import attempted
 
 SAME_VOLUME = 1e-6
@@ -96,14 +96,8 @@ def split(
         raise CadError("OpenCASCADE fails at dividing its faces")
     (split,) = subshapes(splitter.Shape(), SOLID)
 
-    def image(sub: Any) -> Any:
-        if splitter.IsDeleted(sub):
-            return None
-        new = listed(splitter.Modified(sub))
-        return compound(new) if new else sub
-
     traced = Traced(holder.shape)
-    traced.replace(split, image)
+    traced.replace(split, image_of(splitter))
     found = index_map(split, FACE)
     # As the solid has them: the pieces that history gives may be turned the other way.
     pieces = [[typed(found.FindKey(found.FindIndex(face)), FACE) for face in faces] for faces in traced.faces]

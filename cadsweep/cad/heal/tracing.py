@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..shapes import EDGE, FACE, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, compound, index_map, listed, subshapes, typed
 
 
 class Traced:
@@ -45,6 +45,18 @@ class Traced:
     def edge_origins(self, found: Any) -> list[int | None]:
         """For every edge of a map of the present edges, the input edge it comes from."""
         return _origins(self.edges, found)
+
+
+def image_of(tool: Any) -> Callable[[Any], Any]:
+    """What a face or an edge became, by the history of one of OpenCASCADE's booleans; None: it is gone."""
+
+    def image(sub: Any) -> Any:
+        if tool.IsDeleted(sub):
+            return None
+        became = listed(tool.Modified(sub))
+        return compound(became) if became else sub
+
+    return image
 
 
 def _images(old: list[Any], image: Callable[[Any], Any], kind: Any) -> list[Any]:

@@ -16,9 +16,9 @@ from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut
 from OCP.TopTools import TopTools_ListOfShape
 
 from ...errors import CadError
-from ..heal.tracing import Traced
+from ..heal.tracing import Traced, image_of
 from ..heal.validate import faults
-from ..shapes import SOLID, bounds, compound, listed, near_boxes, subshapes, typed, volume_and_center
+from ..shapes import SOLID, bounds, near_boxes, subshapes, typed, volume_and_center
 from ..trial import attempted
 
 LEAST = 1e-9
@@ -93,15 +93,8 @@ def _without(large: Any, tools: Sequence[Any], what: str) -> Traced:
     damage = faults(solids[0])
     if damage:
         raise CadError(f"cutting {what} makes it invalid: {damage[0]}")
-
-    def image(sub: Any) -> Any:
-        if cut.IsDeleted(sub):
-            return None
-        became = listed(cut.Modified(sub))
-        return compound(became) if became else sub
-
     traced = Traced(large)
-    traced.replace(typed(solids[0], SOLID), image)
+    traced.replace(typed(solids[0], SOLID), image_of(cut))
     return traced
 
 
