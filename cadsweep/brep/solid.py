@@ -23,6 +23,8 @@ class Solid:
         Diagonal of the bounding box.
     tolerance : float
         Largest gap that the model allows between a vertex or an edge and its faces.
+    closed : float
+        Width of gaps that were closed, to solids that it touches or at bridged tips: faces are as far off their edges.
     kernel : object
         What ``cad`` has to find again of the solid, its shape in the CAD kernel; None, or whatever else, to everybody
         else.
@@ -55,6 +57,7 @@ class Solid:
     volume: float
     size: float
     tolerance: float = 0.0
+    closed: float = 0.0
     kernel: object = None
     vertex_keys: IntArray
     edge_keys: IntArray

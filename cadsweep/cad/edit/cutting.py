@@ -172,6 +172,7 @@ class Parted:
             name=part.name,
             notes=part.notes,
             names=part.names,
+            closed=max(solid.closed for solid in part.solids),
         )
         return replace(found, touch=part.touch)
 

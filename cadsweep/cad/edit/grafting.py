@@ -91,7 +91,7 @@ def graft(part: Part, cell: int, pieces: Sequence[tuple[Any, Labels]], images: I
     for shape, was in zip(shapes, old, strict=True):
         if was is None and not is_divided(shape):
             raise CadError("a piece has a face that is closed upon itself")
-    shared = PartGeometry(compound(shapes), closed=closed)
+    shared = PartGeometry(compound(shapes), closed=max(closed, *(solid.closed for solid in part.solids)))
     solids = []
     for shape, label, owner, was in zip(shapes, labels, owners, old, strict=True):
         if was is not None:

@@ -15,6 +15,7 @@ from OCP.TopTools import TopTools_ListOfShape
 
 from ...brep import Solid
 from ..extract.labels import Labels, label_of
+from ..extract.shared import PartGeometry
 from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.tracing import Traced
@@ -68,6 +69,7 @@ def open_solid(
         material=solid.material,
         color=solid.color,
         units=solid.units,
+        shared=PartGeometry(traced.shape, closed=solid.closed),
         opened=_sides_of_cut(caps, came_from),
     )
 

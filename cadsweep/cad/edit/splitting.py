@@ -152,7 +152,7 @@ def extracted(solid: Solid, shape: Any, traced: Traced, *, shared: PartGeometry 
         material=solid.material,
         color=solid.color,
         units=solid.units,
-        shared=shared,
+        shared=PartGeometry(shape, closed=solid.closed) if shared is None else shared,
     )
 
 

@@ -170,6 +170,7 @@ def extract_solid(
         volume=volume_inside(shape, measures, open_area=2.0 * sum(edge.gap * edge.length for edge in edges)),
         size=size,
         tolerance=largest_tolerance(shape),
+        closed=shared.closed,
         kernel=holder,
         vertex_keys=vertex_keys,
         edge_keys=edge_keys,

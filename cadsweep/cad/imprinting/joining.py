@@ -66,6 +66,7 @@ def imprint(
     owners: Sequence[int] | None = None,
     units: Units | None = None,
     touch: float = 0.0,
+    closed: float = 0.0,
     name: str = "part",
     notes: Sequence[str] = (),
     names: Mapping[str, str] | None = None,
@@ -88,6 +89,8 @@ def imprint(
         How the working lengths become the model's.
     touch : float
         Distance, model units, up to which faces are taken to touch; no less than the part's own tolerance.
+    closed : float
+        Width of gaps, working units, that the shapes have already where their faces were closed.
     name, notes, names
         As in :class:`~cadsweep.brep.Part`.
     on_progress : callable, optional
@@ -120,7 +123,7 @@ def imprint(
     notes = [*notes, *divide_closed(traced)]
     cells = [typed(cell, SOLID) for cell in children(traced.shape)]
     origins = _Origins(shapes, labels, traced)
-    shared = PartGeometry(traced.shape, closed=widest_closed(tolerance))
+    shared = PartGeometry(traced.shape, closed=max(widest_closed(tolerance), closed))
     solids = []
     for i, cell in enumerate(cells):
         if on_progress is not None:
