@@ -39,6 +39,7 @@ __all__ = [
     "design_of",
     "divide_annuli",
     "divide_corners",
+    "divide_edges",
     "divide_roundings",
     "find_contacts",
     "find_crossing",
@@ -173,6 +174,13 @@ def divide_annuli(part: "Part") -> "Part | None":
     from .edit.annuli import divide_annuli as divide
 
     return divide(part)
+
+
+def divide_edges(part: "Part", places: "Mapping[int, Mapping[int, Sequence[float]]]") -> "Part | None":
+    """Divide edges of a part (:func:`cadsweep.cad.edit.splitting.divide_edges`)."""
+    from .edit.splitting import divide_edges as divide
+
+    return divide(part, places)
 
 
 def divide_corners(part: "Part") -> "Part | None":

@@ -172,6 +172,7 @@ class CellSearch:
         self.n_parts = self.n_faces = 0
         self.known: set[Hashable] = set()
         self.sweeps: dict[object, list[Fill]] = {}
+        self.compared = set[object]()
         self.refused: Counter[str] = Counter()
         self.ended_early = False
         self.best = self.judge(part, ())
@@ -299,6 +300,11 @@ class CellSearch:
             for solid, own in zip(part.solids, candidates, strict=True)
         ]
         blocked = sorted((j for j, own in enumerate(candidates) if not own), key=lambda j: -costs[j])
+        new = [j for j in blocked if part.solids[j].kernel not in self.compared]
+        self.compared.update(part.solids[j].kernel for j in new)
+        alike = self.tools.make_alike(part, new) if new else None
+        if alike is not None:
+            return self.judge(alike, cuts, prices)
         cost, plan, message = sum(costs) + prices, None, ""
         conflict: tuple[tuple[int, int], ...] = ()
         if blocked:

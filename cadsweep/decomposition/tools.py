@@ -59,6 +59,9 @@ class Tools:
     split : callable
         ``split(part, cell, cutter, others)``: the pieces of the cell, or None; other cells in the way are parted with
         it where that is the cutter's way. Imprinting the part costs ten times as much, and waits until they are new.
+    make_alike : callable
+        ``make_alike(part, cells)``: the part with edges of cells in the way divided where that gives one of them a
+        sweep; None where it gives none.
     on_progress : callable
         Called with the number of cells in the way.
     is_late : callable
@@ -69,5 +72,6 @@ class Tools:
     make_plan: Callable[[Part, list[list[Fill]]], Any]
     find_cutters: Callable[[Part, int, Sequence[int]], Iterable[Cutter]]
     split: Callable[[Part, int, Any, Sequence[int]], Parted | None]
+    make_alike: Callable[[Part, Sequence[int]], Part | None] = lambda part, cells: None
     on_progress: Callable[[int], None] = lambda n: None
     is_late: Callable[[], bool] = lambda: False

@@ -130,6 +130,10 @@ class Run:
         """A silent run for something that is tried."""
         return Run(on_progress=silent, decompose_time=seconds, total=seconds)
 
+    def for_share(self, share: float) -> Run:
+        """The same run with less time for cuts: what they take is taken from the rest, too."""
+        return replace(self, decompose_time=share * self.decompose_time)
+
     def anew(self) -> Run:
         """The same run with all its time again, for another solid."""
         return replace(self, _since=[], _searched=[], _begun=spent())

@@ -12,6 +12,7 @@ from ..blends.sheets import SHEET
 from ..cad.edit.families import FAMILIES
 from ..errors import InputError, did_you_mean
 from ..recognition.find import SHEET as THROUGH_SHEET
+from ..recognition.outlines import ALIKE
 from ..smoothing.ladder import STEPS
 from ..surface.filling import FILLINGS
 from .attempts import ATTEMPTS
@@ -40,6 +41,7 @@ def all_rows() -> tuple[str, ...]:
         SHEET,
         *(attempt.row for attempt in ATTEMPTS),
         THROUGH_SHEET,
+        ALIKE,
         *SEARCHES,
         *(f"cut: {name}" for name in FAMILIES),
         *(filling.row for filling in FILLINGS),

@@ -1,6 +1,7 @@
 """Tips of faces bridged, for all ways to a mesh at once.
 
-Place in the flow: :mod:`.routes` hands over a solid and what meshes it; :mod:`.finished.like` does the same to another.
+Place in the flow: :mod:`.routes` and :mod:`.complexes.assemblies` hand over solids that hang together and what meshes
+them; :mod:`.finished.like` does the same to others.
 """
 
 from __future__ import annotations
@@ -32,15 +33,17 @@ MOST_FACES = 60
 
 
 def bridged(part: Part, options: SweepOptions) -> Part:
-    """A part of one solid whose faces end before their tips, as far as the options let the mesh leave the CAD."""
-    if len(part.solids) != 1 or options.bridge == 0.0 or not rows.is_on(TIPS):
+    """A part whose faces end before their tips, as far as the options let the mesh leave the CAD."""
+    if options.bridge == 0.0 or not rows.is_on(TIPS):
         return part
-    if not cad.has_sharp_corners(part.solids[0]):
+    if not any(cad.has_sharp_corners(solid) for solid in part.solids):
         return part
     length = options.bridge
     if length is None:
-        size = (part.solids[0].volume * part.scale**3 / WANTED_HEXES) ** (1.0 / 3.0)
-        length = min(BRIDGE * (size if options.size is None else options.size), options.tolerance or inf)
+        wanted = WANTED_HEXES * len(part.solids) ** 0.5
+        size = (sum(solid.volume for solid in part.solids) * part.scale**3 / wanted) ** (1.0 / 3.0)
+        asked = size if options.size is None else options.size
+        length = min(BRIDGE * min(asked, *(options.sizes or {}).values(), inf), options.tolerance or inf)
     return cad.bridge_tips(part, length)
 
 
@@ -50,10 +53,10 @@ def mesh_bridged_or_plain(
     run: Run,
     mesh_it: Callable[[Part, SweepOptions, Run, float], AnyMesh],
     *,
-    last: Collection[str],
-    slow: Collection[str],
+    last: Collection[str] = (),
+    slow: Collection[str] = (),
 ) -> AnyMesh:
-    """Mesh a part of one solid with its tips bridged where that does well, else by whichever does better.
+    """Mesh solids that hang together with their tips bridged where that does well, else by whichever does better.
 
     Parameters
     ----------
@@ -76,14 +79,14 @@ def mesh_bridged_or_plain(
     if found is part:
         return mesh_it(part, options, run, 1.0)
     made: list[tuple[AnyMesh, set[str]]] = []
-    solid = found.solids[0]
-    few = len(solid.faces) <= MOST_FACES and not cad.has_sharp_corners(solid)
+    few = sum(len(solid.faces) for solid in found.solids) <= MOST_FACES
+    few &= not any(cad.has_sharp_corners(solid) for solid in found.solids)
     try:
         with rows.share() as own, rows.without(last if few else [*last, *slow]):
             made.append((mesh_it(found, options, run, LOOK), {*own, TIPS}))
     except CadSweepError as error:
         log.info("not with its tips bridged: %s", error)
-    if not made or reached_by(made[0][0], solid) < SMOOTH_BELOW:
+    if not made or min(reached_by(made[0][0], solid) for solid in found.solids) < SMOOTH_BELOW:
         try:
             with rows.share() as own:
                 made.append((mesh_it(part, options, run, 1.0), own))

@@ -10,14 +10,17 @@ from .description import describe
 from .edges import describe_edges
 from .find import find_sweeps, search_sweeps
 from .growth import find_roundings, worst_rim
+from .outlines import ALIKE, find_divisions
 from .revolution import find_axis
 from .rings import may_be_ring, why_not_closed
 
 __all__ = [
+    "ALIKE",
     "describe",
     "describe_edges",
     "find_axis",
     "find_corner_blocks",
+    "find_divisions",
     "find_roundings",
     "find_sweeps",
     "may_be_ring",

@@ -43,6 +43,21 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
     NotSweepableError
         The layout is none of a sweep; the message is the reason, in half a sentence.
     """
+    sweep = match_caps(assemble_sweep(solid, layout, reverse=reverse))
+    reason = _reentrant_rim(sweep) or _flat_corner(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep)
+    if reason:
+        raise NotSweepableError(reason)
+    return sweep
+
+
+def assemble_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep:
+    """The sweep of a layout as :func:`build_sweep` gives it, before one cap is compared with the other.
+
+    Raises
+    ------
+    NotSweepableError
+        A cap is no disc with holes.
+    """
     source, target = layout.caps[::-1] if reverse else layout.caps
     loops: list[tuple[list[LinkingSide], list[DirectedEdge], list[DirectedEdge]]] = []
     chains = [_side_chain(solid, chain, reverse) for chain in layout.chains]
@@ -70,7 +85,7 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
             ring = order_loop(solid, _ends(solid, chains[j][k + 1], below, top=False))
             stations.append((sum(lengths[-1][: k + 1]) / total, tuple(e for e, _ in ring)))
     all_sides = tuple(side for j in order for side in loops[j][0])
-    sweep = Sweep(
+    return Sweep(
         solid=solid,
         source=tuple(source),
         target=tuple(target),
@@ -82,11 +97,6 @@ def build_sweep(solid: Solid, layout: Layout, *, reverse: bool = False) -> Sweep
         spans=tuple(spans),
         span_lengths=tuple(lengths),
     )
-    sweep = match_caps(sweep)
-    reason = _reentrant_rim(sweep) or _flat_corner(sweep) or _unmatched_fold(sweep) or why_unmatched(sweep)
-    if reason:
-        raise NotSweepableError(reason)
-    return sweep
 
 
 def _reentrant_rim(sweep: Sweep) -> str:

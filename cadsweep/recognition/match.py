@@ -19,7 +19,7 @@ from ..sweep import DirectedEdge, Sweep
 
 def match_caps(sweep: Sweep) -> Sweep:
     """Return the sweep with ``target_faces`` and ``target_edges`` filled in."""
-    joined = _join_boundaries(sweep)
+    joined = join_boundaries(sweep)
     if len(sweep.source) == len(sweep.target) == 1:
         return replace(sweep, target_faces={sweep.source[0]: sweep.target[0]}, target_edges=joined)
     matched = _walk(sweep, joined) if len(sweep.source) == len(sweep.target) else None
@@ -42,7 +42,7 @@ def _names(solid: Solid, cap: Sequence[int]) -> str:
     return ", ".join(solid.faces[f].label() for f in cap[:2]) + more
 
 
-def _join_boundaries(sweep: Sweep) -> dict[int, DirectedEdge]:
+def join_boundaries(sweep: Sweep) -> dict[int, DirectedEdge]:
     """Boundary edges that columns of one-to-one linking sides join."""
     above: dict[int, tuple[DirectedEdge, DirectedEdge]] = {}
     for side in sweep.linking_sides:
@@ -85,7 +85,7 @@ def _walk(sweep: Sweep, joined: dict[int, DirectedEdge]) -> tuple[dict[int, int]
         for f in solid.edges[a].faces:
             if f not in source:
                 continue
-            g = _partner(solid, (f, a), (b, same), target)
+            g = partner_of(solid, (f, a), (b, same), target)
             if g is None or faces.setdefault(f, g) != g:
                 return None
             ja, ka = _directed(solid, f)[a]
@@ -123,7 +123,7 @@ def _inner_loops(
     if not waiting:
         return []
     f, j = waiting[0]
-    source, target = _matched_points(solid, edges)
+    source, target = matched_points(solid, edges)
     center, far_center = source.mean(axis=0), target.mean(axis=0)
     fit, *_ = np.linalg.lstsq(source - center, target - far_center, rcond=1e-9)
     edge = solid.edges[solid.faces[f].loops[j].edges[0]]
@@ -139,7 +139,7 @@ def _inner_loops(
     return [(edge.id, pair)]
 
 
-def _matched_points(solid: Solid, edges: dict[int, DirectedEdge]) -> tuple[FloatArray, FloatArray]:
+def matched_points(solid: Solid, edges: dict[int, DirectedEdge]) -> tuple[FloatArray, FloatArray]:
     """Middles and starts of matched edges, on the source and on the target."""
     source, target = [], []
     for a, (b, same) in edges.items():
@@ -149,7 +149,7 @@ def _matched_points(solid: Solid, edges: dict[int, DirectedEdge]) -> tuple[Float
     return np.array(source), np.array(target)
 
 
-def _partner(solid: Solid, beside: tuple[int, int], joined: DirectedEdge, target: set[int]) -> int | None:
+def partner_of(solid: Solid, beside: tuple[int, int], joined: DirectedEdge, target: set[int]) -> int | None:
     """Target face beside a joined edge that corresponds to a source face beside its edge."""
     face, edge = beside
     b, same = joined

@@ -11,6 +11,7 @@ from cadsweep import cad
 from cadsweep.cad.edit.bridging import find_tips
 from cadsweep.cad.edit.corners import SHARP
 from tests.parts.chamfered import chamfered_nut
+from tests.parts.joints import bolted
 
 LENGTH = 0.02
 
@@ -77,3 +78,32 @@ def test_walls_of_a_tip_that_stand_across_it_leave_it_as_it_is():
     sharp = [face for face in solid.faces if any(a < SHARP for loop in face.loops for a in loop.angles)]
     assert sharp
     assert not [tip for tip in find_tips(solid, 0.1) if solid.faces[tip.face].kind == "plane"]
+
+
+def test_a_contact_gets_the_tips_of_what_lies_on_it_and_stays_shared():
+    part = cs.load(bolted(head=False))
+    bridged = cad.bridge_tips(part, LENGTH)
+    nut, plate = (next(j for j, solid in enumerate(part.solids) if solid.name == name) for name in ("nut", "plate"))
+    (key,) = set(part.solids[nut].face_keys) & set(part.solids[plate].face_keys)
+    (new,) = set(bridged.solids[nut].face_keys) & set(bridged.solids[plate].face_keys)
+    contact = {j: bridged.solids[j].face_keys.tolist().index(new) for j in (nut, plate)}
+    for j, face in contact.items():
+        was = part.solids[j].faces[part.solids[j].face_keys.tolist().index(key)]
+        now = bridged.solids[j].faces[face]
+        assert now.key == was.key
+        assert now.bridged
+        assert len(now.edges) == len(was.edges) + 12 + 12  # two short edges and two of the flats for each of six arcs
+        assert now.area > was.area
+    assert not any(cad.has_sharp_corners(solid) for solid in bridged.solids)
+    for one, other in zip(bridged.solids, part.solids, strict=True):
+        assert sum(face.area for face in one.faces) == pytest.approx(sum(face.area for face in other.faces), rel=1e-3)
+
+
+def test_a_face_in_contact_keeps_its_own_tips():
+    """Of a pad of the same shape on the pad: its upper face has the tips, and is that of the other."""
+    pad = pad_over_a_rim()
+    upper = cq.Workplane().center(0, -4.1).circle(6).extrude(1).translate((0, 0, 3))
+    part = cs.load(cq.Assembly().add(pad, name="pad").add(upper, name="upper"))
+    bridged = cad.bridge_tips(part, LENGTH)
+    shared = [set(p.solids[0].face_keys) & set(p.solids[1].face_keys) for p in (part, bridged)]
+    assert len(shared[0]) == len(shared[1])

@@ -7,7 +7,9 @@ import cadsweep as cs
 from cadsweep.errors import InputError
 from cadsweep.pipeline import write_factors
 from cadsweep.pipeline.tips import TIPS
-from tests.parts.chamfered import chamfered_nut
+from cadsweep.recognition import ALIKE
+from tests.parts.chamfered import chamfered_bolt, chamfered_nut
+from tests.parts.joints import bolted
 
 SIZE = 0.8
 
@@ -62,6 +64,24 @@ def test_a_bridged_mesh_is_carried_to_another_part(tmp_path):
         assert other.info["quality"].valid
         np.testing.assert_array_equal(other.hexes, mesh.hexes)
         assert np.ptp(other.points[:, 2]) == pytest.approx(8.0)
+
+
+def test_cuts_go_through_bridged_tips():
+    mesh = cs.sweep_mesh(chamfered_bolt(), size=1.5)
+    assert mesh.record.way == "cells"
+    assert TIPS in mesh.info["rows"]
+    assert mesh.info["quality"].min_scaled_jacobian > 0.35
+
+
+def test_a_bolted_joint_shares_its_nodes_and_has_no_flat_quads():
+    mesh = cs.sweep_mesh(bolted())
+    assert {TIPS, ALIKE} <= set(mesh.info["rows"])
+    assert set(mesh.parts) == {"plate", "nut", "bolt"}
+    assert mesh.info["quality"].valid
+    assert mesh.info["quality"].min_scaled_jacobian > 0.3
+    nodes = {name: np.unique(mesh.hexes[cells]) for name, cells in mesh.parts.items()}
+    for one, other in (("plate", "nut"), ("plate", "bolt"), ("nut", "bolt")):
+        assert len(np.intersect1d(nodes[one], nodes[other])) > 50
 
 
 def test_a_bridge_is_no_longer_than_the_tolerance():

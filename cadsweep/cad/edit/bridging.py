@@ -1,6 +1,6 @@
 """Tips of faces bridged: where two edges of a face meet at an angle of nearly nothing, it ends in a short edge.
 
-Place in the flow: called by the pipeline for every solid, before it is meshed.
+Place in the flow: called by the pipeline for solids that hang together, before they are meshed.
 
 A chamfer that runs out, a cylinder tangent to a plane, a circle that touches the edge of its face: what lies between
 is a face whose angle tends to zero, and so do those of quads in it. Where its edges are a given length apart, a short
@@ -16,13 +16,16 @@ The mesh is off the model there by that length at most, and says so.
 Method: OpenCASCADE's splitter divides the face along the short edge; the neighbour then gets a loop around the tip, and
 its new edges a tolerance of their distance to its surface.
 
-Not handled: faces that are narrow all along, tips on the seam of a closed face, parts of several solids.
+What solids share stays shared. A face in contact may get a tip, as that of a plate gets the chamfer's of the nut on it:
+the face around the contact then ends where the contact does, and what was open between the two solids is closed.
+
+Not handled: faces that are narrow all along, tips on the seam of a closed face, tips of faces in contact.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields, replace
 from math import cos, pi
 from typing import Any
@@ -44,7 +47,6 @@ from scipy.optimize import brentq
 from ...arrays import FloatArray
 from ...brep import Face, Part, Solid, Surface
 from ...errors import CadError
-from ..extract.shared import PartGeometry
 from ..geometry.face_surface import FaceSurface
 from ..heal.validate import faults
 from ..shapes import (
@@ -63,7 +65,7 @@ from ..shapes import (
 )
 from .corners import SHARP
 from .notes import TIPS_NOTE
-from .splitting import extracted, in_order, split
+from .splitting import in_order, read_anew, split
 
 log = logging.getLogger(__name__)
 
@@ -101,8 +103,12 @@ class Tip:
     ends: tuple[tuple[int, float], tuple[int, float]]
 
 
+Tips = dict[int, list[Tip]]
+"""Tips by cell of a part."""
+
+
 def bridge_tips(part: Part, length: float) -> Part:
-    """Bridge the tips of a part of one solid.
+    """Bridge the tips of a part.
 
     Parameters
     ----------
@@ -113,43 +119,61 @@ def bridge_tips(part: Part, length: float) -> Part:
     Returns
     -------
     Part
-        The same solid, its faces under the ids that they had; the part itself where it has no tips, or OpenCASCADE
+        The same solids, their faces under the ids that they had; the part itself where it has no tips, or OpenCASCADE
         can bridge none.
     """
-    if len(part.solids) != 1 or not isinstance(part.solids[0].kernel, SolidShape):
+    if not all(isinstance(solid.kernel, SolidShape) for solid in part.solids):
         return part
-    (solid,) = part.solids
-    tips = find_tips(solid, length / part.scale)
-    if not tips:
-        return part
-    bridged = _bridged_if_sound(solid, tips, length / part.scale)
-    if bridged is None and len(tips) <= _MOST_APART:
-        tips = [tip for tip in tips if _bridged_if_sound(solid, [tip], length / part.scale) is not None]
-        bridged = _bridged_if_sound(solid, tips, length / part.scale) if tips else None
+    keys, n_uses = np.unique(np.concatenate([solid.face_keys for solid in part.solids]), return_counts=True)
+    in_contact = keys[n_uses > 1]
+    tips: Tips = {}
+    for cell, solid in enumerate(part.solids):
+        kept = frozenset(np.flatnonzero(np.isin(solid.face_keys, in_contact)).tolist())
+        found = find_tips(solid, length / part.scale, kept)
+        if found:
+            tips[cell] = found
+    bridged = _bridged_if_sound(part, tips, length / part.scale) if tips else None
+    if tips and bridged is None:
+        tips = _sound_ones(part, tips, length / part.scale)
+        bridged = _bridged_if_sound(part, tips, length / part.scale) if tips else None
     if bridged is None:
         return part
-    faces = ", ".join(solid.faces[f].label() for f in dict.fromkeys(tip.face for tip in tips[:2]))
+    faces = [part.solids[cell].faces[tip.face].label() for cell, own in tips.items() for tip in own]
     note = (
-        f"{TIPS_NOTE}: {len(tips)} sharp corners end in edges of {length:.3g}, by which the mesh may be off the CAD "
-        f"there, as on {faces}"
+        f"{TIPS_NOTE}: {len(faces)} sharp corners end in edges of {length:.3g}, by which the mesh may be off the CAD "
+        f"there, as on {', '.join(dict.fromkeys(faces[:2]))}"
     )
-    return replace(part, solids=(bridged,), notes=(*part.notes, note))
+    return replace(bridged, notes=(*part.notes, note))
 
 
-def _bridged_if_sound(solid: Solid, tips: Sequence[Tip], length: float) -> Solid | None:
-    """The solid with its tips bridged; None where OpenCASCADE cannot do that."""
+def _sound_ones(part: Part, tips: Tips, length: float) -> Tips:
+    """The tips of each solid that can be bridged by themselves; of one solid each tip that can, unless it has many."""
+    if len(tips) > 1:
+        return {cell: own for cell, own in tips.items() if _bridged_if_sound(part, {cell: own}, length) is not None}
+    ((cell, found),) = tips.items()
+    if len(found) > _MOST_APART:
+        return {}
+    own = [tip for tip in found if _bridged_if_sound(part, {cell: [tip]}, length) is not None]
+    return {cell: own} if own else {}
+
+
+def _bridged_if_sound(part: Part, tips: Tips, length: float) -> Part | None:
+    """The part with tips bridged; None where OpenCASCADE cannot do that."""
     try:
-        return _bridged(solid, tips, length)
+        return _bridged(part, tips, length)
     except (CadError, ValueError, RuntimeError) as error:
-        log.info("%d tips cannot be bridged: %s", len(tips), error)
+        log.info("tips of %d solids cannot be bridged: %s", len(tips), error)
         return None
 
 
-def find_tips(solid: Solid, length: float) -> list[Tip]:
-    """Corners of faces whose edges meet at next to no angle and are `length` apart, working units, before they end."""
+def find_tips(solid: Solid, length: float, kept: Collection[int] = frozenset()) -> list[Tip]:
+    """Corners of faces whose edges meet at next to no angle and are `length` apart, working units, before they end.
+
+    Faces that are `kept` have none.
+    """
     found = []
     for face in solid.faces:
-        for loop in face.loops:
+        for loop in face.loops if face.id not in kept else ():
             for j, angle in enumerate(loop.angles):
                 if angle < SHARP and len(loop.edges) > 1:
                     tip = _tip(solid, face, loop.directed[j - 1], loop.directed[j], length)
@@ -189,39 +213,87 @@ def _tip(solid: Solid, face: Face, before: tuple[int, bool], after: tuple[int, b
     return Tip(face.id, neighbour, solid.first_vertex(after), (ends[0], ends[1]))
 
 
-def _bridged(solid: Solid, tips: Sequence[Tip], length: float) -> Solid:
-    """The solid with its tips divided off and given to their neighbours.
+def _bridged(part: Part, tips: Tips, length: float) -> Part:
+    """The part with tips divided off and given to their neighbours.
 
     Raises
     ------
     CadError
-        OpenCASCADE divides more or less than that, or the solid is not sound.
+        OpenCASCADE divides more or less than that, or a solid is not sound.
     """
-    holder = _copied(shapes_of(solid))
-    _, faces, traced = split(holder, [_short_edge(solid, holder, tip) for tip in tips])
-    for tip in tips:
-        off = [piece for piece in faces[tip.face] if _touches(piece, solid.vertices[tip.corner])]
-        if len(off) != 1 or len(faces[tip.face]) == 1:
-            raise CadError(f"the tip of {solid.faces[tip.face].label()} cannot be divided off")
-        faces[tip.face].remove(off[0])
-        beside = [j for j, piece in enumerate(faces[tip.neighbour]) if _shared(piece, off[0])]
-        if len(beside) != 1:
-            raise CadError(f"the tip of {solid.faces[tip.face].label()} has no one neighbour")
-        grown = _grown(faces[tip.neighbour][beside[0]], off[0], solid.faces[tip.neighbour].surface)
-        faces[tip.neighbour][beside[0]] = grown
-    if any(len(pieces) != 1 for pieces in faces):
+    holders = _copied([shapes_of(solid) for solid in part.solids])
+    ends = {part.solids[cell].edge_keys[edge] for cell, own in tips.items() for tip in own for edge, _ in tip.ends}
+    cells = [cell for cell, solid in enumerate(part.solids) if not ends.isdisjoint(solid.edge_keys.tolist())]
+    cuts = [_short_edge(part.solids[cell], holders[cell], tip) for cell, own in tips.items() for tip in own]
+    found = split([holders[cell] for cell in cells], cuts)
+    faces = {cell: pieces for cell, (_, pieces, _) in zip(cells, found, strict=True)}
+    became = {cell: traced for cell, (_, _, traced) in zip(cells, found, strict=True)}
+    given = [at for cell, own in tips.items() for tip in own for at in _give(part, faces, cell, tip)]
+    if any(len(pieces) != 1 for own in faces.values() for pieces in own):
         raise CadError("faces were divided elsewhere, too")
-    shape = in_order(faces)
-    damage = faults(shape)
-    if damage:
-        raise CadError(damage[0])
-    traced.faces = faces
-    read = extracted(solid, shape, traced, shared=PartGeometry(shape, closed=_WIDEST * length))
-    # What the tips' neighbours are off their new edges says nothing of the model: all that was measured on it stays.
+    shapes = [in_order(faces[cell]) if cell in faces else holder.shape for cell, holder in enumerate(holders)]
+    for cell in cells:
+        damage = faults(shapes[cell])
+        if damage:
+            raise CadError(damage[0])
+    for cell, traced in became.items():
+        traced.faces = faces[cell]
+    made = {cell: (shapes[cell], traced) for cell, traced in became.items()}
+    read = read_anew(part, holders, made, closed=_WIDEST * length)
+    solids = [
+        _as_measured(solid, new, [(face, tip) for to, face, tip in given if to == cell]) if cell in made else new
+        for cell, (solid, new) in enumerate(zip(part.solids, read.solids, strict=True))
+    ]
+    return replace(part, solids=tuple(solids))
+
+
+def _give(
+    part: Part, faces: dict[int, list[list[Any]]], cell: int, tip: Tip
+) -> list[tuple[int, int, tuple[Surface, FloatArray, float]]]:
+    """Give a tip that is divided off to its neighbour: the cells and faces that end elsewhere by it, and where.
+
+    Raises
+    ------
+    CadError
+        It is no single piece, or something else than two faces and a contact ends at it.
+    """
+    solid = part.solids[cell]
+    off = [piece for piece in faces[cell][tip.face] if _touches(piece, solid.vertices[tip.corner])]
+    if len(off) != 1 or len(faces[cell][tip.face]) == 1:
+        raise CadError(f"the tip of {solid.faces[tip.face].label()} cannot be divided off")
+    faces[cell][tip.face].remove(off[0])
+    beside = [j for j, piece in enumerate(faces[cell][tip.neighbour]) if _shared(piece, off[0])]
+    if len(beside) != 1:
+        raise CadError(f"the tip of {solid.faces[tip.face].label()} has no one neighbour")
+    border = compound(_shared(faces[cell][tip.neighbour][beside[0]], off[0]))
+    grown = _grown(faces[cell][tip.neighbour][beside[0]], off[0], border, solid.faces[tip.neighbour].surface)
+    faces[cell][tip.neighbour][beside[0]] = grown
+    to = [(cell, tip.neighbour)]
+    key = solid.face_keys[tip.neighbour]
+    for other in faces.keys() - {cell}:
+        around = [f for f, pieces in enumerate(faces[other]) if any(_shared(piece, border) for piece in pieces)]
+        if not around:
+            continue
+        contact = [f for f in around if part.solids[other].face_keys[f] == key]
+        rest = [f for f in around if f not in contact]
+        if len(contact) != 1 or len(rest) != 1 or len(faces[other][rest[0]]) != 1 or len(faces[other][contact[0]]) != 1:
+            raise CadError(f"the tip of {solid.faces[tip.face].label()} ends at another solid")
+        ((open_,), at) = faces[other][rest[0]], part.solids[other].faces[rest[0]].surface
+        faces[other][rest[0]] = [_grown(open_, off[0], border, at)]
+        faces[other][contact[0]] = [grown.Reversed()]
+        to += [(other, contact[0]), (other, rest[0])]
+    corner = solid.vertices[tip.corner]
+    ends = np.concatenate([solid.edges[e].curve.evaluate(np.array([f])) for e, f in tip.ends])
+    radius = 1.01 * float(np.linalg.norm(ends - corner, axis=1).max())
+    return [(other, face, (solid.faces[tip.face].surface, corner, radius)) for other, face in to]
+
+
+def _as_measured(solid: Solid, read: Solid, given: Sequence[tuple[int, tuple[Surface, FloatArray, float]]]) -> Solid:
+    """A solid whose faces know of the tips that they got: what these are off says nothing of the model."""
     widest = max((edge.gap for edge in solid.edges), default=0.0)
     return replace(
         read,
-        faces=tuple(_with_tips(solid, face, [tip for tip in tips if tip.neighbour == face.id]) for face in read.faces),
+        faces=tuple(_with_tips(face, [tip for at, tip in given if at == face.id]) for face in read.faces),
         edges=tuple(replace(edge, gap=min(edge.gap, widest)) for edge in read.edges),
         tolerance=solid.tolerance,
         volume=solid.volume,
@@ -250,33 +322,30 @@ class _TippedSurface(FaceSurface):
         return found
 
 
-def _with_tips(solid: Solid, face: Face, tips: Sequence[Tip]) -> Face:
+def _with_tips(face: Face, tips: Sequence[tuple[Surface, FloatArray, float]]) -> Face:
     """A face whose surface knows of the tips that it got."""
     if not tips or not isinstance(face.surface, FaceSurface):
         return face
     own = {field.name: getattr(face.surface, field.name) for field in fields(FaceSurface)}
-    beside = []
-    for tip in tips:
-        corner = solid.vertices[tip.corner]
-        ends = np.concatenate([solid.edges[e].curve.evaluate(np.array([f])) for e, f in tip.ends])
-        radius = 1.01 * float(np.linalg.norm(ends - corner, axis=1).max())
-        beside.append((solid.faces[tip.face].surface, corner, radius))
-    return replace(face, surface=_TippedSurface(**own, tips=tuple(beside)), bridged=True)
+    return replace(face, surface=_TippedSurface(**own, tips=tuple(tips)), bridged=True)
 
 
-def _copied(holder: SolidShape) -> SolidShape:
-    """The same shapes once more: what is mended on some of them stays theirs."""
-    copy = BRepBuilderAPI_Copy(holder.shape)
+def _copied(holders: Sequence[SolidShape]) -> list[SolidShape]:
+    """The same shapes once more, shared where they were: what is mended on some of them stays theirs."""
+    copy = BRepBuilderAPI_Copy(compound([holder.shape for holder in holders]))
 
     def own(shapes: Sequence[Any], kind: Any) -> list[Any]:
         return [typed(copy.ModifiedShape(shape), kind) for shape in shapes]
 
-    return SolidShape(
-        shape=typed(copy.Shape(), SOLID),
-        faces=own(holder.faces, FACE),
-        edges=own(holder.edges, EDGE),
-        vertices=own(holder.vertices, VERTEX),
-    )
+    return [
+        SolidShape(
+            shape=typed(copy.ModifiedShape(holder.shape), SOLID),
+            faces=own(holder.faces, FACE),
+            edges=own(holder.edges, EDGE),
+            vertices=own(holder.vertices, VERTEX),
+        )
+        for holder in holders
+    ]
 
 
 def _short_edge(solid: Solid, holder: SolidShape, tip: Tip) -> Any:
@@ -301,15 +370,15 @@ def _shared(piece: Any, other: Any) -> list[Any]:
     return [edge for edge in subshapes(piece, EDGE) if known.Contains(edge)]
 
 
-def _grown(receiver: Any, off: Any, surface: Surface) -> Any:
-    """A face together with the tip of a neighbour: its loop goes around that.
+def _grown(receiver: Any, off: Any, border: Any, surface: Surface) -> Any:
+    """A face that ended at the border of a tip, and ends at the tip's other edges now.
 
     Raises
     ------
     CadError
-        They share no single chain of edges.
+        The border is no single chain of edges.
     """
-    shared = index_map(compound(_shared(receiver, off)), EDGE)
+    shared = index_map(border, EDGE)
     builder, face = BRep_Builder(), typed(receiver.EmptyCopied(), FACE)
     (rim,) = children(off)
     around = _from_shared(_in_turn(rim, off), shared)

@@ -1,18 +1,19 @@
-"""Faces of a solid divided along edges that lie on them, ids and names kept.
+"""Faces of a solid divided along edges that lie on them, and edges at vertices, ids and names kept.
 
-Place in the flow: the tool of :mod:`.fillets` and :mod:`.annuli`.
+Place in the flow: the tool of :mod:`.fillets`, :mod:`.annuli` and :mod:`.bridging`; the pipeline divides edges with it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_MakeVertex
+from OCP.gp import gp_Pnt
 from OCP.TopoDS import TopoDS_Shell
 from OCP.TopTools import TopTools_ListOfShape
 
@@ -21,11 +22,11 @@ from ...brep import Part, Solid
 from ...errors import CadError
 from ..extract.labels import EdgeLabel, Labels, label_of
 from ..extract.shared import PartGeometry
-from ..extract.solids import extract_solid
+from ..extract.solids import extract_solid, rekeyed
 from ..heal.tracing import Traced, image_of
 from ..heal.validate import check_closed
 from ..names.naming import inner_point
-from ..shapes import EDGE, FACE, SOLID, SolidShape, index_map, subshapes, typed
+from ..shapes import EDGE, FACE, SOLID, SolidShape, compound, index_map, shapes_of, subshapes, typed
 from ..trial import attempted
 
 SAME_VOLUME = 1e-6
@@ -50,7 +51,7 @@ def split_faces(solid: Solid, holder: SolidShape, cuts: Sequence[Any], normals: 
     CadError
         What OpenCASCADE made of it is no closed solid, or a face of it comes from none of the old ones.
     """
-    shape, _, traced = split(holder, cuts, normals)
+    ((shape, _, traced),) = split([holder], cuts, normals)
     return extracted(solid, shape, traced)
 
 
@@ -81,23 +82,33 @@ def divided_part(
 
 
 def split(
-    holder: SolidShape, cuts: Sequence[Any], normals: Sequence[FloatArray] = ()
-) -> tuple[Any, list[list[Any]], Traced]:
-    """As :func:`split_faces`: the solid, for each of its old faces the pieces, and what became of the old edges."""
+    holders: Sequence[SolidShape], cuts: Sequence[Any], normals: Sequence[FloatArray] = ()
+) -> list[tuple[Any, list[list[Any]], Traced]]:
+    """As :func:`split_faces`: each solid, for each of its old faces the pieces, and what became of the old edges.
+
+    What solids share they share afterwards.
+    """
     splitter = BRepAlgoAPI_Splitter()
     arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
-    arguments.Append(holder.shape)
+    shapes = [holder.shape for holder in holders]
+    for shape in shapes:
+        arguments.Append(shape)
     for edge in cuts:
         tools.Append(edge)
     splitter.SetArguments(arguments)
     splitter.SetTools(tools)
     splitter.SetNonDestructive(True)
-    if not attempted(splitter.Build, "dividing faces", on=[holder.shape]):
+    if not attempted(splitter.Build, "dividing faces", on=shapes):
         raise CadError("OpenCASCADE fails at dividing its faces")
-    (split,) = subshapes(splitter.Shape(), SOLID)
+    return [_pieces(shape, splitter, normals) for shape in shapes]
 
-    traced = Traced(holder.shape)
-    traced.replace(split, image_of(splitter))
+
+def _pieces(shape: Any, splitter: Any, normals: Sequence[FloatArray]) -> tuple[Any, list[list[Any]], Traced]:
+    """What became of a solid: itself, the pieces of its faces, and its edges."""
+    image = image_of(splitter)
+    (split,) = subshapes(image(shape), SOLID)
+    traced = Traced(shape)
+    traced.replace(split, image)
     found = index_map(split, FACE)
     # As the solid has them: the pieces that history gives may be turned the other way.
     pieces = [[typed(found.FindKey(found.FindIndex(face)), FACE) for face in faces] for faces in traced.faces]
@@ -156,4 +167,69 @@ def extracted(solid: Solid, shape: Any, traced: Traced, *, shared: PartGeometry 
     )
 
 
-__all__ = ["divided_part", "extracted", "in_order", "split", "split_faces"]
+def divide_edges(part: Part, places: Mapping[int, Mapping[int, Sequence[float]]]) -> Part | None:
+    """A part with edges divided, in all solids that have them; None where OpenCASCADE cannot do that.
+
+    Parameters
+    ----------
+    part : Part
+    places : dict of int to dict
+        By cell and edge where the edge is divided, in fractions of its length.
+    """
+    if not all(isinstance(solid.kernel, SolidShape) for solid in part.solids):
+        return None
+    tools = []
+    for cell, of_edges in places.items():
+        solid = part.solids[cell]
+        for edge, fractions in of_edges.items():
+            points = solid.edges[edge].curve.evaluate(np.array(fractions))
+            tools += [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points.tolist()]
+    holders = [shapes_of(solid) for solid in part.solids]
+    try:
+        made = {cell: (shape, traced) for cell, (shape, _, traced) in enumerate(split(holders, tools))}
+        divided = read_anew(part, holders, made)
+    except (CadError, ValueError, RuntimeError):
+        return None  # the part as it was has the last word
+    pairs = zip(part.solids, divided.solids, strict=True)
+    return divided if all(len(old.faces) == len(new.faces) for old, new in pairs) else None
+
+
+def read_anew(
+    part: Part, holders: Sequence[SolidShape], made: Mapping[int, tuple[Any, Traced]], *, closed: float = 0.0
+) -> Part:
+    """A part some of whose solids became others; what solids share they must share still.
+
+    Parameters
+    ----------
+    part : Part
+    holders : sequence of SolidShape
+        The shapes of all its solids.
+    made : dict of int to (TopoDS_Solid, Traced)
+        By cell, what became of a solid.
+    closed : float
+        Width of gaps that were closed in them.
+
+    Raises
+    ------
+    CadError
+        The solids share another number of faces, or a face comes from none.
+    """
+    shapes = [made[cell][0] if cell in made else holder.shape for cell, holder in enumerate(holders)]
+    shared = PartGeometry(compound(shapes), closed=max(closed, *(solid.closed for solid in part.solids)))
+    solids = [
+        extracted(solid, *made[cell], shared=shared)
+        if cell in made
+        else rekeyed(replace(solid, kernel=holders[cell]), shared)
+        for cell, solid in enumerate(part.solids)
+    ]
+    if _n_shared(solids) != _n_shared(part.solids):
+        raise CadError("solids share another number of faces")
+    return replace(part, solids=tuple(solids))
+
+
+def _n_shared(solids: Sequence[Solid]) -> int:
+    keys = np.concatenate([solid.face_keys for solid in solids])
+    return len(keys) - len(np.unique(keys))
+
+
+__all__ = ["divide_edges", "divided_part", "extracted", "in_order", "read_anew", "split", "split_faces"]

@@ -15,12 +15,13 @@ from OCP.GProp import GProp_GProps
 from ...brep import Units
 from ...contacts import say_leave_out
 from ...errors import CadError
+from ..extract.shared import PartGeometry
 from ..extract.solids import extract_solid
 from ..heal.divide import divide_closed
 from ..heal.shared_surfaces import part_surfaces
 from ..heal.tracing import Traced
 from ..heal.validate import check_closed, faults
-from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes, typed, volume_and_center
+from ..shapes import FACE, SOLID, children, compound, index_map, mapped, subshapes, volume_and_center
 from .fusing import Fused
 
 SAME_VOLUME = 1e-6
@@ -32,7 +33,8 @@ def integrated_volume(solid: Any) -> float:
     traced = Traced(solid)
     part_surfaces(traced)
     divide_closed(traced)
-    return extract_solid(typed(subshapes(traced.shape, SOLID)[0], SOLID)).volume
+    (shape,) = subshapes(traced.shape, SOLID)
+    return extract_solid(shape, shared=PartGeometry(shape, closed=np.inf)).volume
 
 
 def surface_area(shape: Any) -> float:

@@ -22,6 +22,7 @@ from ..candidates import POOR
 from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
 from ..run import Run, silent
+from ..tips import mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
@@ -148,7 +149,7 @@ def _check_options(part: Part, options: SweepOptions) -> None:
 def _mesh_group(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
     """Mesh solids that hang together."""
     if len(part.solids) > 1:
-        return _mesh_together(part, options, run)
+        return mesh_bridged_or_plain(part, options, run, _mesh_together)
     if any(face.name in part.contacts for face in part.solids[0].faces):
         return _mesh_separate(part, options, run, mesh_one)
     return _mesh_alone(part, options, run, mesh_one)
@@ -227,10 +228,10 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
     return error.about(try_=said, reasons=[error.try_] if error.try_ else ())
 
 
-def _mesh_together(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
-    with run.stage("recognition"):
-        found = plan_cells(part, run, decompose=options.decompose)
-        wishes = resolve_wishes(found.part, options, found.model)
+def _mesh_together(part: Part, options: SweepOptions, run: Run, share: float) -> AnyMesh:
+    """Mesh solids in contact; cuts are looked for that share of their time."""
+    found = plan_cells(part, run.for_share(share), decompose=options.decompose)
+    wishes = resolve_wishes(found.part, options, found.model)
     return mesh_complex(found, replace(options, biases=meant_here(part, options).biases), run, wishes)
 
 

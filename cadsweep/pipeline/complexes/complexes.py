@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from ... import cad, decomposition, recognition
+from ... import cad, decomposition, recognition, rows
 from ...blocks.joined import neighbours_of
 from ...brep import Cut, Part, Solid
 from ...decomposition.curved import Found, find_cells
@@ -44,15 +44,17 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     NotSweepableError
         A cell has no sweep, or no choice agrees, and no cuts were found that mend it; names the cells and faces.
     """
-    candidates = recognition.sweeps_of_each(part.solids)
-    try:
-        return Complex(part=part, plan=make_plan(part, candidates), model=part)
-    except PlanError as error:
-        if not decompose:
-            raise _refused(part, candidates, error) from error
-    found = cut_until_planned(part, run)
-    if found.plan is None and len(part.models) > 1 and not run.is_late():
-        found = _cut_as_alone(part, run) or found
+    with run.stage("recognition"):
+        candidates = recognition.sweeps_of_each(part.solids)
+        try:
+            return Complex(part=part, plan=make_plan(part, candidates), model=part)
+        except PlanError as error:
+            if not decompose:
+                raise _refused(part, candidates, error) from error
+    with run.stage("decomposition"):
+        found = cut_until_planned(part, run)
+        if found.plan is None and len(part.models) > 1 and not run.is_late():
+            found = _cut_as_alone(part, run) or found
     if found.plan is None:
         raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
     return as_complex(found, part)
@@ -86,9 +88,23 @@ def cutting_tools(run: Run) -> Tools:
         make_plan=make_plan,
         find_cutters=cad.find_cutters,
         split=cad.split_cell,
+        make_alike=with_outlines_alike,
         on_progress=lambda n: run.on_progress(say_open(n), None),
         is_late=run.is_late,
     )
+
+
+def with_outlines_alike(part: Part, cells: Sequence[int]) -> Part | None:
+    """The part with edges of cells without a sweep divided where that gives one a sweep; None where it gives none."""
+    if not rows.is_on(recognition.ALIKE):
+        return None
+    found = {cell: recognition.find_divisions(part.solids[cell]) for cell in cells}
+    places = {cell: divisions for cell, divisions in found.items() if divisions}
+    then = cad.divide_edges(part, places) if places else None
+    if then is None or not any(recognise(then.solids[cell]) for cell in places):
+        return None
+    rows.took([recognition.ALIKE])
+    return then
 
 
 def say_open(n: int) -> str:

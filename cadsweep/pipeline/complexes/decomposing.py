@@ -263,15 +263,15 @@ def mesh_user_cut(part: Part, options: SweepOptions, run: Run) -> AnyMesh:
         raise InputError(f"{names} are about one sweep, and cuts make several")
     with run.stage("decomposition"):
         cut = cad.apply_cuts(part, options.cuts or ())
+    try:
+        found = plan_cells(cut, run, decompose=options.decompose)
+    except NotSweepableError as refused:
+        if not options.decompose:
+            raise
         try:
-            found = plan_cells(cut, run, decompose=options.decompose)
-        except NotSweepableError as refused:
-            if not options.decompose:
-                raise
-            try:
-                found = _cut_last(part, options, run)
-            except NotSweepableError:
-                raise refused from None
+            found = _cut_last(part, options, run)
+        except NotSweepableError:
+            raise refused from None
     options = for_all_solids(part, options)
     return mesh_complex(replace(found, model=part), options, run, resolve_wishes(found.part, options, part))
 
