@@ -58,18 +58,16 @@ def find_divisions(solid: Solid) -> Divisions | None:
     for bands in choose_bands(find_bands(solid, most_readings=1).bands):
         with suppress(NotSweepableError):  # other bands may do
             for layout in lay_out(solid, bands):
-                sweep = assemble_sweep(solid, layout)
-                if len(sweep.source) == len(sweep.target) > 1:
-                    found = _divisions(sweep)
-                    if found:
-                        return found
+                found = _divisions(assemble_sweep(solid, layout))
+                if found:
+                    return found
     return None
 
 
 def _divisions(sweep: Sweep) -> Divisions | None:
     """Where edges of both caps are divided; None where their faces do not answer each other one by one."""
     joined = join_boundaries(sweep)
-    if not joined:
+    if not joined or not len(sweep.source) == len(sweep.target) > 1:
         return None
     with suppress(_UnlikeError):
         walk = _Walk(sweep, joined)
@@ -146,11 +144,10 @@ class _Walk:
         one, two = self.in_chains(loop.directed, f), self.in_chains(_backwards(other.directed), g)
         start = _first(j for j, (chain, _, _) in enumerate(one) if chain is not None)
         far = _first(j for j, (chain, _, _) in enumerate(two) if chain == one[start][0])
-        for (chain, across, edges), (other_chain, _, far_edges) in zip(
-            one[start:] + one[:start], two[far:] + two[:far], strict=len(one) == len(two)
-        ):
-            if chain != other_chain or len(one) != len(two):
-                raise _UnlikeError
+        one, two = one[start:] + one[:start], two[far:] + two[:far]
+        if [chain for chain, _, _ in one] != [chain for chain, _, _ in two]:
+            raise _UnlikeError
+        for (chain, across, edges), (_, _, far_edges) in zip(one, two, strict=True):
             if chain is None:
                 if across in self.caps[0]:  # a linking side need not have as many edges at both ends
                     self.divisions |= _by_lengths(self.solid, edges, far_edges)

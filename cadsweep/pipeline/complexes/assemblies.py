@@ -248,26 +248,32 @@ def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOn
     Cuts come last: a solid is not cut for an outline that nothing needs.
     """
     first: CadSweepError | None = None
+    made: list[AnyMesh] = []
     for decompose in (False, True) if options.decompose else (False,):
         own = replace(options, decompose=decompose)
-        made: list[AnyMesh] = []
         try:
             made.append(_mesh_alone(part, own, run, mesh_one))
         except CadSweepError as error:
             if isinstance(error, InputError | CadError):
                 raise
             first = first or error
-        poor = not made or (worst_of(made[0]) < POOR and not run.is_over())
-        original = cad.part_apart(part) if poor else None
+        original = cad.part_apart(part) if _is_poor(made, run) else None
         if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
             try:
                 made.append(_mesh_alone(original, own, run, mesh_one))
             except CadSweepError as error:
                 log.info("nor without the outlines of contacts: %s", error)
-        if made:
-            return max(made, key=worst_of)
+        if not _is_poor(made, run):
+            break
+    if made:
+        return max(made, key=worst_of)
     assert first is not None
     raise first
+
+
+def _is_poor(made: Sequence[AnyMesh], run: Run) -> bool:
+    """Whether there is no mesh yet, or time for one that is not poor."""
+    return not made or (max(map(worst_of, made)) < POOR and not run.is_over())
 
 
 def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
