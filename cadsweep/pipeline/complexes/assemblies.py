@@ -22,11 +22,11 @@ from ..candidates import POOR
 from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
 from ..run import Run, silent
-from ..tips import mesh_bridged_or_plain
+from ..tips import bridged, mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
-from .complexes import plan_cells
+from .complexes import plan_again, plan_cells
 from .groups import as_blocks, blocks_together, make_group, put_together
 from .several import mesh_complex
 from .subsets import separated, subset, touching_groups
@@ -229,10 +229,21 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
 
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run, share: float) -> AnyMesh:
-    """Mesh solids in contact; cuts are looked for that share of their time."""
+    """Mesh solids in contact; cuts are looked for that share of their time.
+
+    Booleans of OpenCASCADE may fail on solids whose tips are bridged: where these come as they are, it is their cells
+    whose tips are bridged.
+    """
     found = plan_cells(part, run.for_share(share), decompose=options.decompose)
-    wishes = resolve_wishes(found.part, options, found.model)
-    return mesh_complex(found, replace(options, biases=meant_here(part, options).biases), run, wishes)
+    options = replace(options, biases=meant_here(part, options).biases)
+
+    def mesh_cells(cells: Part, options: SweepOptions, run: Run, _: float) -> AnyMesh:
+        planned = found if cells is found.part else plan_again(found, cells, bridged(part, options))
+        return mesh_complex(planned, options, run, resolve_wishes(planned.part, options, planned.model))
+
+    if any(cad.has_sharp_corners(solid) for solid in part.solids):
+        return mesh_bridged_or_plain(found.part, options, run, mesh_cells)
+    return mesh_cells(found.part, options, run, share)
 
 
 def _by_solid(part: Part, mesh: AnyMesh) -> AnyMesh:

@@ -20,7 +20,7 @@ from ...decomposition.tools import Tools
 from ...errors import NotSweepableError, PlanError
 from ...plan import Fill, Plan, list_ways, make_plan
 from ...sweep import Sweep
-from ..run import Run
+from ..run import Run, silent
 from .complex import Complex
 from .subsets import subset
 
@@ -58,6 +58,20 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     if found.plan is None:
         raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
     return as_complex(found, part)
+
+
+def plan_again(found: Complex, part: Part, model: Part) -> Complex:
+    """The same cells, after something was done to their edges, with a plan of their own.
+
+    Raises
+    ------
+    NotSweepableError
+        They have none any more.
+    """
+    again, _ = find_cells(part, cutting_tools(Run(on_progress=silent)), most_parts=1)
+    if again.plan is None:
+        raise NotSweepableError(f"the cells have no plan with their tips bridged: {again.message}")
+    return replace(found, part=replace(again.part, cuts=found.part.cuts), plan=again.plan, model=model)
 
 
 def as_complex(found: Found, model: Part) -> Complex:
@@ -248,6 +262,7 @@ __all__ = [
     "as_complex",
     "cut_until_planned",
     "cutting_tools",
+    "plan_again",
     "plan_cells",
     "recognise",
     "say_open",
