@@ -57,7 +57,7 @@ from .judging import FAR_WORSE, good_columns, is_poor, reached_by
 from .origin import AnyMesh, made_of, worst_of
 from .parts import load
 from .run import Run
-from .tips import mesh_bridged_or_plain
+from .tips import AFTER, mesh_bridged_or_plain
 from .wishes.local_sizes import with_largest_size
 
 log = logging.getLogger(__name__)
@@ -66,9 +66,9 @@ SWEEP, COLUMNS, DESIGN, CELLS, FITTED = (f"way: {way}" for way in ("sweep", "col
 """The ways to a mesh of one solid by name."""
 INSTEAD = "fitted: instead of a poor mesh"
 """The row of fitted grids that are tried though another way made a mesh."""
-WITHOUT_BORDERS = (DESIGN, INSTEAD)
-"""Rows by which a part has a mesh that follows no smooth edges, as borders of blends, where it might have another: what
-others are to have is made without them."""
+WITHOUT_BORDERS = (DESIGN, INSTEAD, AFTER)
+"""Rows by which a part has a mesh that leaves out edges, as borders of blends, where it might have another: what others
+are to have is made without them."""
 
 _MENDABLE = (NotSweepableError, InvertedHexError, SurfaceMeshError)
 """Refusals of one way that leave others to be tried, or proposed."""

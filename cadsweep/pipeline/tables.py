@@ -19,7 +19,7 @@ from .attempts import ATTEMPTS
 from .complexes.decomposing import SEARCHES
 from .fitted_grids import ENDING, LETTING, MENDING
 from .routes import INSTEAD, WAYS
-from .tips import TIPS
+from .tips import AFTER, TIPS
 
 
 def all_rows() -> tuple[str, ...]:
@@ -35,6 +35,7 @@ def all_rows() -> tuple[str, ...]:
         *WAYS,
         INSTEAD,
         TIPS,
+        AFTER,
         MENDING,
         LETTING,
         ENDING,

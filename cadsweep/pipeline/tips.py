@@ -24,6 +24,8 @@ log = logging.getLogger(__name__)
 
 TIPS = "part: tips bridged"
 """The row of the table that is this module."""
+AFTER = "part: tips bridged after cuts"
+"""The row of solids in contact that are cut as they are, and whose cells have their tips bridged."""
 BRIDGE = 0.05
 """Distance, as a share of the size, up to which the mesh may leave the CAD there: less than is seen of its quads."""
 LOOK = 0.5
@@ -40,7 +42,7 @@ def bridged(part: Part, options: SweepOptions) -> Part:
         return part
     length = options.bridge
     if length is None:
-        wanted = WANTED_HEXES * len(part.solids) ** 0.5
+        wanted = WANTED_HEXES * len(part.models) ** 0.5
         size = (sum(solid.volume for solid in part.solids) * part.scale**3 / wanted) ** (1.0 / 3.0)
         asked = size if options.size is None else options.size
         length = min(BRIDGE * min(asked, *(options.sizes or {}).values(), inf), options.tolerance or inf)
@@ -98,4 +100,4 @@ def mesh_bridged_or_plain(
     return mesh
 
 
-__all__ = ["BRIDGE", "TIPS", "bridged", "mesh_bridged_or_plain"]
+__all__ = ["AFTER", "BRIDGE", "TIPS", "bridged", "mesh_bridged_or_plain"]

@@ -1,15 +1,21 @@
 """Parts with tips mesh well: within the distance that `bridge` allows, under the names that they have."""
 
+import cadquery as cq
 import numpy as np
 import pytest
 
 import cadsweep as cs
+from cadsweep import cad
 from cadsweep.errors import InputError
+from cadsweep.options import SweepOptions
 from cadsweep.pipeline import write_factors
-from cadsweep.pipeline.tips import TIPS
+from cadsweep.pipeline.complexes.complexes import plan_again, plan_cells
+from cadsweep.pipeline.run import Run
+from cadsweep.pipeline.tips import TIPS, bridged
+from cadsweep.progress import silent
 from cadsweep.recognition import ALIKE
 from tests.parts.chamfered import chamfered_bolt, chamfered_nut
-from tests.parts.joints import bolted
+from tests.parts.joints import bolted, plate
 
 SIZE = 0.8
 
@@ -82,6 +88,19 @@ def test_a_bolted_joint_shares_its_nodes_and_has_no_flat_quads():
     nodes = {name: np.unique(mesh.hexes[cells]) for name, cells in mesh.parts.items()}
     for one, other in (("plate", "nut"), ("plate", "bolt"), ("nut", "bolt")):
         assert len(np.intersect1d(nodes[one], nodes[other])) > 50
+
+
+def test_cells_can_be_bridged_after_solids_were_cut():
+    part = cs.load(cq.Assembly().add(chamfered_bolt(), name="bolt").add(plate(), name="plate"))
+    options = SweepOptions()
+    found = plan_cells(part, Run(on_progress=silent))
+    again = plan_again(found, bridged(found.part, options), bridged(part, options))
+    assert len(again.part.solids) == len(found.part.solids) > 2
+    assert again.part.cuts == found.part.cuts
+    assert again.part.owners == found.part.owners
+    assert sorted(again.plan.order) == list(range(len(again.part.solids)))
+    assert any(cad.has_sharp_corners(solid) for solid in found.part.solids)
+    assert not any(cad.has_sharp_corners(solid) for solid in again.part.solids)
 
 
 def test_a_bridge_is_no_longer_than_the_tolerance():

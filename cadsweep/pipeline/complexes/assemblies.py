@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from ... import cad
+from ... import cad, rows
 from ...blocks.joined import neighbours_of
 from ...brep import Part
 from ...contacts import say_leave_out
@@ -22,7 +22,7 @@ from ..candidates import POOR
 from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
 from ..run import Run, silent
-from ..tips import bridged, mesh_bridged_or_plain
+from ..tips import AFTER, bridged, mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
@@ -238,10 +238,13 @@ def _mesh_together(part: Part, options: SweepOptions, run: Run, share: float) ->
     options = replace(options, biases=meant_here(part, options).biases)
 
     def mesh_cells(cells: Part, options: SweepOptions, run: Run, _: float) -> AnyMesh:
-        planned = found if cells is found.part else plan_again(found, cells, bridged(part, options))
+        planned = found
+        if cells is not found.part:
+            planned = plan_again(found, cells, bridged(part, options))
+            rows.took([AFTER])
         return mesh_complex(planned, options, run, resolve_wishes(planned.part, options, planned.model))
 
-    if any(cad.has_sharp_corners(solid) for solid in part.solids):
+    if rows.is_on(AFTER) and any(cad.has_sharp_corners(solid) for solid in part.solids):
         return mesh_bridged_or_plain(found.part, options, run, mesh_cells)
     return mesh_cells(found.part, options, run, share)
 

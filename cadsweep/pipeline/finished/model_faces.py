@@ -29,7 +29,9 @@ from ...errors import InputError
 CLOSE = 1e-6
 """Part of the solid's size within which a node lies on an edge: cuts by OpenCASCADE leave 1e-7 of it."""
 
-_FOLLOWING = "make that mesh with without=['way: design', 'fitted: instead of a poor mesh']"
+_FOLLOWING = (
+    "make that mesh with without=['way: design', 'fitted: instead of a poor mesh', 'part: tips bridged after cuts']"
+)
 """What a refusal says of edges that a mesh may have left out."""
 
 
@@ -94,7 +96,7 @@ class _Finder:
         edges = self.followed()
         for vertex in np.flatnonzero(self.vertices < 0).tolist():
             if sum(edge.id in edges for edge in self.solid.edges if vertex in (edge.start, edge.end)) not in (0, 2):
-                raise InputError(f"{self.unlike()}: no node is on one of its corners")
+                raise InputError(f"{self.unlike()}: no node is on one of its corners", try_=_FOLLOWING)
         on_edge = np.full(len(self.segments), -1, dtype=np.int64)
         for edge, chain in edges.items():
             on_edge[np.searchsorted(self.segments, self.keys(chain[:-1], chain[1:]))] = edge
