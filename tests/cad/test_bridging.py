@@ -8,8 +8,8 @@ import pytest
 
 import cadsweep as cs
 from cadsweep import cad
-from cadsweep.cad.edit.bridging import find_tips
 from cadsweep.cad.edit.corners import SHARP
+from cadsweep.cad.edit.tips import find_tips
 from tests.parts.chamfered import chamfered_nut
 from tests.parts.joints import bolted
 
@@ -99,11 +99,10 @@ def test_a_contact_gets_the_tips_of_what_lies_on_it_and_stays_shared():
         assert sum(face.area for face in one.faces) == pytest.approx(sum(face.area for face in other.faces), rel=1e-3)
 
 
-def test_a_face_in_contact_keeps_its_own_tips():
-    """Of a pad of the same shape on the pad: its upper face has the tips, and is that of the other."""
-    pad = pad_over_a_rim()
-    upper = cq.Workplane().center(0, -4.1).circle(6).extrude(1).translate((0, 0, 3))
-    part = cs.load(cq.Assembly().add(pad, name="pad").add(upper, name="upper"))
-    bridged = cad.bridge_tips(part, LENGTH)
-    shared = [set(p.solids[0].face_keys) & set(p.solids[1].face_keys) for p in (part, bridged)]
-    assert len(shared[0]) == len(shared[1])
+def test_a_face_that_is_kept_keeps_its_own_tips_and_no_others():
+    (solid,) = cs.load(chamfered_nut(6)).solids
+    tips = find_tips(solid, LENGTH)
+    kept = tips[0].face
+    left = find_tips(solid, LENGTH, {kept})
+    assert [tip.corner for tip in left] == [tip.corner for tip in tips if tip.face != kept]
+    assert 0 < len(left) < len(tips)
