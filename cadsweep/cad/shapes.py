@@ -16,6 +16,7 @@ from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp
+from OCP.BRepTools import BRepTools_WireExplorer
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GProp import GProp_GProps
@@ -94,6 +95,14 @@ def explore(shape: Any, kind: Any) -> Iterator[Any]:
     while explorer.More():
         yield cast(explorer.Current())
         explorer.Next()
+
+
+def in_turn(wire: Any, face: Any) -> Iterator[Any]:
+    """The edges of a face's wire, one after the other, each turned as it is there; not all where it does not close."""
+    walk = BRepTools_WireExplorer(typed(wire, WIRE), typed(face, FACE))
+    while walk.More():
+        yield walk.Current()
+        walk.Next()
 
 
 def children(shape: Any) -> Iterator[Any]:

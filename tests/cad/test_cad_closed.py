@@ -168,3 +168,18 @@ def test_rims_a_turn_apart_in_the_parameters_are_brought_within_one():
     assert BRepTools.UVBounds_s(within)[:2] == pytest.approx((0.0, 2 * math.pi))
     assert not faults(traced.shape)
     assert cq.Shape.cast(traced.shape).Volume() == pytest.approx(volume)
+
+
+@pytest.mark.parametrize("through_file", [False, True])
+def test_a_seam_that_goes_on_at_another_angle_half_way_is_left_as_it_is(tmp_path, through_file):
+    """Two cylinders about one line, their seams half a turn apart, made one: one of them is open for a third."""
+    arms = [cq.Workplane("YZ").circle(8).extrude(40).rotate((0, 0, 0), (0, 0, 1), turn) for turn in (0, 180, 90)]
+    tee = arms[0].union(arms[1]).union(arms[2])
+    traced = Traced(tee.val().wrapped)
+    widest = max(np.ptp(BRepTools.UVBounds_s(face)[:2]) for face in subshapes(traced.shape, FACE))
+    assert widest > 2 * math.pi + 1.0
+    gather_turns(traced)
+    assert traced.shape.IsSame(tee.val().wrapped)
+    cq.exporters.export(tee, str(tmp_path / "tee.step"))
+    part = load(tmp_path / "tee.step" if through_file else tee)
+    assert part.solids[0].volume * part.scale**3 == pytest.approx(tee.val().Volume(), rel=1e-6)

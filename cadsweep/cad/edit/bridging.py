@@ -35,7 +35,6 @@ from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy, BRepBuilderAPI_MakeEdge
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepLib import BRepLib
-from OCP.BRepTools import BRepTools_WireExplorer
 from OCP.GCE2d import GCE2d_MakeSegment
 from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.Precision import Precision
@@ -52,10 +51,10 @@ from ..shapes import (
     FACE,
     SOLID,
     VERTEX,
-    WIRE,
     SolidShape,
     children,
     compound,
+    in_turn,
     index_map,
     shapes_of,
     subshapes,
@@ -306,9 +305,9 @@ def _grown(receiver: Any, off: Any, border: Any, surface: Surface) -> Any:
     shared = index_map(border, EDGE)
     builder, face = BRep_Builder(), typed(receiver.EmptyCopied(), FACE)
     (rim,) = children(off)
-    around = _from_shared(_in_turn(rim, off), shared)
+    around = _from_shared([*in_turn(rim, off)], shared)
     for old in children(receiver):
-        edges = _in_turn(old, receiver)
+        edges = [*in_turn(old, receiver)]
         if not any(shared.Contains(edge) for edge in edges):
             builder.Add(face, old)
             continue
@@ -339,15 +338,6 @@ def _from_shared(edges: Sequence[Any], shared: Any) -> list[Any]:
         raise CadError("a tip and its neighbour share no single chain of edges")
     turned = [*edges[firsts[0] :], *edges[: firsts[0]]]
     return [edge for edge in turned if not shared.Contains(edge)]
-
-
-def _in_turn(wire: Any, face: Any) -> list[Any]:
-    """The edges of a wire, one after the other, turned as they are in its face."""
-    explorer, edges = BRepTools_WireExplorer(typed(wire, WIRE), face), []
-    while explorer.More():
-        edges.append(explorer.Current())
-        explorer.Next()
-    return edges
 
 
 def _lay(edge: Any, face: Any, surface: Surface) -> None:

@@ -1,6 +1,6 @@
 """Outlines at which a solid is re-entrant, or that are imprinted on its plane faces: floors of holes, bosses.
 
-Place in the flow: :mod:`.blind` and :mod:`.cushions` put cells under them.
+Place in the flow: :mod:`.countersinks` and :mod:`.cushions` put cells under them.
 
 Method: a whole circle is known by its centre and radius; any other outline counts where lines and arcs of it run
 around its middle without a notch: round-ended slots, pockets with rounded corners, hexagons, triangles.

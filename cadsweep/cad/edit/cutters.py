@@ -11,7 +11,7 @@ side, and the post gives no surface there that would part it.
 
 What goes across the axis of a turned body is parted first, all at once (:mod:`.strips`, :mod:`.spokes`). Planes through
 the middle of round faces (:mod:`.central`) come next where those end in a point, else last; planes at crossings
-(:mod:`.crossings`) before what faces give, cones under circles (:mod:`.blind`) after it.
+(:mod:`.crossings`) before what faces give, boxes under circles (:mod:`.cushions`) after it.
 
 Not handled: spheres, tori and free-form faces are not extended; their rims are carried where they lie on planes.
 """
@@ -21,6 +21,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from math import inf, pi
 from operator import itemgetter
 from typing import Any
@@ -38,7 +39,6 @@ from ...brep import Edge, Face, Part, Solid
 from ..shapes import FACE, shapes_of, subshapes
 from .around_bores import around_bores
 from .beside_holes import beside_holes
-from .blind import under_bored_bosses, under_circles
 from .boxes import around_features
 from .central import Cutter, plane_tool, through_axes, through_centers
 from .crossings import at_crossings
@@ -145,20 +145,10 @@ class _Cutters:
         yield from family("crossings", lambda: at_crossings(solid))
         rims, others = self.at_edges()
         # A rim that is carried on to a cut divides the cell beyond; a circle can be closed under it instead.
-        is_early = any(rim.price for rim in rims)
-        if is_early:
-            yield from self.closed()
-        yield from [*rims, *others][:MOST_CUTTERS]
-        if not is_early:
-            yield from self.closed()
+        at_edges, closed = [*rims, *others][:MOST_CUTTERS], family("cushions", lambda: under_rims(solid, FLAT))
+        yield from chain(closed, at_edges) if any(rim.price for rim in rims) else chain(at_edges, closed)
         yield from family("axes", lambda: through_axes(solid))
         yield from family("stars", lambda: from_inside(solid))
-
-    def closed(self) -> Iterator[Cutter]:
-        """What closes circles under themselves."""
-        yield from family("bored bosses", lambda: under_bored_bosses(self.solid, FLAT))
-        yield from family("cushions", lambda: under_rims(self.solid, FLAT))
-        yield from family("circles", lambda: under_circles(self.solid, FLAT))
 
     def at_edges(self) -> tuple[list[Cutter], list[Cutter]]:
         """Rims carried on at once; batches and single ones of what the surfaces at edges in the way give."""

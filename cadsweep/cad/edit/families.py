@@ -27,9 +27,7 @@ FAMILIES = (
     "rims",
     "batches",
     "edges",
-    "bored bosses",
     "cushions",
-    "circles",
     "axes",
     "stars",
 )

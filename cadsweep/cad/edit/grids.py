@@ -5,7 +5,7 @@ Place in the flow: a candidate of :mod:`.cutters` where :mod:`.boxes` finds none
 Method: no plane ends inside of the block (:mod:`.grid_layout` says where they lie), so the cells agree without a
 search. Bores that cross lie in a box of eight cells, with the planes of the crossing through it; what is blind is
 carried on to where the part ends. Where another feature is in the way, a circle with a bore in it ends in a cone to
-the wall of the bore (:mod:`.blind`), any other outline in a cushion (:mod:`.cushions`)::
+the wall of the bore (:mod:`.countersinks`), any other outline in a cushion (:mod:`.cushions`)::
 
         |    |:|    |
     ----+----|:|----+---      a counterbore over a crossing: the circle of its floor ends in the cone, the bore goes on
@@ -31,11 +31,11 @@ from ...arrays import FloatArray
 from ...brep import Solid
 from .axes import Axis, find_axes
 from .axial import EVERY, Cluster, is_across
-from .blind import LEAST_SLOPE, SHARE, countersink, seam_in
 from .box_layout import DEPTHS, Block, Floor, read_block
 from .boxes import MOST_BRICKS, carry_on, fit_cushion, planes_of
 from .central import Cutter
 from .circles import Rim, find_outlines
+from .countersinks import LEAST_SLOPE, SHARE, countersink, seam_in
 from .crossings import find_crossings, plain_planes
 from .cushions import WIDEST
 from .grid_layout import CORE, MARGIN, End, Zone, box_of, find_planes, holes_in, is_whole, with_core

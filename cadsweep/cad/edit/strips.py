@@ -35,8 +35,8 @@ import numpy as np
 from ...arrays import FloatArray
 from ...brep import Solid
 from .axes import find_axes
-from .blind import LEAST_SLOPE, SHARE, bored_rims, countersink
 from .central import Cutter, plane_tool
+from .countersinks import LEAST_SLOPE, SHARE, bored_rims, countersink
 from .strip_widths import Section, surrounds
 from .turned import ALONG, Feature, TurnedBody
 

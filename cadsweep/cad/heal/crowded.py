@@ -19,7 +19,7 @@ from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepCheck import BRepCheck_Analyzer, BRepCheck_Shell, BRepCheck_Status
-from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
+from OCP.BRepTools import BRepTools
 from OCP.Geom import Geom_Plane
 from OCP.GeomAbs import GeomAbs_CurveType
 from OCP.gp import gp_Trsf
@@ -28,7 +28,7 @@ from OCP.TopLoc import TopLoc_Location
 
 from ...arrays import FloatArray
 from ...polygons import is_inside, signed_areas
-from ..shapes import EDGE, FACE, SHELL, WIRE, explore, near_boxes, subshapes, typed
+from ..shapes import EDGE, FACE, SHELL, WIRE, explore, in_turn, near_boxes, subshapes, typed
 
 MANY = 32
 """Wires of a face from which on pairs of them take longer than what is done here."""
@@ -100,9 +100,7 @@ def _boxes(shapes: Sequence[Any]) -> FloatArray:
 def _course(wire: Any, face: Any) -> list[tuple[float, float, float]]:
     """Points along a wire, in its direction."""
     points: list[tuple[float, float, float]] = []
-    walk = BRepTools_WireExplorer(typed(wire, WIRE), typed(face, FACE))
-    while walk.More():
-        edge = walk.Current()
+    for edge in in_turn(wire, face):
         curve = BRepAdaptor_Curve(edge)
         begin, end = curve.FirstParameter(), curve.LastParameter()
         if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
@@ -112,7 +110,6 @@ def _course(wire: Any, face: Any) -> list[tuple[float, float, float]]:
         points += [
             curve.Value(begin + share * (end - begin)).Coord() for share in (_SHARES[:1] if is_line else _SHARES)
         ]
-        walk.Next()
     return points
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepTools import BRepTools
+from OCP.TopAbs import TopAbs_Orientation
 
-from ..shapes import FACE, subshapes, typed
+from ..shapes import EDGE, FACE, WIRE, explore, in_turn, subshapes, surface_range, typed
 from .shared_surfaces import change_surface
 from .tracing import Traced
 
@@ -50,7 +51,25 @@ def _exceeded(face: Any) -> tuple[float, float]:
     u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
     u = surface.UPeriod() if surface.IsUPeriodic() else 0.0
     v = surface.VPeriod() if surface.IsVPeriodic() else 0.0
-    return (u if u1 - u0 > (1.0 + _MORE) * u else 0.0, v if v1 - v0 > (1.0 + _MORE) * v else 0.0)
+    periods = (u if u1 - u0 > (1.0 + _MORE) * u else 0.0, v if v1 - v0 > (1.0 + _MORE) * v else 0.0)
+    return periods if any(periods) and not _is_connected(face, periods) else (0.0, 0.0)
+
+
+def _is_connected(face: Any, periods: tuple[float, float]) -> bool:
+    """Whether every edge of a face begins in its parameters where the one before it ends.
+
+    That of a seam that goes on at another angle half way, as of two cylinders made one, covers more than a turn, too.
+    """
+    for wire in explore(face, WIRE):
+        ends = []
+        for edge in in_turn(wire, face):
+            curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
+            places = [curve.Value(t).Coord() for t in surface_range(edge, face)]
+            ends.append(places[::-1] if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else places)
+        apart = np.abs([np.subtract(ends[j][0], ends[j - 1][1]) for j in range(len(ends))])
+        if len(ends) < len([*explore(wire, EDGE)]) or (2.0 * apart > np.where(periods, periods, np.inf)).any():
+            return False
+    return True
 
 
 def _shift(x: float, first: float, period: float) -> float:
