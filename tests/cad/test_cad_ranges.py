@@ -101,3 +101,17 @@ def test_a_face_whose_wire_is_torn_by_a_turn_has_facets():
         curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 1.0)
         BRep_Builder().UpdateEdge(edge, curve.Translated(gp_Vec2d(-2 * math.pi, 0.0)), face, 1e-7)
         assert len(cad.find_facets(solid)[number][1])
+
+
+def test_a_patch_between_blends_whose_wire_crosses_itself_has_facets(tmp_path):
+    """Where blends of a lever's arm and bosses meet is a patch of three sides, off its edges by some tolerance."""
+    lever = cq.Workplane().circle(14).extrude(20).union(cq.Workplane().center(60, 0).circle(9).extrude(12))
+    lever = lever.union(cq.Workplane().polyline([(0, 10), (60, 6), (60, -6), (0, -10)]).close().extrude(8))
+    lever = lever.cut(cq.Workplane().circle(7).extrude(20)).cut(cq.Workplane().center(60, 0).circle(4).extrude(12))
+    lever = lever.edges(cq.selectors.BoxSelector((-20, -20, 7.5), (80, 20, 8.5))).fillet(1.5)
+    cq.exporters.export(lever, str(tmp_path / "lever.step"))
+    (solid,) = cs.load(tmp_path / "lever.step").solids
+    for face, (points, triangles) in zip(solid.faces, cad.find_facets(solid), strict=True):
+        sides = np.diff(points[triangles], axis=1)
+        area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+        assert area == pytest.approx(face.area, rel=0.05)

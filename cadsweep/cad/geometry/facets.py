@@ -29,6 +29,9 @@ DEFLECTION = 1e-3
 ANGLE = 0.3
 """Angle between neighbouring facets, radians."""
 
+COARSER = 10.0
+"""How many times the distance of a face's facets may be, where OpenCASCADE makes none as near as those of others."""
+
 MANY_EDGES = 100
 """Edges of a face from which on its facets are made by OpenCASCADE's other way, which takes no longer for each of many
 holes than for the first: 0.4 s for a plate of 800 holes, where the usual one takes 11."""
@@ -61,9 +64,11 @@ def _facets(face: object, deflection: float) -> tuple[FloatArray, IntArray]:
         copied = _fixed(copied)
     place = TopLoc_Location()
     made = _triangulated(copied, deflection, place)
-    if made is None:  # a wire that crosses itself by less than tolerances, such as other attempts leave
-        copied = _fixed(typed(BRepBuilderAPI_Copy(face).Shape(), FACE))
-        made = _triangulated(copied, deflection, place)
+    # A wire that crosses itself by less than tolerances: mended, or cut so coarsely that it does so no more.
+    for coarser in (1.0, COARSER):
+        if made is None:
+            copied = _fixed(typed(BRepBuilderAPI_Copy(face).Shape(), FACE))
+            made = _triangulated(copied, coarser * deflection, place)
     if made is None:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     move = place.Transformation()
