@@ -130,7 +130,7 @@ ATTEMPTS = (
     ),
     Attempt(
         name="with plane faces around a hole divided",
-        when=lambda s: s.found is None,
+        when=lambda s: s.wanting,
         make=lambda s: changes.across_walls(s.part, s.source, s.target),
     ),
 )
