@@ -11,6 +11,7 @@ cap gets quads on exactly the nodes of its loops (``quads``, with gmsh where it 
 
 from __future__ import annotations
 
+from .abreast import rails_abreast
 from .background import limited as limited_sizes
 from .boundary import CellBoundary, boundary_of, mesh_boundary, surface_mesh
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
@@ -58,6 +59,7 @@ __all__ = [
     "mesh_boundary",
     "opposite_angles",
     "patches_of",
+    "rails_abreast",
     "say_chains",
     "surface_mesh",
     "turn_grid",

@@ -46,7 +46,7 @@ from ..wishes.biases import say_graded
 from ..wishes.cell_asks import resolve_asks
 from ..wishes.wall_heights import between_caps, on_caps, row_tolerance
 from .corner_cells import fill_corners
-from .laying import cell_sweeps, fractions_of, rings_of_cells, sizes_on_sources
+from .laying import cell_sweeps, fractions_of, rails_of, rings_of_cells, sizes_on_sources
 
 
 def mesh_cells(  # noqa: PLR0917
@@ -80,7 +80,8 @@ def mesh_cells(  # noqa: PLR0917
     """
     cells = cell_sweeps(part, plan)
     asks = resolve_asks(part, model, plan, cells, options, wishes)
-    wishes, divisions = asks.wishes, {**(uneven or {}), **asks.divisions}
+    wishes = asks.wishes
+    divisions = {**rails_of(part, plan, options), **(uneven or {}), **asks.divisions}
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
     run.checks(expected, options)

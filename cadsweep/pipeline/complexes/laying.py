@@ -16,7 +16,7 @@ from ...corner_blocks import CornerBlocks
 from ...intervals import CellSweep
 from ...options import SweepOptions
 from ...plan import Plan
-from ...surface import Division, Rings, divided, graded_together, lay_rings
+from ...surface import Division, Rings, divided, graded_together, lay_rings, rails_abreast
 from ...sweep import Intervals, Sweep
 from ..nearness.cap_sizes import InsideSizes, least_of
 from ..wishes.cell_asks import CellAsks
@@ -61,6 +61,19 @@ def fractions_of(
     sweeps = [(own.fill, n) for own, n in zip(cells, counts, strict=True) if not isinstance(own.fill, CornerBlocks)]
     grids = [(own.solid, side) for own in cells for side in own.grids]
     return graded_together(part.solids, sweeps, grids, n, asked, alike)
+
+
+def rails_of(part: Part, plan: Plan, options: SweepOptions) -> dict[int, Division]:
+    """How rails that wind around each other divide themselves, by key, where the user names no layers' places."""
+    if options.bias is not None or options.fractions is not None or options.wall_layers:
+        return {}
+    found: dict[int, Division] = {}
+    for cell in sorted(plan.by_themselves(part)):
+        sweep = plan.ways[cell].fill
+        assert isinstance(sweep, Sweep), "what is by itself is swept"
+        keys = part.solids[cell].edge_keys.tolist()
+        found |= {keys[e]: division for e, division in rails_abreast(sweep).items()}
+    return found
 
 
 def sizes_on_sources(plan: Plan, field: Field | None, inside: InsideSizes | None) -> dict[int, InsideSizes]:
