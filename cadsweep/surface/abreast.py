@@ -4,14 +4,15 @@ Place in the flow: before nodes are placed, what :mod:`.grading` is asked for be
 
 Method: the wall of a spring whose section turns as it goes runs along its inside, then along its outside. At equal
 lengths two such rails are far apart along the spring, and the layer between them leans until it folds. Where both
-rails of a linking side are parameter lines of its surface, equal parameters are abreast; layers are even in the mean
-of the lengths that all rails have to there.
+rails of a linking side are parameter lines of its surface, equal parameters are abreast; layers are even, or graded, in
+the mean of the lengths that all rails have to there.
 
 Not handled: rails of several edges, stations, sides that are no such surfaces; these stay even in length.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -20,6 +21,7 @@ from ..arrays import FloatArray
 from ..brep import Solid
 from ..sweep import DirectedEdge, LinkingSide, Sweep
 from .grading import Division
+from .spacing import graded_places
 
 SAMPLES = 257
 """Places along a rail, between which it is followed by chords."""
@@ -29,8 +31,15 @@ APART = 1e-3
 """Share of a side's parameters by which its rails may be off two parameter lines from end to end."""
 
 
-def rails_abreast(sweep: Sweep) -> dict[int, Division]:
-    """How rails divide themselves so that layers stand square, by edge id; empty where equal lengths are as good."""
+def rails_abreast(sweep: Sweep, bias: float | Sequence[float] | None = None) -> dict[int, Division]:
+    """How rails divide themselves so that layers stand square, by edge id; empty where equal lengths are as good.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    bias : float, (float, float) or None
+        Of the layers, as :func:`.spacing.graded_places` takes it.
+    """
     solid = sweep.solid
     if sweep.stations or sweep.closed or all(solid.edges[e].kind in ("line", "circle") for e in sweep.rails):
         return {}
@@ -47,7 +56,10 @@ def rails_abreast(sweep: Sweep) -> dict[int, Division]:
     if leaning < LEANING:
         return {}
     mean = np.mean([*shares.values()], axis=0)
-    return {e: partial(_divided, mean=mean, share=share, forward=forward) for (e, forward), share in shares.items()}
+    return {
+        e: partial(_divided, mean=mean, share=share, forward=forward, bias=bias)
+        for (e, forward), share in shares.items()
+    }
 
 
 def _along(solid: Solid, side: LinkingSide) -> dict[DirectedEdge, FloatArray] | None:
@@ -82,9 +94,11 @@ def _leaning(solid: Solid, ends: dict[DirectedEdge, FloatArray]) -> float:
     return float((np.abs(ahead - behind) * length / np.maximum(apart, 1e-12 * length)).max())
 
 
-def _divided(n: int, *, mean: FloatArray, share: FloatArray, forward: bool) -> FloatArray:
-    """Fractions (n + 1,) of a rail where the mean of all is divided evenly."""
-    found = np.interp(np.linspace(0.0, 1.0, n + 1), mean, share)
+def _divided(
+    n: int, *, mean: FloatArray, share: FloatArray, forward: bool, bias: float | Sequence[float] | None
+) -> FloatArray:
+    """Fractions (n + 1,) of a rail where the mean of all is divided evenly, or graded."""
+    found = np.interp(graded_places(n, bias), mean, share)
     return found if forward else 1.0 - found[::-1]
 
 

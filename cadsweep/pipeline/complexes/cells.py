@@ -81,7 +81,7 @@ def mesh_cells(  # noqa: PLR0917
     cells = cell_sweeps(part, plan)
     asks = resolve_asks(part, model, plan, cells, options, wishes)
     wishes = asks.wishes
-    divisions = {**rails_of(part, plan, options), **(uneven or {}), **asks.divisions}
+    divisions = {**rails_of(part, plan, options, asks), **(uneven or {}), **asks.divisions}
     asked = wishes
     expected = expected_cells(part, plan, wishes, streamed=run.in_blocks)  # a size that is a slip is refused at once
     run.checks(expected, options)

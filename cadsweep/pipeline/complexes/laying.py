@@ -63,16 +63,15 @@ def fractions_of(
     return graded_together(part.solids, sweeps, grids, n, asked, alike)
 
 
-def rails_of(part: Part, plan: Plan, options: SweepOptions) -> dict[int, Division]:
-    """How rails that wind around each other divide themselves, by key, where the user names no layers' places."""
-    if options.bias is not None or options.fractions is not None or options.wall_layers:
-        return {}
+def rails_of(part: Part, plan: Plan, options: SweepOptions, asks: CellAsks) -> dict[int, Division]:
+    """How rails that wind around each other divide themselves, by key, where the user names no places of layers."""
     found: dict[int, Division] = {}
-    for cell in sorted(plan.by_themselves(part)):
-        sweep = plan.ways[cell].fill
+    for cell in sorted(plan.by_themselves(part)) if options.fractions is None else ():
+        sweep, solid = plan.ways[cell].fill, part.solids[cell]
         assert isinstance(sweep, Sweep), "what is by itself is swept"
-        keys = part.solids[cell].edge_keys.tolist()
-        found |= {keys[e]: division for e, division in rails_abreast(sweep).items()}
+        if not any(int(solid.face_keys[f]) in asks.walls.layers for f in (*sweep.source, *sweep.target)):
+            keys = solid.edge_keys.tolist()
+            found |= {keys[e]: division for e, division in rails_abreast(sweep, options.bias).items()}
     return found
 
 
