@@ -24,6 +24,7 @@ from ..trial import attempted
 from .canonical import make_canonical
 from .elementary import make_elementary
 from .gaps import cover_gaps
+from .poles import close_poles
 from .touched_seams import turn_touched_seams
 from .tracing import Traced
 from .turns import gather_turns
@@ -109,6 +110,7 @@ def mend(traced: Traced) -> list[str]:
     BRepTools.RemoveInternals_s(traced.shape)
     check_closed(traced.shape)
     gather_turns(traced)
+    notes += close_poles(traced)
     notes += make_canonical(traced)
     notes += make_elementary(traced)
     notes += turn_touched_seams(traced)
