@@ -8,16 +8,19 @@ import pytest
 cq = pytest.importorskip("cadquery")
 
 from OCP.BRep import BRep_Builder, BRep_Tool  # noqa: E402
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert  # noqa: E402
 from OCP.BRepTools import BRepTools  # noqa: E402
+from OCP.Geom import Geom_BSplineSurface  # noqa: E402
 from OCP.gp import gp_Vec2d  # noqa: E402
 from OCP.TopAbs import TopAbs_Orientation  # noqa: E402
 
 import cadsweep as cs  # noqa: E402
 from cadsweep.cad import cut_closed, load  # noqa: E402
 from cadsweep.cad.heal.divide import divide_closed, is_divided  # noqa: E402
+from cadsweep.cad.heal.shared_surfaces import change_surface  # noqa: E402
 from cadsweep.cad.heal.tracing import Traced  # noqa: E402
 from cadsweep.cad.heal.turns import gather_turns  # noqa: E402
-from cadsweep.cad.heal.validate import faults  # noqa: E402
+from cadsweep.cad.heal.validate import faults, is_closed  # noqa: E402
 from cadsweep.cad.shapes import EDGE, FACE, explore, subshapes  # noqa: E402
 from cadsweep.recognition.find import search_sweeps  # noqa: E402
 
@@ -170,6 +173,31 @@ def test_rims_a_turn_apart_in_the_parameters_are_brought_within_one():
     assert cq.Shape.cast(traced.shape).Volume() == pytest.approx(volume)
 
 
+@pytest.mark.parametrize("knot", [2, 3])
+def test_a_spline_of_one_turn_that_begins_elsewhere_than_its_face_is_divided(knot):
+    """As an old program wrote the fillets of a capacitor: of what is beyond the end, dividing made other points."""
+    turned = cq.Workplane("XZ").lineTo(9, 0).threePointArc((12, 6), (8, 20)).lineTo(0, 20).close()
+    solid = turned.revolve(360, (0, 0, 0), (0, 1, 0)).val()
+    splines = BRepBuilderAPI_NurbsConvert(solid.wrapped, True).Shape()
+    n_moved = 0
+    for face in subshapes(splines, FACE):
+        surface = BRep_Tool.Surface_s(face)
+        if isinstance(surface, Geom_BSplineSurface) and surface.IsUPeriodic():
+            moved = surface.Copy()
+            moved.SetUOrigin(knot)
+            change_surface(face, moved)
+            n_moved += 1
+    assert n_moved
+    traced = Traced(splines)
+    gather_turns(traced)
+    for face in subshapes(traced.shape, FACE):
+        surface = BRep_Tool.Surface_s(face)
+        if surface.IsUPeriodic():
+            assert surface.Bounds()[:2] == pytest.approx(BRepTools.UVBounds_s(face)[:2], abs=1e-6)
+    part = load(cq.Workplane(cq.Shape.cast(splines)))
+    assert part.solids[0].volume * part.scale**3 == pytest.approx(solid.Volume(), rel=1e-6)
+
+
 @pytest.mark.parametrize("through_file", [False, True])
 def test_a_seam_that_goes_on_at_another_angle_half_way_is_left_as_it_is(tmp_path, through_file):
     """Two cylinders about one line, their seams half a turn apart, made one: one of them is open for a third."""
@@ -183,3 +211,9 @@ def test_a_seam_that_goes_on_at_another_angle_half_way_is_left_as_it_is(tmp_path
     cq.exporters.export(tee, str(tmp_path / "tee.step"))
     part = load(tmp_path / "tee.step" if through_file else tee)
     assert part.solids[0].volume * part.scale**3 == pytest.approx(tee.val().Volume(), rel=1e-6)
+
+
+def test_a_solid_without_one_of_its_faces_is_not_closed():
+    box = cq.Workplane().box(1, 2, 3).val()
+    assert is_closed(box.wrapped)
+    assert not is_closed(cq.Shell.makeShell(box.Faces()[1:]).wrapped)

@@ -46,7 +46,7 @@ from ..shapes import (
 )
 from ..trial import attempted
 from .tracing import Traced
-from .validate import faults
+from .validate import faults, is_closed
 
 _TOUCHES = 1e-3
 """Radians between a loop's outermost point and a line of the face below which it touches it."""
@@ -92,7 +92,7 @@ def _turn(traced: Traced, turns: dict[int, float]) -> bool:
     volume = volume_and_center(traced.shape)[0]
     solids = [] if not done or maker.HasErrors() else subshapes(maker.Shape(), SOLID)
     found = [one for one in solids if abs(volume_and_center(one)[0] - volume) < _SAME_VOLUME * volume]
-    if len(found) != 1 or faults(found[0]):
+    if len(found) != 1 or faults(found[0]) or not is_closed(found[0]):
         return False
     after = index_map(found[0], FACE)
 

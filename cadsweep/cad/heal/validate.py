@@ -88,6 +88,15 @@ def _face_points(face: Any) -> Iterator[Any]:
         yield surface.Value((u0 + u1) / 2, (v0 + v1) / 2)
 
 
+def is_closed(solid: Any) -> bool:
+    """Whether the faces of a solid meet two by two along every edge."""
+    try:
+        check_closed(solid)
+    except CadError:
+        return False
+    return True
+
+
 def check_closed(solid: Any) -> None:
     """Refuse a solid whose faces do not meet two by two along every edge.
 
