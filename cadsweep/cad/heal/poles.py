@@ -61,10 +61,10 @@ def _closed(face: Any) -> Any:
     turn, rise = end - begin
     if abs(abs(turn) - 2.0 * pi) > _LEVEL or abs(rise) > _LEVEL * 2.0 * pi:
         return None
-    runs_forward = (turn > 0.0) == (rim.Orientation() == FORWARD)
-    pole = _pole(surface, float(begin[1]), 1.0 if runs_forward else -1.0)
+    is_up = (turn > 0.0) == (rim.Orientation() == FORWARD)
+    pole = _pole(surface, float(begin[1]), 1.0 if is_up else -1.0)
     begins = (float(min(begin[0], end[0])), float(begin[1]))
-    return None if pole is None else _bounded(face, rim, begins, pole, runs_forward=runs_forward)
+    return None if pole is None else _bounded(face, rim, begins, pole)
 
 
 def _pole(surface: Any, level: float, way: float) -> float | None:
@@ -90,7 +90,7 @@ def _pole(surface: Any, level: float, way: float) -> float | None:
     return float(0.5 * (low + high))
 
 
-def _bounded(face: Any, rim: Any, begins: tuple[float, float], pole: float, *, runs_forward: bool) -> Any:
+def _bounded(face: Any, rim: Any, begins: tuple[float, float], pole: float) -> Any:
     """The face bounded by its rim, a seam from there to the pole and back, and the pole."""
     (begin, level), builder, surface = begins, BRep_Builder(), BRep_Tool.Surface_s(face)
     made, wire, seam, tip = typed(face.EmptyCopied(), FACE), TopoDS_Wire(), TopoDS_Edge(), TopoDS_Edge()
@@ -111,7 +111,7 @@ def _bounded(face: Any, rim: Any, begins: tuple[float, float], pole: float, *, r
     builder.Add(tip, at_pole.Oriented(REVERSED))
     builder.Degenerated(tip, True)
     builder.MakeWire(wire)
-    back = tip.Oriented(REVERSED if runs_forward else FORWARD)
+    back = tip.Oriented(REVERSED if is_up else FORWARD)
     for edge in (rim, seam.Oriented(FORWARD), seam.Oriented(REVERSED), back):
         builder.Add(wire, edge)
     wire.Closed(True)
