@@ -3,13 +3,14 @@
 Place in the flow: the step of the search for cuts on solids of any kind.
 
 Method: OpenCASCADE's splitter, whose word is not taken for it: the volume must be kept, every piece closed and valid,
-no piece a sliver and no edge shorter than the model can bear. The pieces and the neighbours are imprinted as one part.
+no piece a sliver and no edge shorter than the model can bear. Neighbours get the pieces of the faces that they share.
 """
 
 from __future__ import annotations
 
+import itertools
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,7 +42,7 @@ from ..shapes import (
 )
 from ..trial import attempted
 from .grafting import graft
-from .seams import without_seams
+from .seams import Joined, without_seams
 
 logger = logging.getLogger(__name__)
 
@@ -83,45 +84,29 @@ def cut_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] 
 
 def split_cell(part: Part, cell: int, tools: Sequence[Any], others: Sequence[int] = ()) -> Parted | None:
     """Part one cell as :func:`cut_cell` does, the rest of the part as it was still."""
-    pieces = _split(part.solids[cell], tools)
-    if pieces is None:
+    alone = _split(part, [cell], tools)
+    if alone is None:
         return None
-    parted = {cell: pieces}
-    for other in others:
-        own_pieces = _split(part.solids[other], tools) if other != cell else None
-        if own_pieces is not None:
-            parted[other] = own_pieces
-    return Parted(part=part, pieces=parted)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Pieces:
-    """What a splitter made of a cell: its pieces with their masses and the labels of their faces, and its history."""
-
-    shapes: Sequence[Any]
-    masses: Sequence[Mass]
-    labels: Sequence[Labels]
-    splitter: _Splitters
-
-    def image(self, sub: Any) -> list[Any]:
-        """What a face, an edge or a vertex of the cell has become; empty where it is as it was."""
-        found = self.splitter.became(sub)
-        return [] if len(found) == 1 and found[0].IsSame(sub) else found
+    along = [other for other in others if other != cell and _split(part, [other], tools) is not None]
+    return (_split(part, [cell, *along], tools) if along else None) or alone
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Parted:
-    """Cells of a part in pieces, before these and their neighbours are imprinted on each other.
+    """Cells of a part in pieces, before the faces of their neighbours are divided as theirs.
 
     Attributes
     ----------
     part : Part
-    pieces : dict of int to pieces
+    pieces : dict of int to sequence of Joined
         By cell.
+    splitters : splitters
+        That parted them, all together.
     """
 
     part: Part
-    pieces: Mapping[int, _Pieces]
+    pieces: Mapping[int, Sequence[Joined]]
+    splitters: _Splitters
 
     @property
     def key(self) -> tuple[tuple[float, ...], ...]:
@@ -129,40 +114,33 @@ class Parted:
         size = max(solid.size for solid in self.part.solids)
         masses: list[Mass] = []
         for j, solid in enumerate(self.part.solids):
-            parted = self.pieces.get(j)
-            masses += [shapes_of(solid).mass] if parted is None else parted.masses
+            masses += [piece.mass for piece in self.pieces[j]] if j in self.pieces else [shapes_of(solid).mass]
         return tuple(sorted((round(v / size**3, 9), *(round(float(c) / size, 6) for c in at)) for v, at in masses))
 
     def imprinted(self) -> Part | None:
         """The part with the pieces in it; None where OpenCASCADE fails at it."""
         part = self.part
-        if len(self.pieces) == 1:
-            ((cell, own),) = self.pieces.items()
-            size = max(solid.size for solid in part.solids)
-            try:
-                return graft(
-                    part,
-                    cell,
-                    list(zip(own.shapes, own.labels, strict=True)),
-                    own.image,
-                    closed=widest_closed(reach_of(size, part.touch)),
-                )
-            except CadError as error:
-                logger.info("the pieces of cell %d are imprinted anew: %s", cell, error)
+        size = max(solid.size for solid in part.solids)
+        pieces = {cell: [(piece.shape, piece.labels) for piece in own] for cell, own in self.pieces.items()}
+        try:
+            return graft(part, pieces, self._image, closed=widest_closed(reach_of(size, part.touch)))
+        except CadError as error:
+            logger.info("the pieces of cells %s are imprinted anew: %s", list(pieces), error)
         try:
             return self.fused()
         except CadError as error:
-            logger.info("a cut of cells %s is given up: %s", list(self.pieces), error)
+            logger.info("a cut of cells %s is given up: %s", list(pieces), error)
             return None
 
     def fused(self) -> Part:
         """The part with the pieces in it, by a general fuse of all cells."""
         part, shapes, labels, owners = self.part, list[Any](), list[Labels](), list[int]()
         for j, solid in enumerate(part.solids):
-            own = self.pieces.get(j)
-            shapes += [shapes_of(solid).shape] if own is None else own.shapes
-            labels += [numbered_labels_of(solid)] if own is None else own.labels
-            owners += [part.owners[j]] * (1 if own is None else len(own.shapes))
+            whole = Joined(shapes_of(solid).shape, numbered_labels_of(solid), shapes_of(solid).mass)
+            own = self.pieces.get(j, [whole])
+            shapes += [piece.shape for piece in own]
+            labels += [piece.labels for piece in own]
+            owners += [part.owners[j]] * len(own)
         found = imprint(
             shapes,
             labels=labels,
@@ -176,55 +154,75 @@ class Parted:
         )
         return replace(found, touch=part.touch)
 
+    def _image(self, sub: Any) -> list[Any]:
+        """What a face, an edge or a vertex of a cell has become; empty where it is as it was."""
+        found = self.splitters.became(sub)
+        for piece in itertools.chain.from_iterable(self.pieces.values()):
+            found = [new for one in found for new in piece.became(one)]
+        return [] if len(found) == 1 and found[0].IsSame(sub) else found
 
-def _split(solid: Solid, tools: Sequence[Any]) -> _Pieces | None:
-    """The pieces of a solid.
+
+def _split(part: Part, cells: Sequence[int], tools: Sequence[Any]) -> Parted | None:
+    """The pieces of some cells; None where one of them is not parted, or not well.
 
     Tools of two kinds at once are more than OpenCASCADE's splitter can always do: where a plane, a cylinder and the
     solid's own faces meet in one edge it may lose a piece. Then it is asked again, for the curved ones first.
     """
-    pieces = _split_in_turn(solid, [tools])
-    if pieces is not None:
-        return pieces
+    parted = _split_in_turn(part, cells, [tools])
+    if parted is not None:
+        return parted
     flat: list[Any] = []
     curved: list[Any] = []
     for tool in tools:
         (flat if BRepAdaptor_Surface(tool).GetType() == GeomAbs_Plane else curved).append(tool)
-    return _split_in_turn(solid, [curved, flat]) if flat and curved else None
+    return _split_in_turn(part, cells, [curved, flat]) if flat and curved else None
 
 
-def _split_in_turn(solid: Solid, turns: Sequence[Sequence[Any]]) -> _Pieces | None:
-    """The pieces that several sets of tools make of a solid, one set after another; None where they are not sound."""
-    holder = shapes_of(solid)
-    splitter = _Splitters()
-    pieces = [holder.shape]
+def _split_in_turn(part: Part, cells: Sequence[int], turns: Sequence[Sequence[Any]]) -> Parted | None:
+    """The pieces that several sets of tools make of cells, one set after another; None where they are not sound."""
+    splitters = _Splitters()
+    found = [shapes_of(part.solids[cell]).shape for cell in cells]
     for tools in turns:
-        found = splitter.part(pieces, tools)
-        if found is None:
+        parted = splitters.part(found, tools)
+        if parted is None:
             return None
-        pieces = found
+        found = parted
+    pieces: dict[int, list[Joined]] = {}
+    for cell in cells:
+        across = _across(part, cell, [other for other in cells if other != cell])
+        own = _pieces(part.solids[cell], splitters, across)
+        if own is None:
+            return None
+        pieces[cell] = own
+    return Parted(part=part, pieces=pieces, splitters=splitters)
+
+
+def _pieces(solid: Solid, splitters: _Splitters, across: Sequence[Hashable]) -> list[Joined] | None:
+    """What splitters made of a solid; None where they did not part it, or the pieces are not sound."""
+    holder, labels = shapes_of(solid), numbered_labels_of(solid)
+    pieces = splitters.became(holder.shape)
     masses = [volume_and_center(piece) for piece in pieces] if len(pieces) > 1 else []
     if not masses or not _sound(solid, holder, pieces, [volume for volume, _ in masses]):
         return None
-    labels = numbered_labels_of(solid)
-    faces = _Images(splitter, holder.faces, labels.faces, FACE)
-    edges = _Images(splitter, holder.edges, labels.edges, EDGE)
-    own = [
-        Labels(
-            [faces.label(face) or FaceLabel(number=ON_CUT) for face in subshapes(piece, FACE)],
-            [edges.label(edge) or EdgeLabel() for edge in subshapes(piece, EDGE)],
-        )
-        for piece in pieces
-    ]
-    joined = [without_seams(*of_piece) for of_piece in zip(pieces, own, masses, strict=True)]
-    if _has_short_edge(solid, holder, [piece for piece, _, _ in joined]):
-        return None
-    return _Pieces(
-        shapes=[piece for piece, _, _ in joined],
-        labels=[label for _, label, _ in joined],
-        masses=[mass for _, _, mass in joined],
-        splitter=splitter,
-    )
+    faces = _Images(splitters, holder.faces, list(zip(labels.faces, across, strict=True)), FACE)
+    edges = _Images(splitters, holder.edges, labels.edges, EDGE)
+    joined = []
+    for piece, mass in zip(pieces, masses, strict=True):
+        own = [faces.label(face) or (FaceLabel(number=ON_CUT), None) for face in subshapes(piece, FACE)]
+        lines = [edges.label(edge) or EdgeLabel() for edge in subshapes(piece, EDGE)]
+        joined.append(without_seams(piece, Labels([label for label, _ in own], lines), mass, [at for _, at in own]))
+    return None if _has_short_edge(solid, holder, [piece.shape for piece in joined]) else joined
+
+
+def _across(part: Part, cell: int, parted: Sequence[int]) -> list[Hashable]:
+    """What is on the other side of a cell's faces: alike where these may be joined, not where that is parted, too."""
+    beyond: dict[int, Hashable] = {
+        key: (other, face.id if other in parted else face.key)
+        for other, solid in enumerate(part.solids)
+        if other != cell
+        for key, face in zip(solid.face_keys.tolist(), solid.faces, strict=True)
+    }
+    return [beyond.get(key) for key in part.solids[cell].face_keys.tolist()]
 
 
 class _Splitters:

@@ -9,8 +9,9 @@ Method: OpenCASCADE's ``ShapeUpgrade_UnifySameDomain``, kept away from every edg
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from math import pi
-from typing import Any
+from typing import Any, NamedTuple
 
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepTools import BRepTools
@@ -29,7 +30,31 @@ SAME_VOLUME = 1e-6
 """Share of a piece's volume that joining its faces may change: OpenCASCADE integrates no better."""
 
 
-def without_seams(piece: Any, labels: Labels, mass: Mass) -> tuple[Any, Labels, Mass]:
+class Joined(NamedTuple):
+    """A piece with the seams of its round faces gone.
+
+    Attributes
+    ----------
+    shape : TopoDS_Solid
+    labels : Labels
+        Of its faces and edges.
+    mass : tuple of float and (3,) float64
+        Its volume and centroid.
+    history : BRepTools_History or None
+        What its faces have become; None where they are as they were.
+    """
+
+    shape: Any
+    labels: Labels
+    mass: Mass
+    history: Any = None
+
+    def became(self, sub: Any) -> list[Any]:
+        """What a face or an edge is now; itself where it is as it was."""
+        return [sub] if self.history is None else listed(self.history.Modified(sub)) or [sub]
+
+
+def without_seams(piece: Any, labels: Labels, mass: Mass, across: Sequence[Hashable]) -> Joined:
     """A piece with the seams of its round faces gone; the piece itself where it has none, or where joining spoils it.
 
     Parameters
@@ -39,6 +64,8 @@ def without_seams(piece: Any, labels: Labels, mass: Mass) -> tuple[Any, Labels, 
         Of its faces and edges. Faces of one key are pieces of one face.
     mass : tuple of float and (3,) float64
         Its volume and centroid.
+    across : sequence of hashable
+        By face: what is on its other side. Only faces with the same there are joined, as they are joined there too.
     """
     faces, edges = index_map(piece, FACE), index_map(piece, EDGE)
     beside: dict[int, list[int]] = {}
@@ -46,27 +73,32 @@ def without_seams(piece: Any, labels: Labels, mass: Mass) -> tuple[Any, Labels, 
         for edge in explore(face, EDGE):
             beside.setdefault(edges.FindIndex(edge) - 1, []).append(number)
     shapes = mapped(faces, FACE)
-    seams = {e for e, (a, *b) in beside.items() if len(b) == 1 and _is_seam(shapes[a], shapes[b[0]], a, b[0], labels)}
+    seams = {
+        e
+        for e, (a, *b) in beside.items()
+        if len(b) == 1 and across[a] == across[b[0]] and _is_seam(shapes[a], shapes[b[0]], a, b[0], labels)
+    }
+    unchanged = Joined(piece, labels, mass)
     if not seams:
-        return piece, labels, mass
+        return unchanged
     tool = ShapeUpgrade_UnifySameDomain(piece, False, True, False)
     for e, edge in enumerate(mapped(edges, EDGE)):
         if e not in seams:
             tool.KeepShape(edge)
     if not attempted(tool.Build, "taking seams out of a piece", on=[piece]):
-        return piece, labels, mass
+        return unchanged
     (found,) = subshapes(tool.Shape(), SOLID)
     try:
         check_closed(found)
     except CadError:
-        return piece, labels, mass
+        return unchanged
     after = volume_and_center(found)
     if faults(found) or abs(after[0] - mass[0]) > SAME_VOLUME * mass[0]:
-        return piece, labels, mass
+        return unchanged
     history = tool.History()
     own = _followed(shapes, labels.faces, index_map(found, FACE), history, FaceLabel())
     lines = _followed(mapped(edges, EDGE), labels.edges, index_map(found, EDGE), history, EdgeLabel())
-    return found, Labels(own, lines), after
+    return Joined(found, Labels(own, lines), after, history)
 
 
 def _is_seam(one: Any, other: Any, a: int, b: int, labels: Labels) -> bool:
@@ -97,4 +129,4 @@ def _followed(old: Any, labels: Any, found: Any, history: Any, empty: Any) -> li
     return out
 
 
-__all__ = ["without_seams"]
+__all__ = ["Joined", "without_seams"]
