@@ -64,6 +64,7 @@ __all__ = [
     "select_faces_of_all",
     "select_vertices",
     "split_cell",
+    "walls_between_columns",
     "write_step",
 ]
 
@@ -145,6 +146,13 @@ def cut_columns(part: "Part", stack: "Stack", walls: "Sequence[tuple[int, float,
     from .edit.columns import cut_columns as cut
 
     return cut(part, stack, walls)
+
+
+def walls_between_columns(stack: "Stack", walls: "Sequence[tuple[int, float, float]]") -> "Cutter":
+    """What parts the columns of a stack (:func:`cadsweep.cad.edit.columns.walls_between_columns`)."""
+    from .edit.columns import walls_between_columns as find
+
+    return find(stack, walls)
 
 
 def cut_ring(part: "Part") -> "Part | None":

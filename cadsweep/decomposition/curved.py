@@ -128,9 +128,8 @@ def find_cells(part: Part, tools: Tools, *, most_parts: int = MOST_PARTS) -> tup
     int
         Parts that were looked at.
     """
-    most_openings = MOST_OPENINGS if len(part.solids) == 1 else 0
-    search = CellSearch(part, tools, most_parts=most_parts, most_openings=most_openings)
-    return next(search.solutions(), search.best), search.n_parts
+    search = CellSearch(part, tools, most_parts=most_parts)
+    return next(search.solutions(), None) or search.best, search.n_parts
 
 
 class CellSearch:
@@ -142,8 +141,8 @@ class CellSearch:
     tools : Tools
     most_parts : int
         Parts to look at, best first.
-    most_openings : int
-        Parts to look at besides, in turns for all cuts of the whole.
+    most_openings : int or None
+        Parts to look at besides, in turns for all cuts of the whole; None for as many as suit one solid, or several.
 
     Attributes
     ----------
@@ -162,8 +161,12 @@ class CellSearch:
         The user's time was used up before the count of parts was.
     """
 
-    def __init__(self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS, most_openings: int = 0) -> None:
+    def __init__(
+        self, part: Part, tools: Tools, *, most_parts: int = MOST_PARTS, most_openings: int | None = None
+    ) -> None:
         self.tools = tools
+        if most_openings is None:
+            most_openings = MOST_OPENINGS if len(part.solids) == 1 else 0
         n_faces = sum(len(solid.faces) for solid in part.solids)
         self.share = min(1.0, (MANY_FACES / n_faces) ** 2)
         self.most_of_all = min(1.0, (MANY_FACES_OF_ALL / n_faces) ** 2) * MOST_FACES_OF_ALL

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -85,8 +86,12 @@ class Labelled(NamedTuple):
     size: float
 
 
-def label_on_grid(united: United, facets: Facets, grid: Grid, size: float) -> Labelled:
+def label_on_grid(
+    united: United, facets: Facets, grid: Grid, size: float, *, on_step: Callable[[], None] = lambda: None
+) -> Labelled:
     """Label the skin of a grid of a size with the faces of a model, united for it, by facets of the model's faces.
+
+    `on_step` is called now and then, and may raise.
 
     Raises
     ------
@@ -97,11 +102,17 @@ def label_on_grid(united: United, facets: Facets, grid: Grid, size: float) -> La
     covering = facets._replace(faces=first.of_face[united.of_face[facets.faces]])
     labels = label_quads(first.solid, covering, grid.points, grid.quads, size)
     skin = Fitted(points=grid.points, hexes=grid.hexes, quads=grid.quads, labels=labels, chains={})
-    return Labelled(united, first, lay_strips(first.solid, skin, size), size)
+    return Labelled(united, first, lay_strips(first.solid, skin, size, on_step), size)
 
 
 def find_on_grid(
-    model: Solid, facets: Facets, labelled: Labelled, *, letting: bool = False, mending: bool = False
+    model: Solid,
+    facets: Facets,
+    labelled: Labelled,
+    *,
+    letting: bool = False,
+    mending: bool = False,
+    on_step: Callable[[], None] = lambda: None,
 ) -> Found:
     """The model found on a grid.
 
@@ -115,6 +126,8 @@ def find_on_grid(
         Let edges go that the grid cannot hold.
     mending : bool
         Change labels, if few will do.
+    on_step : callable
+        Called now and then; may raise.
 
     Raises
     ------
@@ -139,7 +152,7 @@ def find_on_grid(
                 raise
             beside = [reduced.solid.edges[edge].faces for edge in misfit.edges]
             asked += [(int(np.argmax(numbers == one)), int(np.argmax(numbers == other))) for one, other in beside]
-            parts = let_go(first.solid, skin.points, skin.quads, skin.labels, size, asked)
+            parts = let_go(first.solid, skin.points, skin.quads, skin.labels, size, asked, on_step)
             if np.array_equal(parts, before):
                 raise
             before = parts

@@ -9,7 +9,7 @@ two at a time, always those whose edges are the least missed for what their goin
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import pi
 from typing import NamedTuple
 
@@ -100,7 +100,13 @@ class Compared(NamedTuple):
 
 
 def let_go(  # noqa: PLR0917
-    solid: Solid, points: FloatArray, quads: IntArray, labels: IntArray, size: float, asked: Sequence[tuple[int, int]]
+    solid: Solid,
+    points: FloatArray,
+    quads: IntArray,
+    labels: IntArray,
+    size: float,
+    asked: Sequence[tuple[int, int]],
+    on_step: Callable[[], None] = lambda: None,
 ) -> IntArray:
     """For every face of the solid the least of those (n_faces,) that it is one with.
 
@@ -116,6 +122,8 @@ def let_go(  # noqa: PLR0917
         Of its cells.
     asked : sequence of (int, int)
         Faces that have to be one.
+    on_step : callable
+        Called now and then; may raise.
 
     Raises
     ------
@@ -133,6 +141,7 @@ def let_go(  # noqa: PLR0917
         best: tuple[float, tuple[int, int]] | None = None
         for one, other in np.unique(sides[sides[:, 0] != sides[:, 1]], axis=0).tolist():
             if one in touched or other in touched:
+                on_step()
                 tried = np.where(of_face == other, one, of_face)
                 mends = amiss.total() - compared.differing(tried).total()
                 price = float(prices[(sides == (one, other)).all(axis=1)].sum())

@@ -10,7 +10,8 @@ What it does not handle: faces whose loops touch, or are too close for the grid 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -30,18 +31,41 @@ _PLACES = 33
 """Places of an edge from which the distance of a loop is measured."""
 
 
-def lay_strips(solid: Solid, mesh: Fitted, size: float) -> Fitted:
-    """The mesh with a row of quads around every loop that has other faces beyond it on the grid than in the model."""
+def lay_strips(solid: Solid, mesh: Fitted, size: float, on_step: Callable[[], None] = lambda: None) -> Fitted:
+    """The mesh with a row of quads around every loop that has other faces beyond it on the grid than in the model.
+
+    `on_step` is called now and then, and may raise.
+    """
     laid: set[tuple[int, int]] = set()
-    while (found := _worst(solid, mesh, laid, size)) is not None:
+    loops = [_Loops.of(solid, face) for face in solid.faces]
+    while (found := _worst(solid, mesh, loops, laid, size)) is not None:
+        on_step()
         face, loop, labels = found
         laid.add((face, loop))
         mesh = with_rim(mesh if mesh.has_skin else with_skin(solid, mesh, size), face, labels).mesh
     return mesh
 
 
+class _Loops(NamedTuple):
+    """The loops of a face: places of each, and the faces beyond it."""
+
+    places: list[cKDTree]
+    beyond: list[list[int]]
+
+    @classmethod
+    def of(cls, solid: Solid, face: Face) -> _Loops:
+        along = np.linspace(0.0, 1.0, _PLACES)
+        return cls(
+            [
+                cKDTree(np.concatenate([solid.edges[e].curve.evaluate(along) for e in loop.edges]))
+                for loop in face.loops
+            ],
+            [[sum(solid.edges[e].faces) - face.id for e in loop.edges] for loop in face.loops],
+        )
+
+
 def _worst(
-    solid: Solid, mesh: Fitted, laid: set[tuple[int, int]], size: float
+    solid: Solid, mesh: Fitted, loops: Sequence[_Loops], laid: set[tuple[int, int]], size: float
 ) -> tuple[int, int, dict[tuple[int, int], int]] | None:
     """The face, the number of its loop, and the faces that belong beyond the sides of that, of the loop most amiss."""
     segments, pairs = sides_of(mesh.quads)
@@ -55,7 +79,7 @@ def _worst(
         rings = _rings(sides, len(mesh.points))
         if len(rings) != len(face.loops):
             continue
-        for j, loop in _near(solid, face, [(mesh.points[sides[r]], others[r]) for r in rings], size):
+        for j, loop in _near(loops[face.id], [(mesh.points[sides[r]], others[r]) for r in rings], size):
             ring = rings[j]
             run, path = _in_turn(solid, face.loops[loop].edges), _path(sides[ring])
             if run is None or path is None or len(ring) < len(run) or (face.id, loop) in laid:
@@ -110,17 +134,18 @@ def _rings(sides: IntArray, n_nodes: int) -> list[IntArray]:
     return [np.flatnonzero(of_node[sides[:, 0]] == piece) for piece in np.unique(of_node[sides[:, 0]])]
 
 
-def _near(solid: Solid, face: Face, rings: list[tuple[FloatArray, IntArray]], size: float) -> Iterator[tuple[int, int]]:
+def _near(loops: _Loops, rings: list[tuple[FloatArray, IntArray]], size: float) -> Iterator[tuple[int, int]]:
     """Rings that are about where a loop of a face is, and the loop: nearest in the sum, and with the faces beyond it.
 
     Of each ring come its sides (s, 2, 3), and the face (s,) beyond each.
     """
-    along = np.linspace(0.0, 1.0, _PLACES)
-    loops = [cKDTree(np.concatenate([solid.edges[e].curve.evaluate(along) for e in loop.edges])) for loop in face.loops]
-    beyond = [[sum(solid.edges[e].faces) - face.id for e in loop.edges] for loop in face.loops]
-    trees = [cKDTree(sides.mean(axis=1)) for sides, _ in rings]
-    away = np.array([[max(one.query(at.data)[0].max(), at.query(one.data)[0].max()) for at in loops] for one in trees])
-    foreign = np.array([[1.0 - np.isin(met, faces).mean() for faces in beyond] for _, met in rings])
+    middles = [sides.mean(axis=1) for sides, _ in rings]
+    foreign = np.array([[1.0 - np.isin(met, faces).mean() for faces in loops.beyond] for _, met in rings])
+    away = np.array([[max(_off(one, at), _off(at.data, cKDTree(one))) for at in loops.places] for one in middles])
     for ring, loop in zip(*linear_sum_assignment(away + size * foreign), strict=True):
         if away[ring, loop] < _ASTRAY * size:
             yield int(ring), int(loop)
+
+
+def _off(places: FloatArray, tree: cKDTree) -> float:
+    return float(tree.query(places)[0].max())

@@ -184,8 +184,10 @@ def _wanted(
             own = corner_counts(cell.fill, sizes[i], sized=sized)
         else:
             own = wanted_counts(cell.fill, loop_edges(cell.fill), sizes[i], {}, sized=sized)
+            # Layers of a cell with small features are its neighbours', too, which have no use for as many.
+            along = sizes[i] if sized else max(sizes)
             own |= _rail_counts(
-                cell.fill, sizes[i], wishes.layers, sized=sized, alone=len(cells) == 1, on_levels=cell.by_itself
+                cell.fill, along, wishes.layers, sized=sized, alone=len(cells) == 1, on_levels=cell.by_itself
             )
             if wishes.layers is not None:
                 firm.update(int(keys[e]) for e in cell.fill.rails)

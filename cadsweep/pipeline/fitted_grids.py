@@ -179,11 +179,15 @@ def _found(
             tell(error.what, size)
             return None
 
+    def in_time() -> None:
+        if hurried and spent() - began > _LAST:
+            raise SurfaceMeshError("there is no time left to find the model on it")
+
     def on(size: float, united: United, grid: Grid) -> Iterator[Found]:
-        labelled = made(size, lambda: label_on_grid(united, facets, grid, size))
+        labelled = made(size, lambda: label_on_grid(united, facets, grid, size, on_step=in_time))
         if labelled is None:
             return
-        found = made(size, lambda: find_on_grid(model, facets, labelled, mending=mending))
+        found = made(size, lambda: find_on_grid(model, facets, labelled, mending=mending, on_step=in_time))
         if found is None:
             misfits.append(labelled)
         else:
@@ -201,7 +205,7 @@ def _found(
         # What is found later than that is too late to be filled.
         if (with_fewer or hurried) and spent() - began > (_TIME if with_fewer else _LAST):
             break
-        found = made(misfit.size, partial(find_on_grid, model, facets, misfit, letting=True))
+        found = made(misfit.size, partial(find_on_grid, model, facets, misfit, letting=True, on_step=in_time))
         with_fewer += [] if found is None else [found]
     yield from sorted(with_fewer, key=lambda found: found.lost)
     for waiting in sorted(large, key=lambda waiting: len(waiting[2].hexes)):

@@ -74,7 +74,7 @@ def loses_the_top(monkeypatch):
         return np.where(labels == face_at(solid, 2, 1), face_at(solid, 0, 1), labels)
 
     monkeypatch.setattr(finding, "label_quads", spoilt)
-    monkeypatch.setattr(finding, "lay_strips", lambda solid, mesh, size: mesh)
+    monkeypatch.setattr(finding, "lay_strips", lambda solid, mesh, size, on_step: mesh)
 
 
 def test_a_mesh_without_an_edge_is_on_it_all_the_same_and_keeps_the_names(box, loses_the_top):

@@ -470,12 +470,12 @@ def test_the_record_says_of_each_solid_how_it_was_filled():
 
 def test_solids_that_no_search_cuts_together_are_cut_as_each_is_cut_alone(monkeypatch):
     """The search for cuts of both together ends at once; what each is cut into by itself is carried through both."""
-    real = complexes.find_cells
+    real = complexes.CellSearch
 
-    def find(part, tools, **kwargs):
-        return real(part, tools, **kwargs | ({"most_parts": 1} if len(part.solids) == len(part.models) > 1 else {}))
+    def search(part, tools):
+        return real(part, tools, most_parts=1) if len(part.solids) == len(part.models) > 1 else real(part, tools)
 
-    monkeypatch.setattr(complexes, "find_cells", find)
+    monkeypatch.setattr(complexes, "CellSearch", search)
     crossed = cq.Workplane().box(40, 30, 20).faces(">Z").workplane().center(-8, 0).hole(8)
     crossed = crossed.faces(">X").workplane(centerOption="CenterOfMass").hole(6, 10)
     lid = cq.Workplane().box(40, 30, 5).translate((0, 0, 12.5))

@@ -1,7 +1,7 @@
 """A stack cut into its columns: the outlines of its caps carried through the material as walls.
 
-Place in the flow: for who wants the columns as solids. Meshing needs none of it: there the columns are cells of a plane
-arrangement and levels.
+Place in the flow: for who wants the columns as solids, and for the search for cuts where a stack touches other solids.
+To mesh a stack by itself needs none of it: there the columns are cells of a plane arrangement and levels.
 
 Method: each edge between two cells of the arrangement is extruded along the direction where both have material, and
 nowhere else, so that no cutter lies on a wall of the part.
@@ -10,7 +10,7 @@ nowhere else, so that no cutter lies on a wall of the part.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
@@ -18,13 +18,16 @@ from OCP.gp import gp_Trsf, gp_Vec
 
 from ...arrays import FloatArray
 from ...brep import Part
-from ...stack import Stack
+from ...stack import Stack, name_direction
 from ..extract.prism import plane_shapes
 from ..shapes import FACE, compound, subshapes
+from .central import Cutter
 from .cutting import cut_cell
 
+Walls: TypeAlias = Sequence[tuple[int, float, float]]
 
-def cut_columns(part: Part, stack: Stack, walls: Sequence[tuple[int, float, float]]) -> Part | None:
+
+def cut_columns(part: Part, stack: Stack, walls: Walls) -> Part | None:
     """Cut the only solid of a part into the columns of a stack.
 
     Parameters
@@ -40,6 +43,13 @@ def cut_columns(part: Part, stack: Stack, walls: Sequence[tuple[int, float, floa
     Part or None
         One cell a column; None where OpenCASCADE does not part them cleanly.
     """
+    tools = walls_between_columns(stack, walls).tools
+    cells = cut_cell(part, 0, tools) if tools else None
+    return cells if cells is not None and len(cells.solids) == stack.n_columns else None
+
+
+def walls_between_columns(stack: Stack, walls: Walls) -> Cutter:
+    """What parts the columns of a stack; for the walls see :func:`cut_columns`."""
     prism = stack.arrangement.prism
     edges = plane_shapes(prism).edges
     base = float((prism.vertices @ stack.direction).min())
@@ -47,9 +57,13 @@ def cut_columns(part: Part, stack: Stack, walls: Sequence[tuple[int, float, floa
     heights: dict[tuple[float, float], list[Any]] = {}
     for e, low, high in walls:
         heights.setdefault((float(f"{low - base:.9g}"), float(f"{high - low:.9g}")), []).append(edges[e])
-    tools = [face for (rise, height), own in heights.items() for face in _walls(own, stack.direction, rise, height)]
-    cells = cut_cell(part, 0, tools) if tools else None
-    return cells if cells is not None and len(cells.solids) == stack.n_columns else None
+    return Cutter(
+        reason=f"the outlines of the caps across ({name_direction(stack.direction)}), carried through",
+        tools=tuple(face for (at, high), own in heights.items() for face in _walls(own, stack.direction, at, high)),
+        weight=0.0,
+        kind="columns",
+        family="columns",
+    )
 
 
 def _walls(edges: Sequence[Any], direction: FloatArray, rise: float, height: float) -> list[Any]:
@@ -60,4 +74,4 @@ def _walls(edges: Sequence[Any], direction: FloatArray, rise: float, height: flo
     return subshapes(BRepPrimAPI_MakePrism(moved, gp_Vec(*(height * direction))).Shape(), FACE)
 
 
-__all__ = ["cut_columns"]
+__all__ = ["cut_columns", "walls_between_columns"]

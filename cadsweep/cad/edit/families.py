@@ -12,6 +12,7 @@ from ... import rows
 from .central import Cutter
 
 FAMILIES = (
+    "columns",
     "strips",
     "spokes",
     "ports",

@@ -10,6 +10,7 @@ import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 
 from ... import cad, rows
 from ...blocks.joined import neighbours_of
@@ -18,15 +19,16 @@ from ...contacts import say_leave_out
 from ...errors import CadError, CadSweepError, InputError
 from ...mesh import HexMesh
 from ...options import SweepOptions
-from ..candidates import POOR
+from ..candidates import GOOD_ENOUGH, POOR
 from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
-from ..run import Run, silent
+from ..run import Run, Tries, silent
 from ..tips import AFTER, bridged, mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
-from .complexes import plan_again, plan_cells
+from .complex import Complex
+from .complexes import find_plans, plan_again
 from .groups import as_blocks, blocks_together, make_group, put_together
 from .several import mesh_complex
 from .subsets import separated, subset, touching_groups
@@ -35,6 +37,9 @@ log = logging.getLogger(__name__)
 
 MOST_APART = 2
 """Solids at fault that are meshed by themselves to see whether that helps."""
+
+MOST_MESHED = 3
+"""Plans of solids in contact that are meshed before the best is taken, or they are not meshed together."""
 
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
@@ -229,22 +234,47 @@ def _proposing(error: CadSweepError, solids: Sequence[str], among: Sequence[str]
 
 
 def _mesh_together(part: Part, options: SweepOptions, run: Run, share: float) -> AnyMesh:
-    """Mesh solids in contact; cuts are looked for that share of their time.
+    """Mesh solids in contact by the first plan that does well, or the best; cuts take that share of their time.
 
     Booleans of OpenCASCADE may fail on solids whose tips are bridged: where these come as they are, it is their cells
     whose tips are bridged.
     """
-    found = plan_cells(part, run.for_share(share), decompose=options.decompose)
+    plans = find_plans(part, run.for_share(share), decompose=options.decompose)
     options = replace(options, biases=meant_here(part, options).biases)
+    made: list[tuple[AnyMesh, set[str]]] = []
+    failure: CadSweepError | None = None
+    tries = Tries(run)
+    for found in islice(plans, MOST_MESHED):
+        try:
+            with rows.share() as own, tries.one():
+                mesh = _mesh_planned(found, options, run, share)
+            made.append((mesh, {*own, *(f"cut: {cut.family}" for cut in found.part.cuts if cut.family)}))
+        except InputError:
+            raise
+        except CadSweepError as error:
+            log.info("%d cells given up: %s", len(found.part.solids), error)
+            failure = failure or error
+        if any(worst_of(mesh) >= GOOD_ENOUGH for mesh, _ in made) or tries.is_over():
+            break
+    if not made:
+        assert failure is not None, "find_plans raises where there are none"
+        raise failure
+    mesh, shares = max(made, key=lambda one: worst_of(one[0]))
+    rows.took(shares)
+    return mesh
+
+
+def _mesh_planned(found: Complex, options: SweepOptions, run: Run, share: float) -> AnyMesh:
+    """Mesh the cells of a plan, the tips of these bridged where those of the solids are not."""
 
     def mesh_cells(cells: Part, options: SweepOptions, run: Run, _: float) -> AnyMesh:
         planned = found
         if cells is not found.part:
-            planned = plan_again(found, cells, bridged(part, options))
+            planned = plan_again(found, cells, bridged(found.model, options))
             rows.took([AFTER])
         return mesh_complex(planned, options, run, resolve_wishes(planned.part, options, planned.model))
 
-    if rows.is_on(AFTER) and any(cad.has_sharp_corners(solid) for solid in part.solids):
+    if rows.is_on(AFTER) and any(cad.has_sharp_corners(solid) for solid in found.model.solids):
         return mesh_bridged_or_plain(found.part, options, run, mesh_cells)
     return mesh_cells(found.part, options, run, share)
 

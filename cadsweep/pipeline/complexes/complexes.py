@@ -6,25 +6,30 @@ Place in the flow: :mod:`.assemblies` and :mod:`.decomposing` ask for a plan; :m
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from math import pi
 
 import numpy as np
 
-from ... import cad, decomposition, recognition, rows
+from ... import cad, decomposition, recognition, rows, stacks
 from ...blocks.joined import neighbours_of
 from ...brep import Cut, Part, Solid
-from ...decomposition.curved import Found, find_cells
-from ...decomposition.tools import Tools
+from ...decomposition.curved import CellSearch, Found, find_cells
+from ...decomposition.tools import Cutter, Tools
 from ...errors import NotSweepableError, PlanError
 from ...plan import Fill, Plan, list_ways, make_plan
 from ...sweep import Sweep
+from ..columns.stacking import find_stacks
 from ..run import Run, silent
 from .complex import Complex
 from .subsets import subset
 
 log = logging.getLogger(__name__)
+
+COLUMNS = "cut: columns"
+"""The row of solids that are cut into the columns that they are by themselves, where they touch others."""
 
 _FEW = 2
 """Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
@@ -37,7 +42,18 @@ _MOST_CONTACTS = 3
 
 
 def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
-    """Find the sweeps of all cells, and one choice of them that agrees; cells that are in the way are cut.
+    """The first of the plans of a part.
+
+    Raises
+    ------
+    NotSweepableError
+        As :func:`find_plans`.
+    """
+    return next(find_plans(part, run, decompose=decompose))
+
+
+def find_plans(part: Part, run: Run, *, decompose: bool = True) -> Iterator[Complex]:
+    """Find the sweeps of all cells, and choices of them that agree; cells that are in the way are cut.
 
     Raises
     ------
@@ -47,17 +63,31 @@ def plan_cells(part: Part, run: Run, *, decompose: bool = True) -> Complex:
     with run.stage("recognition"):
         candidates = recognition.sweeps_of_each(part.solids)
         try:
-            return Complex(part=part, plan=make_plan(part, candidates), model=part)
+            found = [Complex(part=part, plan=make_plan(part, candidates), model=part)]
         except PlanError as error:
             if not decompose:
                 raise _refused(part, candidates, error) from error
-    with run.stage("decomposition"):
-        found = cut_until_planned(part, run)
-        if found.plan is None and len(part.models) > 1 and not run.is_late():
-            found = _cut_as_alone(part, run) or found
-    if found.plan is None:
-        raise _refused(found.part, recognition.sweeps_of_each(found.part.solids), None, found)
-    return as_complex(found, part)
+            found = []
+    if found:
+        yield from found
+        return
+    search = CellSearch(cad.divide_corners(part) or part, cutting_tools(run))
+    solutions = search.solutions()
+    while True:
+        with run.stage("decomposition"):
+            solution = next(solutions, None)
+        if solution is None:
+            break
+        yield as_complex(solution, part)
+    log.info("%d parts looked at", search.n_parts)
+    best = search.best
+    if best.plan is None and len(part.models) > 1 and not run.is_late():
+        with run.stage("decomposition"):
+            best = _cut_as_alone(part, run) or best
+        if best.plan is not None:
+            yield as_complex(best, part)
+    if best.plan is None:
+        raise _refused(best.part, recognition.sweeps_of_each(best.part.solids), None, best)
 
 
 def plan_again(found: Complex, part: Part, model: Part) -> Complex:
@@ -100,12 +130,25 @@ def cutting_tools(run: Run) -> Tools:
     return Tools(
         recognise=recognise,
         make_plan=make_plan,
-        find_cutters=cad.find_cutters,
+        find_cutters=find_cutters,
         split=cad.split_cell,
         make_alike=with_outlines_alike,
         on_progress=lambda n: run.on_progress(say_open(n), None),
         is_late=run.is_late,
     )
+
+
+def find_cutters(part: Part, cell: int, faces: Sequence[int]) -> Iterator[Cutter]:
+    """What may part a cell: a solid of several into the columns that it is by itself, and all that parts any cell.
+
+    A part of one solid that is a stack has been meshed as one before cuts are looked for.
+    """
+    is_member = len(part.models) > 1 and all(face.key for face in part.solids[cell].faces)
+    if is_member and rows.is_on(COLUMNS):
+        with suppress(NotSweepableError):
+            for stack in find_stacks(subset(part, [cell])):
+                yield cad.walls_between_columns(stack, list(stacks.touching_columns(stack)))
+    yield from cad.find_cutters(part, cell, faces)
 
 
 def with_outlines_alike(part: Part, cells: Sequence[int]) -> Part | None:
@@ -124,13 +167,6 @@ def with_outlines_alike(part: Part, cells: Sequence[int]) -> Part | None:
 def say_open(n: int) -> str:
     """The stage as the progress shows it: how many cells are in the way still."""
     return f"decomposition, {n} cells open" if n else "decomposition"
-
-
-def cut_until_planned(part: Part, run: Run) -> Found:
-    """Search for cuts; what came nearest where none help."""
-    found, n_parts = find_cells(cad.divide_corners(part) or part, cutting_tools(run))
-    log.info("%d parts looked at, %d cuts", n_parts, len(found.cuts))
-    return found
 
 
 def _cut_as_alone(part: Part, run: Run) -> Found | None:
@@ -152,7 +188,7 @@ def _cut_as_alone(part: Part, run: Run) -> Found | None:
     if cut is part or run.is_late():
         return None
     log.info("solids cut as alone: %d cells", len(cut.solids))
-    found = cut_until_planned(cut, run)
+    found, _ = find_cells(cad.divide_corners(cut) or cut, tools)
     return replace(found, cuts=(*cuts, *found.cuts))
 
 
@@ -260,8 +296,8 @@ def _contacts(part: Part, cell: int) -> list[str]:
 __all__ = [
     "Complex",
     "as_complex",
-    "cut_until_planned",
     "cutting_tools",
+    "find_plans",
     "plan_again",
     "plan_cells",
     "recognise",
