@@ -1,4 +1,4 @@
-"""Pieces put in a cell's place are what a general fuse of all cells makes of them."""
+"""Pieces put in a cell's place are what a general fuse of all cells makes of them, and share what the cell shared."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ import cadquery as cq
 
 from cadsweep import load
 from cadsweep.cad.edit.central import plane_tool
-from cadsweep.cad.edit.cutting import split_cell
+from cadsweep.cad.edit.cutting import contact_area, split_cell
 from cadsweep.decomposition.curved import CellSearch
 from cadsweep.pipeline.complexes.complexes import cutting_tools
 from cadsweep.pipeline.run import Run, silent
@@ -53,3 +53,34 @@ def test_sweeps_are_those_of_the_cells_as_they_are_now(drilled):
     assert len(found.part.solids) == 3
     for way, solid in zip(found.plan.ways, found.part.solids, strict=True):
         assert way.fill.solid is solid
+
+
+def shaft_in_hub(turned):
+    """A shaft in a hub, the seam of its side turned by degrees; loaded as one part."""
+    shaft = cq.Workplane().circle(6).extrude(40).rotate((0, 0, 0), (0, 0, 1), turned)
+    hub = cq.Workplane().circle(15).circle(6).extrude(20).translate((0, 0, 10))
+    return load(cq.Assembly().add(shaft, name="shaft").add(hub, name="hub"))
+
+
+@pytest.mark.parametrize("turned", [0, 30, 90])
+@pytest.mark.parametrize("both", [False, True])
+def test_a_cut_takes_no_seam_away_from_a_contact_area(turned, both):
+    """The halves of a side are one face of each piece, or two, but the same ones for the solid that they touch."""
+    part = shaft_in_hub(turned)
+    before = contact_area(part)
+    tool = plane_tool(part.solids[1], np.array((1.0, 0.0, 0.0)), np.array((0.0, 0.0, 20.0) - part.offset) / part.scale)
+    cut = split_cell(part, 0, [tool], [1] if both else []).imprinted()
+    assert len(cut.solids) == (4 if both else 3)
+    assert contact_area(cut) == pytest.approx(before, rel=1e-9)
+
+
+def test_cells_parted_together_share_what_they_would_one_by_one(drilled):
+    """Two cells side by side are cut by one plane: they share the pieces of the face between them."""
+    upright, level = (plane_tool(drilled.solids[0], np.array(n), np.array(at)) for n, at in (X_IS_14, Z_IS_6))
+    first = split_cell(drilled, 0, [upright]).imprinted()
+    together = split_cell(first, 0, [level], [1]).imprinted()
+    one = split_cell(first, 1, [level]).imprinted()
+    after = split_cell(one, 0, [level]).imprinted()
+    assert len(together.solids) == len(after.solids) == 4
+    for what in ("face_keys", "edge_keys", "vertex_keys"):
+        assert distinct(together, what) == distinct(after, what)

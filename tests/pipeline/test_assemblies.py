@@ -483,3 +483,17 @@ def test_solids_that_no_search_cuts_together_are_cut_as_each_is_cut_alone(monkey
     assert len(mesh.interfaces) == 1
     assert len(mesh.info["sweeps"]) > 2
     assert mesh.quality().min_scaled_jacobian > 0.1
+
+
+def test_a_stack_in_contact_is_cut_into_its_columns():
+    """A case with a pocket and a blind hole under a lid whose hole is wider: no search for cuts finds cells for both."""
+    case = cq.Workplane().box(40, 30, 12).cut(cq.Workplane().box(20, 20, 8).translate((5, 0, 2)))
+    case = case.faces(">Z").workplane(origin=(-14, 0, 6)).hole(4, 7)
+    lid = cq.Workplane().box(40, 30, 4).translate((0, 0, 8)).faces(">Z").workplane(origin=(-14, 0, 10)).hole(6)
+    mesh = cs.sweep_mesh(assembly(case=case, lid=lid), interfaces="shared")
+    touching = 40 * 30 - 20 * 20 - np.pi * 3**2
+    (quads,) = mesh.interfaces.values()
+    a, b, c, d = (mesh.points[quads[:, j]] for j in range(4))
+    assert 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum() == pytest.approx(touching, rel=0.01)
+    assert "cut: columns" in mesh.record.rows
+    assert mesh.quality().min_scaled_jacobian > 0.3

@@ -58,6 +58,8 @@ ON_CUT = -1
 """Number of a face that is on a cut."""
 _SECONDS = 5.0
 """How long OpenCASCADE may take for one cut of the many that are looked at; most take 0.02 s."""
+_TOUCHING = 0.999
+"""Share of the area in which solids touch that must be left: OpenCASCADE integrates no better."""
 SHORTEST = 1e-3
 """Length of a new edge, as a share of the part's size, below which a cut is refused."""
 
@@ -119,18 +121,23 @@ class Parted:
 
     def imprinted(self) -> Part | None:
         """The part with the pieces in it; None where OpenCASCADE fails at it."""
-        part = self.part
-        size = max(solid.size for solid in part.solids)
+        before = contact_area(self.part)
+        for make in (self.grafted, self.fused):
+            try:
+                found = make()
+            except CadError as error:
+                logger.info("a cut of cells %s, %s: %s", list(self.pieces), make.__name__, error)
+                continue
+            if contact_area(found) >= _TOUCHING * before:
+                return found
+            logger.info("a cut of cells %s, %s, loses contact between solids", list(self.pieces), make.__name__)
+        return None
+
+    def grafted(self) -> Part:
+        """The part with the pieces in it, all other cells as they were but for faces that they share with these."""
+        size = max(solid.size for solid in self.part.solids)
         pieces = {cell: [(piece.shape, piece.labels) for piece in own] for cell, own in self.pieces.items()}
-        try:
-            return graft(part, pieces, self._image, closed=widest_closed(reach_of(size, part.touch)))
-        except CadError as error:
-            logger.info("the pieces of cells %s are imprinted anew: %s", list(pieces), error)
-        try:
-            return self.fused()
-        except CadError as error:
-            logger.info("a cut of cells %s is given up: %s", list(pieces), error)
-            return None
+        return graft(self.part, pieces, self._image, closed=widest_closed(reach_of(size, self.part.touch)))
 
     def fused(self) -> Part:
         """The part with the pieces in it, by a general fuse of all cells."""
@@ -160,6 +167,18 @@ class Parted:
         for piece in itertools.chain.from_iterable(self.pieces.values()):
             found = [new for one in found for new in piece.became(one)]
         return [] if len(found) == 1 and found[0].IsSame(sub) else found
+
+
+def contact_area(part: Part) -> float:
+    """Area of the faces that solids of the model share."""
+    if len(part.models) == 1:
+        return 0.0
+    owner_of: dict[int, int] = {}
+    area = 0.0
+    for solid, owner in zip(part.solids, part.owners, strict=True):
+        for face, key in zip(solid.faces, solid.face_keys.tolist(), strict=True):
+            area += face.area if owner_of.setdefault(key, owner) != owner else 0.0
+    return area
 
 
 def _split(part: Part, cells: Sequence[int], tools: Sequence[Any]) -> Parted | None:
