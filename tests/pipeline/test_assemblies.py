@@ -497,3 +497,17 @@ def test_a_stack_in_contact_is_cut_into_its_columns():
     assert 0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum() == pytest.approx(touching, rel=0.01)
     assert "cut: columns" in mesh.record.rows
     assert mesh.quality().min_scaled_jacobian > 0.3
+
+
+def test_a_frame_of_tubes_is_cut_across_its_contacts():
+    """Two square tubes side by side on which two others end: columns along the length of none of them fit the contact."""
+
+    def tube(length):
+        return cq.Workplane("YZ").rect(4, 4).rect(3, 3).extrude(length)
+
+    between = [tube(16).rotate((0, 0, 0), (0, 0, 1), 90).translate((x, 2, 0)) for x in (6, 24)]
+    rails = [tube(30), tube(30).translate((0, 20, 0))]
+    solids = dict(zip("abcd", [*rails, *between], strict=True))
+    mesh = cs.sweep_mesh(assembly(**solids), interfaces="shared")
+    assert sorted(mesh.interfaces) == ["a__c", "a__d", "b__c", "b__d"]
+    assert mesh.quality().min_scaled_jacobian > 0.5

@@ -61,6 +61,7 @@ def walls_between_columns(stack: Stack, walls: Walls) -> Cutter:
         reason=f"the outlines of the caps across ({name_direction(stack.direction)}), carried through",
         tools=tuple(face for (at, high), own in heights.items() for face in _walls(own, stack.direction, at, high)),
         weight=0.0,
+        leads=True,
         kind="columns",
         family="columns",
     )

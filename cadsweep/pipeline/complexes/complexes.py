@@ -20,6 +20,7 @@ from ...decomposition.curved import CellSearch, Found, find_cells
 from ...decomposition.tools import Cutter, Tools
 from ...errors import NotSweepableError, PlanError
 from ...plan import Fill, Plan, list_ways, make_plan
+from ...stack import Stack
 from ...sweep import Sweep
 from ..columns.stacking import find_stacks
 from ..run import Run, silent
@@ -146,9 +147,15 @@ def find_cutters(part: Part, cell: int, faces: Sequence[int]) -> Iterator[Cutter
     is_member = len(part.models) > 1 and all(face.key for face in part.solids[cell].faces)
     if is_member and rows.is_on(COLUMNS):
         with suppress(NotSweepableError):
-            for stack in find_stacks(subset(part, [cell])):
+            for stack in sorted(find_stacks(subset(part, [cell])), key=_islands):
                 yield cad.walls_between_columns(stack, list(stacks.touching_columns(stack)))
     yield from cad.find_cutters(part, cell, faces)
+
+
+def _islands(stack: Stack) -> int:
+    """Holes in faces along a stack: what touches it there is in no outline of its caps, and in the way of columns."""
+    caps = {*stack.source, *stack.target}
+    return sum(len(face.loops) - 1 for face in stack.solid.faces if face.id not in caps)
 
 
 def with_outlines_alike(part: Part, cells: Sequence[int]) -> Part | None:
