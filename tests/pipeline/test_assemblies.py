@@ -486,7 +486,7 @@ def test_solids_that_no_search_cuts_together_are_cut_as_each_is_cut_alone(monkey
 
 
 def test_a_stack_in_contact_is_cut_into_its_columns():
-    """A case with a pocket and a blind hole under a lid whose hole is wider: no search for cuts finds cells for both."""
+    """A case with a pocket and a blind hole under a lid whose hole is wider: no other cuts are found for both."""
     case = cq.Workplane().box(40, 30, 12).cut(cq.Workplane().box(20, 20, 8).translate((5, 0, 2)))
     case = case.faces(">Z").workplane(origin=(-14, 0, 6)).hole(4, 7)
     lid = cq.Workplane().box(40, 30, 4).translate((0, 0, 8)).faces(">Z").workplane(origin=(-14, 0, 10)).hole(6)
@@ -500,7 +500,7 @@ def test_a_stack_in_contact_is_cut_into_its_columns():
 
 
 def test_a_frame_of_tubes_is_cut_across_its_contacts():
-    """Two square tubes side by side on which two others end: columns along the length of none of them fit the contact."""
+    """Two square tubes on whose sides two others end: columns along their length would not fit the contact."""
 
     def tube(length):
         return cq.Workplane("YZ").rect(4, 4).rect(3, 3).extrude(length)
