@@ -6,6 +6,7 @@
 ``bridge_tips`` ends faces before their tips, and ``find_crossing`` says where a solid runs into itself.
 """
 
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from .edit.notes import ANNULI_NOTE, TIPS_NOTE
@@ -289,11 +290,11 @@ def split_cell(part: "Part", cell: int, cutter: "Cutter", others: "Sequence[int]
     return split(part, cell, cutter.tools, others if cutter.everywhere else ())
 
 
-def suppress(part: "Part", words: "Sequence[str]") -> "Part":
+def suppress(part: "Part", words: "Sequence[str]", *, seconds: float = inf) -> "Part":
     """Remove features that a user names (:func:`cadsweep.cad.edit.defeaturing.suppress`)."""
     from .edit.defeaturing import suppress as remove
 
-    return remove(part, words)
+    return remove(part, words, seconds=seconds)
 
 
 def small_features(part: "Part") -> list[str]:

@@ -81,7 +81,7 @@ def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh:
         if short.is_over():
             return ""
         try:
-            own = cad.suppress(part, asked.pop("suppress")) if "suppress" in asked else part
+            own = cad.suppress(part, asked.pop("suppress"), seconds=SECONDS) if "suppress" in asked else part
             wanted = replace(plain if isinstance(refused, NotSweepableError) else options, **asked)
             mesh(own, wanted, short)
         except CadSweepError as error:

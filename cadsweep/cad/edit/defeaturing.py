@@ -14,7 +14,9 @@ Not handled: parts that are cut into cells.
 from __future__ import annotations
 
 import logging
+import math
 import re
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -60,7 +62,7 @@ SMALL = 0.05
 """Radius of a rounding, or diameter of a hole, as a share of the part's size, up to which a refusal tries it."""
 
 
-def suppress(part: Part, words: Sequence[str]) -> Part:
+def suppress(part: Part, words: Sequence[str], *, seconds: float = math.inf) -> Part:
     """Remove features from a part.
 
     Parameters
@@ -70,6 +72,8 @@ def suppress(part: Part, words: Sequence[str]) -> Part:
         ``"fillets r<0.5"``, ``"holes d<2"`` (model units), ``"fillets"``, ``"holes"``, or what chooses faces. Of
         several solids all are meant that have such features; ``"pin: holes d<2"`` means the solid of that name, and the
         number of a face must be said so.
+    seconds : float
+        Of the clock, after which no further feature is begun; each has that time at most.
 
     Returns
     -------
@@ -88,7 +92,7 @@ def suppress(part: Part, words: Sequence[str]) -> Part:
         raise InputError("suppress removes features of a part as it is loaded: this one is cut into cells")
     if len(part.solids) > 1:
         return _of_several(part, asked)
-    work = _Solid(part)
+    work = _Solid(part, seconds)
     for _, word in asked:
         features = work.find(word)
         if not features:
@@ -158,8 +162,9 @@ def _alone(part: Part, cell: int) -> Part:
 class _Solid:
     """A part of one solid from which features are removed."""
 
-    def __init__(self, part: Part) -> None:
+    def __init__(self, part: Part, seconds: float = math.inf) -> None:
         self.part = part
+        self.seconds, self.until = min(seconds, SECONDS), time.monotonic() + seconds
         (self.solid,) = part.solids
         self.traced = Traced(shapes_of(self.solid).shape)
         self.notes: list[str] = []
@@ -175,7 +180,8 @@ class _Solid:
         for feature in features:
             place = self.solid.units.place(np.mean([self.solid.faces[f].center for f in feature.faces], axis=0))
             before = volume_and_center(self.traced.shape)[0]
-            why = remove(self.traced, feature)
+            is_late = time.monotonic() > self.until
+            why = "no time is left" if is_late else remove(self.traced, feature, seconds=self.seconds)
             if why:
                 self.notes.append(f"not suppressed: {feature.what} at ({place}): {why}")
                 continue
