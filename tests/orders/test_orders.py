@@ -9,7 +9,7 @@ from cadsweep import io
 from cadsweep.errors import InputError, InvertedHexError
 from cadsweep.io.cgns_zones import turned_quads
 from cadsweep.io.msh_common import HEX_TYPES, QUAD_TYPES, hex_order, quad_order
-from cadsweep.lattice import lexicographic, number_lattice, quad_lexicographic
+from cadsweep.lattice import find_rows, lexicographic, number_lattice, quad_lexicographic, unique_rows
 from cadsweep.mesh import HexMesh
 from cadsweep.orders.elevate import elevate
 from cadsweep.quality import check_mesh, positive_inside
@@ -281,3 +281,14 @@ def test_turning_a_quad_exchanges_its_axes():
         np.testing.assert_array_equal(turned_quads(once), quad)
     table = quad_lexicographic(3).reshape(4, 4)
     np.testing.assert_array_equal(turned_quads(np.arange(16)[None])[0, table], table.T)
+
+
+@pytest.mark.parametrize("width", [2, 4])
+def test_rows_are_found_where_they_stand(width):
+    rng = np.random.default_rng(width)
+    known, _ = unique_rows(np.sort(rng.integers(0, 50, (800, width)), axis=1))
+    picked = rng.integers(0, len(known), 300)
+    np.testing.assert_array_equal(find_rows(known, known[picked], "side"), picked)
+    for strange in (known[:1] + [0] * (width - 1) + [100], np.zeros((1, width), dtype=np.int64) + 99):
+        with pytest.raises(InputError, match="a side is none"):
+            find_rows(known, strange, "side")
