@@ -289,6 +289,6 @@ def test_rows_are_found_where_they_stand(width):
     known, _ = unique_rows(np.sort(rng.integers(0, 50, (800, width)), axis=1))
     picked = rng.integers(0, len(known), 300)
     np.testing.assert_array_equal(find_rows(known, known[picked], "side"), picked)
-    for strange in (known[:1] + [0] * (width - 1) + [100], np.zeros((1, width), dtype=np.int64) + 99):
+    for strange in (known[:1] + np.eye(width, dtype=np.int64)[-1] * 100, np.zeros((1, width), dtype=np.int64) + 99):
         with pytest.raises(InputError, match="a side is none"):
             find_rows(known, strange, "side")
