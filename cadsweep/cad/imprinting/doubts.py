@@ -17,17 +17,21 @@ _MOST = 10
 
 
 def doubt_notes(part: Part, gaps: Sequence[Gap], steps: Sequence[Step]) -> list[str]:
-    """One line for each gap and each step, the least first."""
+    """One line for each two solids that are apart a little, the nearest first, and for each length of steps."""
     units = Units(part.scale, part.offset)
     notes = []
-    for gap in sorted(gaps, key=lambda gap: gap.distance)[:_MOST]:
-        one, other = (_name(part, cell) for cell in gap.cells)
+    pairs: dict[tuple[str, ...], list[Gap]] = {}
+    for gap in sorted(gaps, key=lambda gap: gap.distance):
+        pairs.setdefault(tuple(sorted(_name(part, cell) for cell in gap.cells)), []).append(gap)
+    for (one, other), between in list(pairs.items())[:_MOST]:
+        nearest, closing = between[0], _closing(max(gap.widest for gap in between) * part.scale)
+        more = f" and {len(between) - 1} more places" if len(between) > 1 else ""
         notes.append(
-            f"{one} and {other} are {gap.distance * part.scale:.3g} apart at ({units.place(gap.place)}) and do not "
-            f"touch there; if they should, {_closing(gap.widest * part.scale)} closes the gap"
+            f"{one} and {other} are {nearest.distance * part.scale:.3g} apart at ({units.place(nearest.place)}){more} "
+            f"and do not touch there; if they should, {closing} closes the gap"
         )
-    if len(gaps) > _MOST:
-        notes.append(f"{len(gaps) - _MOST} more pairs of solids are as little apart")
+    if len(pairs) > _MOST:
+        notes.append(f"{len(pairs) - _MOST} more pairs of solids are as little apart")
     alike: dict[str, list[Step]] = {}
     for step in steps:
         alike.setdefault(f"{step.length * part.scale:.2g}", []).append(step)

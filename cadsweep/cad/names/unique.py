@@ -19,6 +19,8 @@ _MEANINGLESS = re.compile(
     r"^(none|null|=>\[.*|open cascade step translator.*|solid|(?-i:SHELL)|compound|face|shape|part)?$", re.I
 )
 """OpenCASCADE writes SHELL; in small letters a shell is what somebody calls the part around a core."""
+_MOST_TOLD = 5
+"""Changed names that are told one by one."""
 _UUID = re.compile(r"^[0-9a-f]{8}-([0-9a-f]{4}-){3}[0-9a-f]{12}$", re.I)
 
 
@@ -87,8 +89,14 @@ def make_plain_names(names: Iterable[str], fallback: str = "name") -> tuple[dict
             number += 1
         taken.add(candidate.casefold())
         plain_names[name] = candidate
-    notes = [f"name '{name}' is written as '{plain_names[name]}'" for name in names if plain_names[name] != name]
-    return {name: plain_names[name] for name in names}, notes
+    return {name: plain_names[name] for name in names}, _say_written((name, plain_names[name]) for name in names)
+
+
+def _say_written(names: Iterable[tuple[str, str]]) -> list[str]:
+    """Notes on names that are written otherwise; of many the first few."""
+    notes = [f"name '{old}' is written as '{new}'" for old, new in names if old != new]
+    more = len(notes) - _MOST_TOLD
+    return notes if more < 1 else [*notes[:_MOST_TOLD], f"and so are {more} more names written otherwise"]
 
 
 def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") -> Declared:
@@ -146,11 +154,7 @@ def number_repeated(names: Sequence[str | None], *, what: str) -> tuple[list[str
     alone = {name for name, members in groups.items() if len(members) == 1 and names[members[0]] is not None}
     taken = set(alone)
     out = list(written)
-    notes = [
-        f"name '{names[j]}' is written as '{written[j]}'"
-        for j in range(len(names))
-        if folded[j] in alone and written[j] != names[j]
-    ]
+    notes = _say_written((name, written[j]) for j, name in enumerate(names) if name is not None and folded[j] in alone)
     for name, members in groups.items():
         if name in alone:
             continue
@@ -183,5 +187,5 @@ def declare_words(*words: tuple[str | None, str]) -> tuple[list[str | None], Dec
     """
     written = [None if name is None else plain(name, fallback) for name, fallback in words]
     changed = {new: old for new, (old, _) in zip(written, words, strict=True) if new is not None and old is not None}
-    notes = [f"name '{old}' is written as '{new}'" for new, old in changed.items() if new != old]
+    notes = _say_written((old, new) for new, old in changed.items())
     return written, Declared({}, {new: old for new, old in changed.items() if new != old}, notes)
