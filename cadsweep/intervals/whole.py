@@ -177,6 +177,9 @@ def _wanted(
     """
     wanted: dict[int, float] = {}
     firm: set[int] = set()
+    coarsest: dict[str | None, float] = {}
+    for cell, size in zip(cells, sizes, strict=True):
+        coarsest[cell.solid.name] = max(size, coarsest.get(cell.solid.name, 0.0))
     for i, cell in enumerate(cells):
         sized = wishes.size is not None or i in wishes.cell_sizes
         keys = cell.solid.edge_keys
@@ -184,8 +187,8 @@ def _wanted(
             own = corner_counts(cell.fill, sizes[i], sized=sized)
         else:
             own = wanted_counts(cell.fill, loop_edges(cell.fill), sizes[i], {}, sized=sized)
-            # Layers of a cell with small features are its neighbours', too, which have no use for as many.
-            along = sizes[i] if sized else max(sizes)
+            # Layers of a cell with small features are those of all cells of its solid, which have no use for as many.
+            along = sizes[i] if sized else coarsest[cell.solid.name]
             own |= _rail_counts(
                 cell.fill, along, wishes.layers, sized=sized, alone=len(cells) == 1, on_levels=cell.by_itself
             )

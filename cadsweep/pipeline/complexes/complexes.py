@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from math import pi
 
@@ -18,7 +17,7 @@ from ...blocks.joined import neighbours_of
 from ...brep import Cut, Part, Solid
 from ...decomposition.curved import CellSearch, Found, find_cells
 from ...decomposition.tools import Cutter, Tools
-from ...errors import NotSweepableError, PlanError
+from ...errors import CadSweepError, NotSweepableError, PlanError
 from ...plan import Fill, Plan, list_ways, make_plan
 from ...stack import Stack
 from ...sweep import Sweep
@@ -63,14 +62,14 @@ def find_plans(part: Part, run: Run, *, decompose: bool = True) -> Iterator[Comp
     """
     with run.stage("recognition"):
         candidates = recognition.sweeps_of_each(part.solids)
+        plan: Plan | None = None
         try:
-            found = [Complex(part=part, plan=make_plan(part, candidates), model=part)]
+            plan = make_plan(part, candidates)
         except PlanError as error:
             if not decompose:
                 raise _refused(part, candidates, error) from error
-            found = []
-    if found:
-        yield from found
+    if plan is not None:
+        yield Complex(part=part, plan=plan, model=part)
         return
     search = CellSearch(cad.divide_corners(part) or part, cutting_tools(run))
     solutions = search.solutions()
@@ -146,10 +145,18 @@ def find_cutters(part: Part, cell: int, faces: Sequence[int]) -> Iterator[Cutter
     """
     is_member = len(part.models) > 1 and all(face.key for face in part.solids[cell].faces)
     if is_member and rows.is_on(COLUMNS):
-        with suppress(NotSweepableError):
-            for stack in sorted(find_stacks(subset(part, [cell])), key=_islands):
-                yield cad.walls_between_columns(stack, list(stacks.touching_columns(stack)))
+        yield from _between_columns(subset(part, [cell]))
     yield from cad.find_cutters(part, cell, faces)
+
+
+def _between_columns(part: Part) -> list[Cutter]:
+    """What parts a solid into columns, first along the directions in which the fewest contacts are in the way."""
+    try:
+        found = sorted(find_stacks(part), key=_islands)
+        return [cad.walls_between_columns(stack, list(stacks.touching_columns(stack))) for stack in found]
+    except CadSweepError as error:
+        log.info("not cut into columns: %s", error)
+        return []
 
 
 def _islands(stack: Stack) -> int:
