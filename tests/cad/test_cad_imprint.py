@@ -182,6 +182,27 @@ def test_loose_faces_of_solids_side_by_side_and_round_ones_are_told_apart(cq, lo
     assert {part.solids[0].faces[f].kind for f, _ in shared(part, "face")} == {"cylinder"}
 
 
+@pytest.mark.parametrize("form", ["step", "faces"])
+def test_a_shell_that_looks_inwards_is_a_void(cq, load, tmp_path, form):
+    """CadQuery writes a body that is hollow all around as two shells without a solid."""
+    hollow = cq.Workplane().box(10, 10, 10).shell(-2)
+    if form == "step":
+        cq.exporters.export(hollow, str(tmp_path / "hollow.step"))
+        part = load(tmp_path / "hollow.step")
+    else:
+        drops = hollow.union(cq.Workplane().sphere(1)).cut(cq.Workplane().sphere(0.5)).translate((3, 0, 0))
+        part = load(cq.Compound.makeCompound(drops.faces().vals()))
+    volumes = [10**3 - 6**3] + ([] if form == "step" else [4 / 3 * math.pi * (1 - 0.5**3)])
+    assert [solid.volume * part.scale**3 for solid in part.solids] == pytest.approx(volumes, rel=1e-6)
+    assert any("taken for a void" in note for note in part.notes)
+
+
+def test_shells_that_both_look_outwards_are_two_solids(cq, load):
+    nested = [face for size in (4, 2) for face in cq.Workplane().box(size, size, size).faces().vals()]
+    with pytest.raises(CadError, match="lies wholly inside"):
+        load(cq.Compound.makeCompound(nested))
+
+
 def test_a_list_of_shapes_of_any_kind_is_one_part(cq, load):
     low, high = box(cq, (0, 0, 0)), box(cq, (0, 0, 1))
     low.faces("<Z").tag("foot")

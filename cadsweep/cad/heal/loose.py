@@ -4,9 +4,10 @@ Place in the flow: after reading, where a model has faces and no solid. Sewn all
 touch become one shell through both.
 
 Method: the faces of a solid stand together in a file. Along the file, edges are paired with those that lie on them;
-wherever none is left alone, a closed shell is complete, and the next solid begins.
+wherever none is left alone, a closed shell is complete, and the next solid begins. A shell whose faces look inwards,
+within a solid whose faces look outwards, is a void of that.
 
-Not handled: files that mix the faces of their solids, and voids, whose shells are taken for solids of their own.
+Not handled: files that mix the faces of their solids.
 """
 
 from __future__ import annotations
@@ -18,10 +19,16 @@ import numpy as np
 import scipy
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+from OCP.TopAbs import TopAbs_State
+from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray, IntArray
 from ..read.model import Model
-from ..shapes import EDGE, FACE, SOLID, bounds, compound, explore, subshapes
+from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, bounds, compound, explore, subshapes
 from .solids import SEWING, sew
 from .tracing import Traced
 
@@ -39,12 +46,50 @@ def separate_solids(model: Model) -> Model:
     groups = _closed_groups(list(explore(model.shape, FACE)))
     if len(groups) < 2:
         return model
-    solids, notes = [], list(model.notes)
+    solids, voids, notes = list[Any](), list[Any](), list(model.notes)
     for faces in groups:
         traced = Traced(compound(faces))
+        (voids if _volume(traced.shape) < 0 else solids).append(traced)
         notes.append(sew(traced))
-        solids.append(traced.shape)
-    return replace(model, shape=compound(solids), notes=notes)
+    bodies = [traced.shape for traced in solids]
+    for void in (traced.shape for traced in voids):
+        around = [j for j, body in enumerate(bodies) if _is_inside(void, body)]
+        if around:  # the innermost
+            j = min(around, key=lambda j: _volume(bodies[j]))
+            bodies[j] = _with_void(bodies[j], void)
+            notes.append("a shell that looks inwards is taken for a void of the solid around it")
+        else:
+            bodies.append(void)
+    return replace(model, shape=bodies[0] if len(bodies) == 1 else compound(bodies), notes=notes)
+
+
+def _volume(shape: Any) -> float:
+    """Volume of what closes one; negative where its faces look inwards."""
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties)
+    return float(properties.Mass())
+
+
+def _is_inside(inner: Any, outer: Any) -> bool:
+    """Whether one solid lies in another: its box, and one of its vertices."""
+    own, other = bounds(inner), bounds(outer)
+    if (own[0] <= other[0]).any() or (own[1] >= other[1]).any():
+        return False
+    vertex = next(iter(explore(inner, VERTEX)), None)
+    if vertex is None:
+        return False
+    place = BRep_Tool.Pnt_s(vertex)
+    return bool(BRepClass3d_SolidClassifier(outer, place, SEWING * _size([inner])).State() == TopAbs_State.TopAbs_IN)
+
+
+def _with_void(solid: Any, void: Any) -> Any:
+    """A solid with the shell of another one, turned round, as a shell of its own."""
+    hollow = BRepBuilderAPI_MakeSolid()
+    for shell in subshapes(solid, SHELL):
+        hollow.Add(TopoDS.Shell_s(shell))
+    for shell in subshapes(void, SHELL):
+        hollow.Add(TopoDS.Shell_s(shell.Reversed()))
+    return hollow.Solid()
 
 
 def _closed_groups(faces: list[Any]) -> list[list[Any]]:
