@@ -36,7 +36,9 @@ MOST_HEXES = 60_000
 COARSE = 1 / 15
 """Size, in sizes of the part, that is tried half of where none was asked for."""
 
-NO_REMEDY = "leave the feature with that face out of the model; cuts and suppressing it were tried, and do not help"
+UNTRIED = "leave the feature with that face out of the model"
+"""What a refusal says where nothing is tried: the solid has many faces, or its user has cut it."""
+NO_REMEDY = f"{UNTRIED}; cuts and suppressing it were tried, and do not help"
 """What a refusal says where nothing helps that could be tried."""
 NO_FEATURE = "give it another shape there: it has no feature that could be cut off or left out"
 """The same of a solid without an inner corner."""
@@ -59,7 +61,9 @@ def proposing(part: Part, options: SweepOptions, refused: NotSweepableError, mes
     if pointed:
         return known.about(try_="move one of the features there, so that they cross or keep apart")
     is_convex = max(edge.dihedral for edge in part.solids[0].edges) < pi + TANGENT
-    return known.about(try_=NO_FEATURE if is_convex else NO_REMEDY)
+    if is_convex:
+        return known.about(try_=NO_FEATURE)
+    return known.about(try_=NO_REMEDY if _may_help(part, options) else UNTRIED)
 
 
 def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh: Mesh) -> str:
@@ -72,7 +76,7 @@ def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh:
     mesh : callable
         Meshes a part of one solid without a search for cuts, or raises.
     """
-    if len(part.solids) != 1 or len(part.solids[0].faces) > MOST_FACES or options.cuts:
+    if not _may_help(part, options):
         return ""
     short = Run.within(SECONDS)
     plain = SweepOptions(decompose=False, max_hexes=MOST_HEXES)
@@ -89,6 +93,11 @@ def find_remedy(part: Part, options: SweepOptions, refused: CadSweepError, mesh:
             continue
         return words
     return ""
+
+
+def _may_help(part: Part, options: SweepOptions) -> bool:
+    """Whether remedies are tried at all."""
+    return len(part.solids) == 1 and len(part.solids[0].faces) <= MOST_FACES and not options.cuts
 
 
 def _sizes(part: Part, options: SweepOptions) -> Iterator[tuple[str, dict[str, Any]]]:
