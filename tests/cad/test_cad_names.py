@@ -334,3 +334,10 @@ def test_an_edge_name_that_merging_takes_away_is_said_to_be_lost(cq):
     assert [edge.midpoint[:2].tolist() for edge in edges_of(merged, "corner")] == [[3, 1]]
     with pytest.raises(InputError, match="'seam' is lost"):
         select_edges(merged, "seam")
+
+
+def test_of_many_changed_names_the_first_are_told():
+    written, notes = make_plain_names([f"wall {j}" for j in range(12)])
+    assert len(written) == 12
+    assert notes[0] == "name 'wall 0' is written as 'wall_0'"
+    assert notes[-1] == "7 more names are written otherwise, too"

@@ -96,7 +96,7 @@ def _say_written(names: Iterable[tuple[str, str]]) -> list[str]:
     """Notes on names that are written otherwise; of many the first few."""
     notes = [f"name '{old}' is written as '{new}'" for old, new in names if old != new]
     more = len(notes) - _MOST_TOLD
-    return notes if more < 1 else [*notes[:_MOST_TOLD], f"and so are {more} more names written otherwise"]
+    return notes if more < 1 else [*notes[:_MOST_TOLD], f"{more} more names are written otherwise, too"]
 
 
 def declare(groups: Sequence[tuple[str, Sequence[int]]], *, what: str = "face") -> Declared:
