@@ -35,7 +35,6 @@ __all__ = [
     "contains",
     "cut_along",
     "cut_closed",
-    "cut_columns",
     "cut_ring",
     "design_of",
     "divide_annuli",
@@ -140,13 +139,6 @@ def cut_along(part: "Part", polygons: "Sequence[Any]") -> "Part | None":
     from .edit.polygons import cut_along as cut
 
     return cut(part, polygons)
-
-
-def cut_columns(part: "Part", stack: "Stack", walls: "Sequence[tuple[int, float, float]]") -> "Part | None":
-    """Cut a stack into its columns (:func:`cadsweep.cad.edit.columns.cut_columns`)."""
-    from .edit.columns import cut_columns as cut
-
-    return cut(part, stack, walls)
 
 
 def walls_between_columns(stack: "Stack", walls: "Sequence[tuple[int, float, float]]") -> "Cutter":

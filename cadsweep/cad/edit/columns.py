@@ -10,46 +10,28 @@ nowhere else, so that no cutter lies on a wall of the part.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.gp import gp_Trsf, gp_Vec
 
 from ...arrays import FloatArray
-from ...brep import Part
 from ...stack import Stack, name_direction
 from ..extract.prism import plane_shapes
 from ..shapes import FACE, compound, subshapes
 from .central import Cutter
-from .cutting import cut_cell
-
-Walls: TypeAlias = Sequence[tuple[int, float, float]]
 
 
-def cut_columns(part: Part, stack: Stack, walls: Walls) -> Part | None:
-    """Cut the only solid of a part into the columns of a stack.
+def walls_between_columns(stack: Stack, walls: Sequence[tuple[int, float, float]]) -> Cutter:
+    """What parts the columns of a stack.
 
     Parameters
     ----------
-    part : Part
     stack : Stack
-        Of its solid.
     walls : sequence of (int, float, float)
         Edges of its arrangement over which columns touch, and from which height along the direction to which.
-
-    Returns
-    -------
-    Part or None
-        One cell a column; None where OpenCASCADE does not part them cleanly.
     """
-    tools = walls_between_columns(stack, walls).tools
-    cells = cut_cell(part, 0, tools) if tools else None
-    return cells if cells is not None and len(cells.solids) == stack.n_columns else None
-
-
-def walls_between_columns(stack: Stack, walls: Walls) -> Cutter:
-    """What parts the columns of a stack; for the walls see :func:`cut_columns`."""
     prism = stack.arrangement.prism
     edges = plane_shapes(prism).edges
     base = float((prism.vertices @ stack.direction).min())
@@ -58,7 +40,8 @@ def walls_between_columns(stack: Stack, walls: Walls) -> Cutter:
     for e, low, high in walls:
         heights.setdefault((float(f"{low - base:.9g}"), float(f"{high - low:.9g}")), []).append(edges[e])
     return Cutter(
-        reason=f"the outlines of the caps across ({name_direction(stack.direction)}), carried through",
+        reason=f"the outlines of the caps across ({name_direction(stack.direction)}), carried through: "
+        f"{stack.n_columns} columns",
         tools=tuple(face for (at, high), own in heights.items() for face in _walls(own, stack.direction, at, high)),
         weight=0.0,
         leads=True,
@@ -75,4 +58,4 @@ def _walls(edges: Sequence[Any], direction: FloatArray, rise: float, height: flo
     return subshapes(BRepPrimAPI_MakePrism(moved, gp_Vec(*(height * direction))).Shape(), FACE)
 
 
-__all__ = ["cut_columns", "walls_between_columns"]
+__all__ = ["walls_between_columns"]

@@ -208,8 +208,7 @@ def _split_in_turn(part: Part, cells: Sequence[int], turns: Sequence[Sequence[An
         found = parted
     pieces: dict[int, list[Joined]] = {}
     for cell in cells:
-        across = _across(part, cell, [other for other in cells if other != cell])
-        own = _pieces(part.solids[cell], splitters, across)
+        own = _pieces(part.solids[cell], splitters, _across(part, cell, cells))
         if own is None:
             return None
         pieces[cell] = own

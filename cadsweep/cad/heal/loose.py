@@ -21,16 +21,15 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
-from OCP.BRepGProp import BRepGProp
-from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_State
 from OCP.TopoDS import TopoDS
 
 from ...arrays import FloatArray, IntArray
 from ..read.model import Model
-from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, bounds, compound, explore, subshapes
+from ..shapes import EDGE, FACE, SHELL, SOLID, VERTEX, bounds, compound, explore, subshapes, volume_and_center
 from .solids import SEWING, sew
 from .tracing import Traced
+from .validate import signed_volume
 
 
 def separate_solids(model: Model) -> Model:
@@ -49,25 +48,18 @@ def separate_solids(model: Model) -> Model:
     solids, voids, notes = list[Any](), list[Any](), list(model.notes)
     for faces in groups:
         traced = Traced(compound(faces))
-        (voids if _volume(traced.shape) < 0 else solids).append(traced)
+        (voids if signed_volume(traced.shape) < 0 else solids).append(traced)
         notes.append(sew(traced))
     bodies = [traced.shape for traced in solids]
     for void in (traced.shape for traced in voids):
         around = [j for j, body in enumerate(bodies) if _is_inside(void, body)]
         if around:  # the innermost
-            j = min(around, key=lambda j: _volume(bodies[j]))
+            j = min(around, key=lambda j: volume_and_center(bodies[j])[0])
             bodies[j] = _with_void(bodies[j], void)
             notes.append("a shell that looks inwards is taken for a void of the solid around it")
         else:
             bodies.append(void)
     return replace(model, shape=bodies[0] if len(bodies) == 1 else compound(bodies), notes=notes)
-
-
-def _volume(shape: Any) -> float:
-    """Volume of what closes one; negative where its faces look inwards."""
-    properties = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, properties)
-    return float(properties.Mass())
 
 
 def _is_inside(inner: Any, outer: Any) -> bool:

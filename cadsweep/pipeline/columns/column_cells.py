@@ -7,7 +7,7 @@ from dataclasses import replace
 from ... import cad, stacks
 from ...brep import Cut, Part
 from ...errors import CadError, CadSweepError
-from ...stack import Stack, name_direction
+from ...stack import name_direction
 from .stacking import find_stacks
 
 
@@ -24,15 +24,17 @@ def columns_of(part: Part) -> Part:
     found = find_stacks(part)
     for stack in found:
         try:
-            cells = cad.cut_columns(part, stack, list(stacks.touching_columns(stack)))
+            cutter = cad.walls_between_columns(stack, list(stacks.touching_columns(stack)))
+            parted = cad.split_cell(part, 0, cutter)
+            cells = None if parted is None else parted.imprinted()
         except CadSweepError:
             continue  # what OpenCASCADE does not cut along one direction it may along another
-        if cells is not None:
-            reason = _outlines(stack)
+        if cells is not None and len(cells.solids) == stack.n_columns:
+            reason = cutter.reason
             if stack is not found[0]:
                 meshed = f"{found[0].n_columns} across ({name_direction(found[0].direction)})"
                 reason += f" (the part is meshed in {meshed}, which OpenCASCADE does not part as solids)"
-            return replace(cells, cuts=(*part.cuts, Cut(kind="columns", reason=reason)))
+            return replace(cells, cuts=(*part.cuts, Cut(kind=cutter.kind, reason=reason)))
     stack = found[0]
     why = ""
     if stack.rounded:
@@ -41,8 +43,3 @@ def columns_of(part: Part) -> Part:
         f"the {stack.n_columns} columns across ({name_direction(stack.direction)}) are meshed as they are, but "
         f"OpenCASCADE does not part them as solids{why}"
     )
-
-
-def _outlines(stack: Stack) -> str:
-    axis = name_direction(stack.direction)
-    return f"the outlines of the caps across ({axis}), carried through: {stack.n_columns} columns"

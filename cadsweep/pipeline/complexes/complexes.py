@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -130,7 +131,7 @@ def cutting_tools(run: Run) -> Tools:
     return Tools(
         recognise=recognise,
         make_plan=make_plan,
-        find_cutters=find_cutters,
+        find_cutters=partial(find_cutters, known={}),
         split=cad.split_cell,
         make_alike=with_outlines_alike,
         on_progress=lambda n: run.on_progress(say_open(n), None),
@@ -138,14 +139,17 @@ def cutting_tools(run: Run) -> Tools:
     )
 
 
-def find_cutters(part: Part, cell: int, faces: Sequence[int]) -> Iterator[Cutter]:
+def find_cutters(part: Part, cell: int, faces: Sequence[int], known: dict[object, list[Cutter]]) -> Iterator[Cutter]:
     """What may part a cell: a solid of several into the columns that it is by itself, and all that parts any cell.
 
-    A part of one solid that is a stack has been meshed as one before cuts are looked for.
+    A part of one solid that is a stack has been meshed as one before cuts are looked for. `known`: the first of these,
+    by solid, however often one is asked for.
     """
-    is_member = len(part.models) > 1 and all(face.key for face in part.solids[cell].faces)
-    if is_member and rows.is_on(COLUMNS):
-        yield from _between_columns(subset(part, [cell]))
+    solid = part.solids[cell]
+    if len(part.models) > 1 and all(face.key for face in solid.faces) and rows.is_on(COLUMNS):
+        if solid.kernel not in known:
+            known[solid.kernel] = _between_columns(subset(part, [cell]))
+        yield from known[solid.kernel]
     yield from cad.find_cutters(part, cell, faces)
 
 
