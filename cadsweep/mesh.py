@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .arrays import FloatArray, IntArray
 from .cells import SweptStructure
 from .errors import UnknownNameError, did_you_mean
@@ -228,6 +230,13 @@ class HexMesh:
     def n_hexes(self) -> int:
         """Number of hexahedra."""
         return len(self.hexes)
+
+    def named_quads(self) -> dict[str, IntArray]:
+        """Quads of boundaries and interfaces, by name; of both where some faces of a name are in contact."""
+        found = {**self.boundaries, **self.interfaces}
+        for name in self.boundaries.keys() & self.interfaces.keys():
+            found[name] = np.concatenate([self.boundaries[name], found[name]])
+        return found
 
     def quality(self) -> QualityReport:
         """Every metric and check of :mod:`cadsweep.quality` on this mesh."""

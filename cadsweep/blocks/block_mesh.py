@@ -87,8 +87,12 @@ class BlockMesh:
 
     @property
     def faces(self) -> dict[str, Faces]:
-        """Boundaries and interfaces, as files have them."""
-        return {**self.boundaries, **self.interfaces}
+        """Boundaries and interfaces, as files have them; a name may be of both."""
+        both = self.boundaries.keys() & self.interfaces.keys()
+        found = {**self.boundaries, **self.interfaces}
+        for name in both:
+            found[name] = Faces(*map(np.concatenate, zip(self.boundaries[name], found[name], strict=True)))
+        return found
 
     def part_sizes(self) -> dict[str, int]:
         """Hexahedra of every part."""

@@ -62,21 +62,14 @@ def _outside(
     for place, corners, rows in faces:
         if place not in names.outside:
             continue
-        own = part.solids[place[0]].faces
-        n_patches = len(own[place[1]].former)
-        if not n_patches:
+        face = part.solids[place[0]].faces[place[1]]
+        if not face.former:
             found.append((names.outside[place], rows))
             continue
-        owners, shares = own_quads(
-            np.full(len(corners), place[1]),
-            lambda at, corners=corners: corners[at],  # type: ignore[misc]
-            own,
-            np.zeros(len(own), dtype=np.int64),
-            {(place[1], j): j + 1 for j in range(n_patches)},
-        )
-        called = [names.outside[place], *(names.patches[*place, j] for j in range(n_patches))]
+        owners = own_quads(corners, face)
+        called = [names.outside[place], *(names.patches[*place, j] for j in range(len(face.former)))]
         found += [(called[j], rows[owners == j]) for j in np.unique(owners).tolist()]
-        notes += describe_shares(shares, own, [known[0] for known in called])
+        notes += describe_shares(corners, owners, face, [known[0] for known in called])
     return found, notes
 
 

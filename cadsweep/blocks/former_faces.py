@@ -1,101 +1,64 @@
 """Which boundary quads belong to a patch of a merged face.
 
-Place in the flow: called by ``assembly``. The mesh does not follow a patch's outline, so a quad belongs to
-it where its middle does, and a patch too small for that has the one quad nearest to it.
+Place in the flow: called by ``finish``. The mesh does not follow a patch's outline, so a quad belongs to it where its
+middle does. Who has no such quad gets one of the others', where these are more than one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..arrays import FloatArray, IntArray
 from ..brep import Face
 
-
-@dataclass(frozen=True, kw_only=True)
-class Share:
-    """What the patch of a face got: how many quads, and their area. ``owner`` is the patch's."""
-
-    face: int
-    patch: int
-    owner: int
-    n_quads: int
-    area: float
-
-
 _EACH = 3
 """Patches up to which every one has a line of its own."""
 
 
-def describe_shares(shares: Sequence[Share], faces: Sequence[Face], names: Sequence[str]) -> list[str]:
-    """Lines for the mesh's notes on the patches of a face: one each, or one for all where there are many."""
+def own_quads(corners: FloatArray, face: Face) -> IntArray:
+    """The owner (q,) of every quad, with corners (q, 4, 3), of a face: 0 for the face, ``j + 1`` for patch ``j``."""
+    owners = np.zeros(len(corners), dtype=np.int64)
+    middles = corners.mean(axis=1)
+    for j in sorted(range(len(face.former)), key=lambda j: face.former[j].area):
+        patch = face.former[j]
+        free = np.flatnonzero(owners == 0)
+        own = free[patch.contains(middles[free])]
+        if not len(own) and len(free) > 1:
+            own = free[[np.argmin(np.linalg.norm(middles[free] - patch.place, axis=1))]]
+        owners[own] = j + 1
+    if len(owners) > 1 and owners.all():  # what is no patch is left out: the patch with most quads has one less
+        most = int(np.argmax(np.bincount(owners)))
+        own = np.flatnonzero(owners == most)
+        if len(own) > 1:
+            owners[own[np.argmax(np.linalg.norm(middles[own] - face.former[most - 1].place, axis=1))]] = 0
+    return owners
 
-    def has(share: Share) -> str:
-        return f"{100 * share.area / faces[share.face].former[share.patch].area:.3g} % of"
+
+def describe_shares(corners: FloatArray, owners: IntArray, face: Face, names: Sequence[str]) -> list[str]:
+    """Lines for the mesh's notes on the patches of a face, `names` by owner: one each, or one for all if many."""
+    notes = [
+        f"boundary '{name}' has no quads on {face.label()}: it is smaller there than one"
+        for owner, name in enumerate(names)
+        if not (owners == owner).any()
+    ]
+    diagonals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    areas = np.bincount(owners, 0.5 * np.linalg.norm(diagonals, axis=1), len(names))
+    shares = {j + 1: areas[j + 1] / patch.area for j, patch in enumerate(face.former) if areas[j + 1] > 0.0}
+
+    def has(owner: int) -> str:
+        return f"{100 * shares[owner]:.3g} % of"
 
     if len(shares) <= _EACH:
-        return [
-            f"boundary '{names[share.owner]}': the mesh does not follow its outline on {faces[share.face].label()}; "
-            f"it has the {share.n_quads} quads whose middles lie in it, {has(share)} its area"
-            for share in shares
+        return notes + [
+            f"boundary '{names[owner]}': the mesh does not follow its outline on {face.label()}; it has the "
+            f"{np.count_nonzero(owners == owner)} quads whose middles lie in it, {has(owner)} its area"
+            for owner in sorted(shares, key=lambda owner: face.former[owner - 1].area)
         ]
-    ordered = sorted(shares, key=lambda share: share.area / faces[share.face].former[share.patch].area)
-    least, most = (f"{has(share)} '{names[share.owner]}'" for share in (ordered[0], ordered[-1]))
-    return [
-        f"the mesh does not follow the outlines of {len(shares)} boundaries on {faces[shares[0].face].label()}; "
+    ordered = sorted(shares, key=lambda owner: shares[owner])
+    least, most = (f"{has(owner)} '{names[owner]}'" for owner in (ordered[0], ordered[-1]))
+    return notes + [
+        f"the mesh does not follow the outlines of {len(shares)} boundaries on {face.label()}; "
         f"they have the quads whose middles lie in them, from {least} to {most}"
     ]
-
-
-def own_quads(
-    face_ids: IntArray,
-    corners_of: Callable[[tuple[IntArray, ...]], FloatArray],
-    faces: Sequence[Face],
-    table: IntArray,
-    patches: Mapping[tuple[int, int], int],
-) -> tuple[IntArray, list[Share]]:
-    """Give every quad its owner.
-
-    Parameters
-    ----------
-    face_ids : (...) int64
-        Face of each quad.
-    corners_of : callable
-        Corners (m, 4, 3), working units, of the quads at some places among `face_ids`: few ask for them.
-    faces : sequence of Face
-        All faces of the solid.
-    table : (n_faces,) int64
-        Owner by face.
-    patches : mapping of (face id, number of the patch) to int
-        Owner by patch.
-
-    Returns
-    -------
-    owners : (...) int64
-    shares : list of Share
-    """
-    owners, shares = table[face_ids], []
-    by_patch: dict[int, list[tuple[int, int]]] = {}  # a face that was divided has its patches on both parts
-    for f, j in sorted(patches, key=lambda place: faces[place[0]].former[place[1]].area):
-        by_patch.setdefault(id(faces[f].former[j]), []).append((f, j))
-    taken = np.zeros(face_ids.shape, dtype=bool)
-    for places in by_patch.values():
-        f, j = places[0]
-        patch = faces[f].former[j]
-        mine = np.nonzero(np.isin(face_ids, [f for f, _ in places]) & ~taken)
-        if not len(mine[0]):
-            continue
-        quads = corners_of(mine)
-        middles = quads.mean(axis=1)
-        chosen = patch.contains(middles)
-        if not chosen.any():
-            chosen[np.argmin(np.linalg.norm(middles - patch.place, axis=1))] = True
-        where = tuple(axis[chosen] for axis in mine)
-        owners[where], taken[where] = patches[f, j], True
-        diagonals = np.cross(quads[chosen, 2] - quads[chosen, 0], quads[chosen, 3] - quads[chosen, 1])
-        area = 0.5 * float(np.linalg.norm(diagonals, axis=1).sum())
-        shares.append(Share(face=f, patch=j, owner=patches[f, j], n_quads=int(chosen.sum()), area=area))
-    return owners, shares

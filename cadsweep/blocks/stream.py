@@ -75,7 +75,7 @@ def check_blocks(
     outside = every[rows]
     problems += unfit
     flat = mesh.skin()
-    named = name_quads(quads, {**flat.boundaries, **flat.interfaces})
+    named = name_quads(quads, flat.named_quads())
     surfaces = [
         PartSurface(name=name, quads=own, named=own_named, volume=volume_and_area(flat.points, own)[0])
         for name, own, own_named in zip(mesh.parts, quads, named, strict=True)

@@ -35,7 +35,7 @@ from ..errors import InputError, did_you_mean
 from ..mesh import HexMesh
 from .atomic import NewFolder
 from .compare import Groups, all_boundaries, disjoint_boundaries, disjoint_parts
-from .labels import LabelledMesh, make_blocks
+from .labels import LabelledMesh, make_blocks, without_quads
 from .pairing import neighbours
 from .periodic_faces import answering_quads
 from .sides import corner_keys, cyclic, quads_of_sides
@@ -77,18 +77,19 @@ def with_whole_boundary(mesh: LabelledMesh) -> LabelledMesh:
     for name in mesh.faces.names if inner.any() else ():
         ids = mesh.faces.named(name)
         if inner[ids].any():
-            zones[name] = mesh.quads[ids[inner[ids]]]
+            called = name if inner[ids].all() else _distinct_name(f"{name}_inside", mesh.faces.names)
+            zones[called] = mesh.quads[ids[inner[ids]]]
     unnamed = across < 0
     unnamed[6 * of + row] = False
     rest = np.flatnonzero(unnamed)
     extra = quads_of_sides(mesh.hexes, rest // 6, rest % 6)
-    number = np.cumsum(~inner) - 1
-    sets = {name: mesh.faces.named(name) for name in mesh.faces.names}
-    sets = {name: number[ids[~inner[ids]]] for name, ids in sets.items()}
-    n_kept = int((~inner).sum())
-    sets[_distinct_name(DEFAULT_PATCH, mesh.faces.names)] = np.arange(n_kept, n_kept + len(extra))
-    faces = make_blocks({name: ids for name, ids in sets.items() if len(ids)}, n_kept + len(extra))
-    quads = np.concatenate([mesh.quads[~inner], extra])
+    outside = without_quads(mesh, inner)
+    sets = {name: outside.faces.named(name) for name in outside.faces.names}
+    n_kept = len(outside.quads)
+    if len(extra):
+        sets[_distinct_name(DEFAULT_PATCH, mesh.faces.names)] = np.arange(n_kept, n_kept + len(extra))
+    faces = make_blocks(sets, n_kept + len(extra))
+    quads = np.concatenate([outside.quads, extra])
     return replace(mesh, quads=quads, faces=faces, info={**mesh.info, ZONES: zones})
 
 

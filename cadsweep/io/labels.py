@@ -189,7 +189,7 @@ def label_mesh(
         raise InputError("the mesh has coordinates that are not finite")
     _check_ids(hexes, len(points), "hexes", "nodes")
     # An interface is a named set of quads as a boundary is: its name tells them apart, and its place inside the mesh.
-    named = {**mesh.boundaries, **mesh.interfaces}
+    named = mesh.named_quads()
     boundaries = _renamed(named, max_name, reserved)
     width = quad_size(hexes.shape[1])
     for name, quads in boundaries.items():
@@ -314,6 +314,15 @@ def _face_blocks(boundaries: dict[str, IntArray], n_corners: int) -> tuple[IntAr
     ends = np.cumsum([0, *(len(quads) for quads in boundaries.values())])
     sets = {name: cells[ends[j] : ends[j + 1]] for j, name in enumerate(boundaries)}
     return stacked[order], make_blocks(sets, len(order))
+
+
+def without_quads(mesh: LabelledMesh, left_out: np.ndarray) -> LabelledMesh:
+    """The mesh without the quads that `left_out` (q,) marks, nor names of which none is left."""
+    number = np.cumsum(~left_out) - 1
+    kept = {name: ids[~left_out[ids]] for name, ids in ((name, mesh.faces.named(name)) for name in mesh.faces.names)}
+    quads = mesh.quads[~left_out]
+    faces = make_blocks({name: number[ids] for name, ids in kept.items() if len(ids)}, len(quads))
+    return replace(mesh, quads=quads, faces=replace(faces, max_name=mesh.faces.max_name))
 
 
 def _volume_blocks(parts: dict[str, IntArray], n_hexes: int) -> Blocks:

@@ -24,7 +24,7 @@ from ..arrays import IntArray
 from ..errors import InputError
 from ..mesh import HexMesh
 from .compare import Groups, disjoint_boundaries
-from .labels import DEFAULT_PART, LabelledMesh, check_nodes
+from .labels import DEFAULT_PART, LabelledMesh, check_nodes, without_quads
 from .sides import count_users
 from .text import parse_numbers, write_rows
 
@@ -48,9 +48,9 @@ def write(stream: BinaryIO, mesh: LabelledMesh) -> None:
 
 
 def _markers(mesh: LabelledMesh) -> dict[str, IntArray]:
-    """Disjoint boundaries, those inside the mesh left out."""
-    found = disjoint_boundaries(mesh)
-    return {name: q for name, q in found.items() if np.all(count_users(mesh.hexes, q, len(mesh.points)) == 1)}
+    """Disjoint boundaries, what is inside the mesh left out."""
+    inside = count_users(mesh.hexes, mesh.quads, len(mesh.points)) > 1
+    return disjoint_boundaries(without_quads(mesh, inside))
 
 
 def kept_groups(mesh: LabelledMesh) -> Groups:

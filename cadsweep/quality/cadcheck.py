@@ -11,7 +11,7 @@ faces miss each other, its own figures are uncertain by as much as the gaps expl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -207,12 +207,12 @@ def _odd_figures(  # noqa: PLR0917
                 f"more apart than its facets explain ({allowed:.2g})"
             )
     for names, area in [*(((name,), area) for name, area in cad.areas.items()), *cad.joint_areas.items()]:
-        missing = [name for name in names if name not in boundaries]
-        if missing:
-            problems.append(f"the mesh has no boundary '{missing[0]}', which the CAD model has")
+        present = [name for name in names if name in boundaries]
+        if not present:  # of faces that the mesh knows as one, some may be smaller than a quad
+            problems.append(f"the mesh has no boundary '{names[0]}', which the CAD model has")
             continue
         doubt = cad.area_doubts.get(names[0], 0.0) if len(names) == 1 else cad.joint_doubts.get(names, 0.0)
-        allowed = _exceeded(cad, areas[names], area, doubt, partial(_explained_area, names, slack))
+        allowed = _exceeded(cad, areas[names], area, doubt, partial(_explained_area, present, slack))
         called = " and ".join(f"'{name}'" for name in names)
         if allowed is not None:
             problems.append(
@@ -222,7 +222,7 @@ def _odd_figures(  # noqa: PLR0917
     return problems
 
 
-def _explained_area(names: tuple[str, ...], slack: Callable[[str], tuple[float, float]]) -> float:
+def _explained_area(names: Sequence[str], slack: Callable[[str], tuple[float, float]]) -> float:
     return SAFETY * sum(slack(name)[1] for name in names)
 
 

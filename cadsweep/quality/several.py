@@ -66,7 +66,7 @@ def part_surfaces(mesh: HexMesh, use: FaceUse | None = None) -> list[PartSurface
         starts = np.searchsorted(owners[order], np.arange(len(mesh.parts) + 1))
         every = conformity.face_nodes(hexes, faces[order])
         quads = [every[a:b] for a, b in pairwise(starts.tolist())]
-    named = name_quads(quads, {**mesh.boundaries, **mesh.interfaces})
+    named = name_quads(quads, mesh.named_quads())
     return [
         PartSurface(name=name, quads=own, named=own_named, volume=volume_and_area(mesh.points, own)[0])
         for name, own, own_named in zip(mesh.parts, quads, named, strict=True)

@@ -229,7 +229,7 @@ def check_skin(
             numbers=numbers,
         )
         found.problems += [f"part '{own.name}': {problem}" for problem in alone.problems]
-        found.areas |= {name: alone.areas[name] for name in own.named if name in skin.interfaces}
+        found.areas |= {name: alone.areas[name] for name in own.named if name not in skin.boundaries}
     if isinstance(cad, Mapping):
         found.problems += [f"part '{name}' has no hexahedra" for name in cad if name not in skin.parts]
     return found

@@ -75,6 +75,35 @@ def test_a_mesh_that_is_fine_is_fine_when_it_is_read_back(tmp_path, suffix, node
         assert io.read(tmp_path / f"part{suffix}").quality().problems == ()
 
 
+def touching() -> HexMesh:
+    """Two parts with an interface; ``wall`` is a side of the one, and all that they share."""
+    mesh = twisted_box()
+    layer = np.arange(mesh.n_hexes) // (mesh.n_hexes // 4)
+    shared = mesh.hexes[layer == 1][:, 4:8]
+    return replace(
+        mesh,
+        parts={"low": np.flatnonzero(layer < 2), "high": np.flatnonzero(layer >= 2)},
+        boundaries={**mesh.boundaries, "wall": mesh.boundaries["side_1"]},
+        interfaces={"low__high": shared, "wall": shared},
+    )
+
+
+@pytest.mark.parametrize("suffix", [*sorted({s for s, _, _ in FILES}), ".su2"])
+def test_a_name_of_a_boundary_and_of_an_interface_keeps_the_quads_of_both(tmp_path, suffix):
+    mesh = touching()
+    assert mesh.quality().problems == ()
+    io.write(mesh, tmp_path / f"part{suffix}")
+    back = io.read(tmp_path / f"part{suffix}").named_quads()
+    outside, inside = mesh.boundaries["wall"], mesh.interfaces["wall"]
+    if suffix == ".su2":  # has no quads inside, and each other in one marker
+        assert same_quads(back["side_1"], outside)
+    elif suffix == ".polymesh":  # patches and zones
+        assert same_quads(back["wall"], outside)
+        assert same_quads(back["wall_inside"], inside)
+    else:
+        assert same_quads(back["wall"], np.concatenate([outside, inside]))
+
+
 @pytest.mark.parametrize("suffix", sorted({s for s, _, _ in FILES}))
 def test_overlapping_groups_and_interleaved_parts(tmp_path, suffix):
     mesh = two_parts()
