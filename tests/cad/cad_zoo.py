@@ -1,6 +1,21 @@
 """Shapes of every kind that a loader meets, built with CadQuery."""
 
+from math import acos, tau
+
 import cadquery as cq
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.Geom import Geom_ConicalSurface, Geom_ToroidalSurface
+from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
+
+TILTED = gp_Ax3(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2))
+
+
+def capped(surface, low, high):
+    """A solid between two circles of a surface of revolution, at two values of v."""
+    wall = cq.Face(BRepBuilderAPI_MakeFace(surface, 0, tau, low, high, 1e-7).Face())
+    rims = [edge for edge in wall.Edges() if edge.IsClosed()]
+    caps = [cq.Face.makeFromWires(cq.Wire.assembleEdges([rim])) for rim in rims]
+    return cq.Workplane(cq.Solid.makeSolid(cq.Shell.makeShell([wall, *caps])).fix())
 
 
 def zoo():
@@ -22,6 +37,8 @@ def zoo():
         "cone": w(cq.Solid.makeCone(1, 0, 2)),
         "frustum": w(cq.Solid.makeCone(1, 0.5, 2)),
         "mirrored_frustum": w(cq.Solid.makeCone(1, 0.5, 2)).mirror("XY"),
+        "beyond_an_apex": capped(Geom_ConicalSurface(TILTED, 0.5, 2.0), -12.0, -8.0),
+        "beyond_an_axis": capped(Geom_ToroidalSurface(TILTED, 8.0, 54.0), acos(-8 / 54) + 0.1, acos(-8 / 54) + 0.3),
         "hyperbola": w(cq.Solid.makeCone(1, 0.5, 2)).cut(w().box(2, 2, 8).translate((1.3, 0, 0))),
         "parabola": w(cq.Solid.makeCone(2, 0, 2)).cut(
             w().box(9, 9, 9).translate((0, 0, -3.8)).rotate((0, 0, 0), (0, 1, 0), 45)

@@ -92,7 +92,21 @@ def test_tiny_and_huge_units_lose_nothing(prefix, millimetres, tmp_path, box_ste
     assert len(part.solids[0].faces) == 6
 
 
-@pytest.mark.parametrize("change", [lambda t: "\ufeff" + t, lambda t: t.replace("\n", "\r\n")], ids=["bom", "crlf"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda t: "\ufeff" + t,
+        lambda t: t.replace("\n", "\r\n"),
+        lambda t: re.sub(
+            r"FILE_NAME\(.*?\);", "FILE_NAME('a','2020-12-07','Ann','','','','');", t, count=1, flags=re.S
+        ),
+        lambda t: re.sub(
+            r"FILE_NAME\(.*?\);", "FILE_NAME('a','2020-12-07',(''),(''),'','',$);", t, count=1, flags=re.S
+        ),
+        lambda t: re.sub(r"FILE_NAME\(.*?\);", "FILE_NAME('a');", t, count=1, flags=re.S),
+    ],
+    ids=["bom", "crlf", "author no list", "no authorisation", "short header"],
+)
 def test_harmless_oddities(change, tmp_path, box_step):
     path = tmp_path / "box.step"
     path.write_bytes(change(box_step).encode())

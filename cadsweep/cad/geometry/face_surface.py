@@ -67,7 +67,7 @@ class FaceSurface(Patch):
         """
         points = rows_of(points, 3)
         found = self._feet.nearest(points, close=close)[1]
-        if self._feet.exact is not None:
+        if self._feet.is_exact:
             return found
         far = np.flatnonzero(found > close)
         if len(far) and self.second_opinion is not None:

@@ -7,7 +7,6 @@ has none). The result may leave the face (by a margin of its box), as the *surfa
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,7 +17,7 @@ from ...arrays import FloatArray, IntArray
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
 from .nearest_kernels import block_boxes, near_on_lines, nearest_rows, other_walls
 from .patch import Patch, packed
-from .surfaces import Cone, Offset, Torus, grid_points, knots_of
+from .surfaces import Cone, Offset, Plane, Torus, grid_points, knots_of
 
 _GRID = 33
 """Places of the grid along each parameter, at least."""
@@ -55,9 +54,9 @@ class Feet:
     patch: Patch
 
     @property
-    def exact(self) -> Callable[[FloatArray], FloatArray] | None:
-        """Nearest parameters in closed form, where the geometry knows them."""
-        return getattr(self.patch.geometry, "project", None)
+    def is_exact(self) -> bool:
+        """Whether nearest parameters have a closed form."""
+        return isinstance(self.patch.geometry, Plane | Cone | Torus)
 
     def nearest(self, points: FloatArray, *, close: float = np.inf) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters (m, 2), and the distances there (m,).
@@ -66,13 +65,13 @@ class Feet:
         coil than the nearest point is, or on the other wall of a thin tip; there, and where it ends farther away than
         `close`, it begins anew from other places of the grid.
         """
-        if self.exact is not None:
-            if isinstance(self.patch.geometry, Cone | Torus):
+        if self.is_exact:
+            if isinstance(self.patch.geometry, Plane):
+                uv = self.patch.geometry.project(points)
+            else:
                 points = packed(points, 3)
                 uv = np.empty((len(points), 2))
                 exact_feet(self.patch.curved, self.patch.box, points, self.patch.box.mean(axis=0)[None], False, uv)
-            else:
-                uv = self.patch.in_branch(self.exact(points))
             return uv, np.linalg.norm(self.patch.evaluate(uv) - points, axis=1)
         grid, places = self._grid
         start = self._starts(points)

@@ -24,12 +24,17 @@ def exact_feet(record, box, points, guess, by_guess, uv):  # type: ignore[no-unt
     room, h, found, cross = np.empty(ROOM), np.empty((3, 4)), np.empty((3, 3)), np.empty(3)
     slopes = np.empty((2, points.shape[0]))
     straight = not by_guess or (kind == CONE and b == 0.0)
+    # Beyond the apex of a cone, or the axis of a torus that is thicker than wide, radii are negative.
+    middle = 0.5 * (box[0, 1] + box[1, 1])
+    beyond = a > 0.0 and (a + b * np.cos(middle) if kind == TORUS else a + middle * np.sin(b)) < 0.0
     for m in range(points.shape[0]):
         x = y = z = 0.0
         for c in range(3):
             off = points[m, c] - record[3 + c]
             x, y, z = x + off * record[6 + c], y + off * record[9 + c], z + off * record[12 + c]
         r = np.hypot(x, y)
+        if beyond:
+            x, y, r = -x, -y, -r
         uv[m, 0] = np.arctan2(y, x)
         if kind == TORUS:
             uv[m, 1] = np.arctan2(z, r - a)
@@ -37,7 +42,7 @@ def exact_feet(record, box, points, guess, by_guess, uv):  # type: ignore[no-unt
             v = (r - a) * np.sin(b) + z * np.cos(b)
             if b != 0.0:
                 apex = -a / np.sin(b)
-                v = max(v, apex) if b > 0.0 else min(v, apex)
+                v = max(v, apex) if (b > 0.0) != beyond else min(v, apex)
             uv[m, 1] = v
         for j in range(2):
             period = record[1 + j]

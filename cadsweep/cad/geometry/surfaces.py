@@ -130,16 +130,6 @@ class Cone:
         side = np.where(self.radius + uv[:, 1] * np.sin(self.half_angle) < 0, -1.0, 1.0)
         return self.frame.handedness * side[:, None] * normal
 
-    def project(self, points: FloatArray) -> FloatArray:
-        """Nearest parameters, on the nappe where the radius is positive."""
-        a, b, c = self.frame.local(points)
-        sin, cos = np.sin(self.half_angle), np.cos(self.half_angle)
-        v = (np.hypot(a, b) - self.radius) * sin + c * cos
-        if sin != 0.0:
-            apex = -self.radius / sin
-            v = np.maximum(v, apex) if sin > 0 else np.minimum(v, apex)
-        return np.column_stack([np.arctan2(b, a), v])
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Torus:
@@ -172,11 +162,6 @@ class Torus:
         cos, sin = np.cos(uv[:, 1:]), np.sin(uv[:, 1:])
         side = np.where(self.major + self.minor * cos < 0, -1.0, 1.0) if self.major else 1.0
         return self.frame.handedness * side * (cos * radial + sin * self.frame.z)
-
-    def project(self, points: FloatArray) -> FloatArray:
-        """Nearest parameters."""
-        a, b, c = self.frame.local(points)
-        return np.column_stack([np.arctan2(b, a), np.arctan2(c, np.hypot(a, b) - self.major)])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

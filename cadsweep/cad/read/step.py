@@ -51,6 +51,7 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
+_OF_HEADER = re.compile(r"^Parameter | for file_")
 _NUMBERED = re.compile(r"^(NAUO)?\d+$")
 """Names of placements that programs make up."""
 
@@ -151,8 +152,9 @@ def _check_read(path: Path, model: Any) -> list[str]:
     list of str
         Faults of what does not shape the part; whether its solids are valid is seen when they are healed.
     """
-    # Faults of the header (its author, its date) do no harm.
-    found = [f.removeprefix("Undefined Parsing: ") for f in _failures(model.GlobalCheck(True)) if " for file_" not in f]
+    # Of parameters the check of the whole says only those of the header (its author, its date), which do no harm.
+    whole = [fault for fault in _failures(model.GlobalCheck(True)) if not _OF_HEADER.search(fault)]
+    found = [fault.removeprefix("Undefined Parsing: ") for fault in whole]
     harmless: list[str] = []
     for number in filter(model.IsReportEntity, range(1, model.NbEntities() + 1)):
         check = model.Check(number, True)
