@@ -44,7 +44,10 @@ def kernel_setting(key: str, value: int) -> Iterator[None]:
 
 @contextmanager
 def kernel_path(path: Path) -> Iterator[str]:
-    """A name of the file that OpenCASCADE can open: its own, or, where that is no UTF-8, that of a link to it."""
+    """A name of the file that OpenCASCADE can open: its own, or, where that is no UTF-8, that of a link to it.
+
+    It is absolute: beside a relative one OpenCASCADE does not find the files that a STEP file refers to.
+    """
     try:
         str(path).encode()
     except UnicodeEncodeError:
@@ -53,4 +56,4 @@ def kernel_path(path: Path) -> Iterator[str]:
             link.symlink_to(path.absolute())
             yield str(link)
     else:
-        yield str(path)
+        yield str(path.absolute())

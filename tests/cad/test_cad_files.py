@@ -4,6 +4,7 @@ import os
 import random
 import re
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -148,6 +149,7 @@ def test_what_follows_the_end_of_a_file_is_no_part_of_it(tmp_path, box_step):
     [
         (lambda t: "", "empty"),
         (lambda t: "solid box\n" * 99, "not a STEP file"),
+        (lambda t: "version https://git-lfs.github.com/spec/v1\noid sha256:9d89\nsize 136108\n", "git lfs pull"),
         (lambda t: t[: len(t) // 10], "cut off"),
         (lambda t: t[: len(t) // 2], "cut off"),
         (lambda t: t[: len(t) * 9 // 10], "cut off"),
@@ -293,6 +295,48 @@ def test_parameters_belong_to_scripts(tmp_path, box_step):
         load(path, params={"height": 1})
     with pytest.raises(InputError, match="nly scripts"):
         load(cq.Workplane().box(1, 1, 1), params={"height": 1})
+
+
+@pytest.fixture
+def stand(tmp_path, monkeypatch):
+    """A STEP file of an assembly, with each of its two boxes in a file of its own, in a folder below."""
+    from cadquery.occ_impl.assembly import toCAF
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.STEPControl import STEPControl_StepModelType
+
+    (tmp_path / "models").mkdir()
+    monkeypatch.chdir(tmp_path / "models")
+    lid = cq.Workplane().box(2, 2, 1).translate((0, 0, 2))
+    _, document = toCAF(
+        cq.Assembly(name="stand").add(cq.Workplane().box(1, 2, 3), name="foot").add(lid, name="lid"), True
+    )
+    writer = STEPCAFControl_Writer()
+    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs, "own_")
+    writer.Write("stand.step")
+    monkeypatch.chdir(tmp_path)
+    return Path("models/stand.step")
+
+
+def test_a_step_file_may_refer_to_others_in_its_folder(stand):
+    assert [solid.volume for solid in load(stand).solids] == pytest.approx([6.0, 4.0])
+    assert load(stand.absolute()).owners == load(stand).owners == (0, 1)
+
+
+def test_step_files_that_another_one_refers_to_are_missed_by_name(stand):
+    (stand.parent / "own_lid.stp").unlink()
+    part = load(stand)
+    assert part.solids[0].volume == pytest.approx(6.0)
+    assert any("own_lid.stp" in note and "own_foot" not in note for note in part.notes)
+    (stand.parent / "own_foot.stp").unlink()
+    with pytest.raises(CadError, match=r"own_foot\.stp, own_lid\.stp.* into its folder"):
+        load(stand)
+
+
+def test_the_end_of_a_brep_file_of_old_programs(tmp_path):
+    path = tmp_path / "box.brep"
+    cq.Workplane().box(1, 2, 3).val().exportBrep(str(path))
+    path.write_bytes(path.read_bytes().rstrip() + b"\n0\n")
+    assert load(path).solids[0].volume == pytest.approx(6.0)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])

@@ -33,6 +33,14 @@ def test_loose_faces_are_sewn_and_said_so():
     assert any("sewn" in note for note in part.notes)
 
 
+def test_solids_without_faces_are_left_out_and_said_so():
+    empty = TopoDS_Solid()
+    BRep_Builder().MakeSolid(empty)
+    part = load(cq.Compound.makeCompound([box().val(), cq.Shape(empty)]))
+    assert mesh_volume(part) == pytest.approx(6.0)
+    assert any("no faces" in note and "left out" in note for note in part.notes)
+
+
 @pytest.mark.parametrize("turn", ["solid", "shell"])
 def test_an_inside_out_solid_is_turned(turn):
     wrapped = box().val().wrapped

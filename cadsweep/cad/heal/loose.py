@@ -21,6 +21,7 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
 from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+from OCP.BRepTools import BRepTools_ReShape
 from OCP.TopAbs import TopAbs_State
 from OCP.TopoDS import TopoDS
 
@@ -40,18 +41,18 @@ def separate_solids(model: Model) -> Model:
     CadError
         Faces that close a volume cannot be sewn.
     """
-    if subshapes(model.shape, SOLID):
-        return model
+    if solids := subshapes(model.shape, SOLID):
+        return _without_empty(model, solids)
     groups = _closed_groups(list(explore(model.shape, FACE)))
     if len(groups) < 2:
         return model
-    solids, voids, notes = list[Any](), list[Any](), list(model.notes)
+    bodies, voids, notes = list[Any](), list[Any](), list(model.notes)
     for faces in groups:
         traced = Traced(compound(faces))
-        (voids if signed_volume(traced.shape) < 0 else solids).append(traced)
+        is_void = signed_volume(traced.shape) < 0
         notes.append(sew(traced))
-    bodies = [traced.shape for traced in solids]
-    for void in (traced.shape for traced in voids):
+        (voids if is_void else bodies).append(traced.shape)
+    for void in voids:
         around = [j for j, body in enumerate(bodies) if _is_inside(void, body)]
         if around:  # the innermost
             j = min(around, key=lambda j: volume_and_center(bodies[j])[0])
@@ -60,6 +61,22 @@ def separate_solids(model: Model) -> Model:
         else:
             bodies.append(void)
     return replace(model, shape=bodies[0] if len(bodies) == 1 else compound(bodies), notes=notes)
+
+
+def _without_empty(model: Model, solids: list[Any]) -> Model:
+    """The model without solids that have no faces, as some programs write them; as it is where no other is there."""
+    empty = [solid for solid in solids if not subshapes(solid, FACE)]
+    if not empty or len(empty) == len(solids):
+        return model
+    tool = BRepTools_ReShape()
+    for solid in empty:
+        tool.Remove(solid)
+    said = (
+        "a solid has no faces, and is left out"
+        if len(empty) == 1
+        else f"{len(empty)} solids have no faces, and are left out"
+    )
+    return replace(model, shape=tool.Apply(model.shape), notes=[*model.notes, said])
 
 
 def _is_inside(inner: Any, outer: Any) -> bool:

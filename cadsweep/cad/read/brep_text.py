@@ -54,5 +54,5 @@ def check_brep_text(path: Path | str, data: bytes) -> None:
     n_shapes = sum(word in _SHAPES for word in words)
     if start < 0 or missing or max(counts.values()) > len(tokens) or counts[b"TShapes"] != n_shapes:
         raise CadError(f"{path}: the BREP file is damaged or cut off. Export or copy it again.")
-    if not re.search(rb"[-+]\d+\s+\d+\s*\Z", data[-200:]):
+    if not re.search(rb"[-+]\d+\s+\d+(?:\s+0)?\s*\Z", data[-200:]):  # old programs end with a 0
         raise CadError(f"{path}: the BREP file is cut off. Export or copy it again.")

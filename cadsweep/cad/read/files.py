@@ -40,6 +40,8 @@ def read_file(path: Path) -> Model:
         raise InputError(f"{path}: the file cannot be read: {error.strerror or error}.") from error
     if not data.strip(b" \t\r\n\0" + BOM):
         raise InputError(f"{path}: the file is empty. Export it again from its CAD program.")
+    if data.startswith(b"version https://git-lfs"):
+        raise CadError(f"{path}: this is a pointer of Git LFS and not the model. Fetch that with 'git lfs pull'.")
     suffix = path.suffix.lower()
     if suffix in FREECAD:
         from .freecad import read_freecad

@@ -51,12 +51,13 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
+_EXTERNAL = re.compile(rb"DOCUMENT_FILE\s*\(\s*'([^']+\.(?:stp|step|p21))'", re.IGNORECASE)
 _OF_HEADER = re.compile(r"^Parameter | for file_")
 _NUMBERED = re.compile(r"^(NAUO)?\d+$")
 """Names of placements that programs make up."""
 
 _SHAPING = re.compile(
-    r"StepGeom_|StepShape_"
+    r"StepGeom_|StepShape_(?!ShapeRepresentation$)"
     r"|StepRepr_(?!.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
     r"|StepBasic_(.*(Length|PlaneAngle)|(NamedUnit|SiUnit|ConversionBasedUnit|MeasureWithUnit|DimensionalExponents)$)"
 )
@@ -71,14 +72,26 @@ def read_step(path: Path, data: bytes) -> Model:
     CadError
         OpenCASCADE cannot read it, or it holds no shape.
     """
+    missing = _missing_files(path, data)
     with _without_bom(path, data) as clean_path:
         model = _read(path, clean_path, unit=1.0)
+        if missing:
+            said = f"the STEP file refers to {', '.join(missing[:6])}{' and others' if len(missing) > 6 else ''}"
+            if not subshapes(model.shape, FACE):
+                raise CadError(f"{path}: {said}, which hold its shapes. Put them into its folder.")
+            model.notes.append(f"{said}, not to be found in its folder: what they hold is missing")
         box = bounds(model.shape)
         size = float(abs(box[1] - box[0]).max())
         if 0 < size < _SMALLEST or _GREATEST < size < math.inf:
             unit = 2.0 ** round(math.log2(size / 64.0))
             model = _read(path, clean_path, unit=unit)
     return model
+
+
+def _missing_files(path: Path, data: bytes) -> list[str]:
+    """STEP files that an assembly refers to and that are not beside it."""
+    names = [name.decode("utf-8", "replace") for name in _EXTERNAL.findall(data)]
+    return [name for name in dict.fromkeys(names) if not (path.parent / name).is_file()]
 
 
 @contextmanager
