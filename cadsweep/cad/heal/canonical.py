@@ -108,7 +108,8 @@ def make_canonical(traced: Traced) -> list[str]:
     now = [typed(repair.Context().Apply(face), FACE) for face, _ in found]
     if not all(_lie_in(face, *places) for face, places in zip(now, inner, strict=True)):
         return []
-    traced.replace(shape, tool.ModifiedShape)
+    within = {kind: index_map(traced.shape, kind) for kind in (FACE, EDGE)}  # of loose edges there are no copies
+    traced.replace(shape, lambda sub: tool.ModifiedShape(sub) if within[sub.ShapeType()].Contains(sub) else sub)
     traced.replace(solids[0], repair.Context().Apply)
     its = "1 spline face is a plane, cylinder, cone, sphere or torus, and read as that"
     more = f"{len(found)} spline faces are planes, cylinders, cones, spheres or tori, and read as these"

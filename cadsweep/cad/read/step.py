@@ -58,7 +58,7 @@ _NUMBERED = re.compile(r"^(NAUO)?\d+$")
 
 _SHAPING = re.compile(
     r"StepGeom_|StepShape_(?!ShapeRepresentation$)"
-    r"|StepRepr_(?!.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
+    r"|StepRepr_(?!Representation$|.*(Property|Material|Descriptive|ValueRange|ShapeAspect))"
     r"|StepBasic_(.*(Length|PlaneAngle)|(NamedUnit|SiUnit|ConversionBasedUnit|MeasureWithUnit|DimensionalExponents)$)"
 )
 """Entities that shape the part or give its size. Damage to others (views, products, other units) is noted."""

@@ -21,6 +21,7 @@ from ...errors import CadError
 _NOT_FINITE = re.compile(rb"[(,]\s*[-+]?(?:nan|inf|infinity)\s*[,)]", re.IGNORECASE)
 _HUGE = re.compile(rb"[eE]\+?0*(?:[3-9]\d|[1-9]\d{2,})\s*[,)]")
 _STRINGS = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+_PLAIN = re.compile(rb"#(\d+)\s*=\s*REPRESENTATION\s*\(")
 _SPACES = np.frombuffer(b" \t\r\n\v\f", dtype=np.uint8)
 _MOST_FOLLOWED = 1 << 27
 """Bytes of a file in which references are followed; a check of more would take longer than it is worth."""
@@ -104,7 +105,12 @@ def _circular(data: bytes) -> int | None:
     rows, targets = owners[is_reference], numbers[is_reference]
     at = np.minimum(np.searchsorted(entities[order], targets), len(entities) - 1)
     there = entities[order][at] == targets if len(entities) else np.zeros(0, dtype=bool)
-    entity = on_circle(rows[there], order[at[there]], len(entities))
+    rows, columns = rows[there], order[at[there]]
+    own = rows == columns
+    if own.any():  # as programs write densities; no shape is made of them
+        harmless = np.isin(entities[rows], [int(number) for number in _PLAIN.findall(data)])
+        rows, columns = rows[~(own & harmless)], columns[~(own & harmless)]
+    entity = on_circle(rows, columns, len(entities))
     return None if entity is None else int(entities[entity])
 
 
