@@ -32,8 +32,8 @@ from .measured import Found, edge_sag, keeps_shape, measure
 from .nearer import (
     FINER,
     MARGIN,
-    MOST_HEXES,
     TooManyError,
+    check_most,
     come_nearer,
     limit_of,
     missed_tolerance,
@@ -99,7 +99,7 @@ def accurate_cells(  # noqa: PLR0917
     def finer(last: Judged[Meshed], asked: Asks, rounds: int) -> Asks | None:
         made, found = last.made, last.found.beyond(rounds)
         wishes, before, divisions = asked
-        check_most(options, made[0].n_hexes * found.most_needed)
+        check_most(options, len(part.models), _expected(made[0], found))
         inside = sizes_in_caps(part, plan, made[0], found.needed, found.sags, before)
         sizes = finer_sizes(part, made[1], _blamed(part, made[0], found, caps), wishes)
         kept = {key for demand in wishes.demands for key in demand.keys}
@@ -191,15 +191,12 @@ def _as_it_falls(present: Found, before: Found) -> Found:
     return replace(present, needed={place: float(needed**power) for place, needed in present.needed.items()})
 
 
-def check_most(options: SweepOptions, n_hexes: float) -> None:
-    """Refuse a finer mesh of more hexahedra than a part is given by itself.
-
-    Raises
-    ------
-    TooManyError
-    """
-    if options.tolerance is None and n_hexes > MOST_HEXES:
-        raise TooManyError
+def _expected(joined: CellBlocks, found: Found) -> float:
+    """About how many hexahedra a finer mesh has: only cells with faces that are too far off get more."""
+    more: dict[int, float] = {}
+    for (cell, _), needed in found.needed.items():
+        more[cell] = max(more.get(cell, 1.0), needed)
+    return sum(own.n_hexes * more.get(own.cell, 1.0) for own in joined.cells)
 
 
 def _blamed(part: Part, joined: CellBlocks, found: Found, caps: Collection[tuple[int, int]]) -> dict[int, float]:

@@ -23,7 +23,7 @@ MOST_LOST = 0.005
 MOST_OFF = 1 / 200
 """Distance from the CAD faces, in sizes of the part, where nothing is asked for."""
 MOST_HEXES = 200_000
-"""Hexahedra up to which a part is divided finer by itself."""
+"""Hexahedra a solid up to which a part of which no size is asked is divided finer by itself."""
 MOST_HALVINGS = 3
 """How often the segments of an edge are halved before the part is refused."""
 COARSE = 0.05
@@ -45,11 +45,10 @@ ROUNDS_IN_VAIN = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Limit:
-    """What is asked of a boundary: distance, working units; part of volume and area; hexahedra it may take."""
+    """What is asked of a boundary: distance, working units; part of volume and area."""
 
     distance: float
     lost: float
-    most: int | None
 
     def beyond(self, rounds: int) -> Limit:
         """More than is asked for, after some rounds: a mesher answers in whole quads, here and there."""
@@ -64,15 +63,26 @@ class Limit:
 def limit_of(options: SweepOptions, *, scale: float, size: float, doubt: float = 0.0) -> Limit:
     """What is asked of a solid of a size, working units, whose volume is known but for a part `doubt` of it."""
     if options.tolerance is not None:
-        return Limit(distance=options.tolerance / scale, lost=np.inf, most=None)
+        return Limit(distance=options.tolerance / scale, lost=np.inf)
     if options.size is not None:  # an upper bound: the part keeps its shape, and no more is asked for
-        most = max(MOST_HEXES, budget.MOST_HEXES)
-        return Limit(distance=np.inf, lost=max(LOST_SIZED, doubt), most=most)
-    return Limit(distance=MOST_OFF * size, lost=max(MOST_LOST, doubt), most=MOST_HEXES)
+        return Limit(distance=np.inf, lost=max(LOST_SIZED, doubt))
+    return Limit(distance=MOST_OFF * size, lost=max(MOST_LOST, doubt))
 
 
 class TooManyError(Exception):
-    """More hexahedra than a part is given by itself."""
+    """More hexahedra than a part is given by itself; the argument says how many."""
+
+
+def check_most(options: SweepOptions, n_solids: int, n_hexes: float) -> None:
+    """Refuse a finer mesh of more hexahedra than solids are given by themselves.
+
+    Raises
+    ------
+    TooManyError
+    """
+    most = min(MOST_HEXES * n_solids, budget.MOST_HEXES) if options.size is None else budget.MOST_HEXES
+    if options.tolerance is None and n_hexes > most:
+        raise TooManyError(most)
 
 
 class Measured(Protocol):
@@ -126,8 +136,8 @@ def come_nearer(
             if shorter is None:
                 break
             last = make(shorter)
-        except TooManyError:
-            return best, f"nearer would take more than {MOST_HEXES:,} hexahedra; say a tolerance or a size"
+        except TooManyError as error:
+            return best, f"nearer would take more than {error.args[0]:,} hexahedra; say a tolerance or a size"
         except SurfaceMeshError as error:
             return best, f"finer quads could not be made: {error.message}"
         asked = shorter

@@ -21,8 +21,9 @@ from ...stack import Stack
 from ...stack_mesh import Placed
 from ..run import Run
 from ..wishes.stack_hints import StackHints
-from .cells_accuracy import LEAST_MORE, SHARE, Judged, check_most, nearest
+from .cells_accuracy import LEAST_MORE, SHARE, Judged, nearest
 from .measured import Found, edge_sag, keeps_shape, measure
+from .nearer import check_most
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +61,7 @@ def accurate_stack(  # noqa: PLR0917
 
     def finer(last: Judged[MadeStack], hints: StackHints, _: int) -> StackHints | None:
         made, found = last
-        check_most(options, made.joined.n_hexes * found.most_needed**2)
+        check_most(options, len(part.models), made.joined.n_hexes * found.most_needed**2)
         sizes = _finer(part, stack, made, found, hints)
         if not sizes:
             return None
