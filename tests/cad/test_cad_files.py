@@ -120,6 +120,8 @@ def test_harmless_oddities(change, tmp_path, box_step):
         ("SOLID_ANGLE_UNIT()", "SOLID_ANGLE_UNIT($)", "SiUnitAndSolidAngleUnit: Count of Parameters"),
         ("SI_UNIT($,.STERADIAN.)", "SI_UNIT(.STERADIAN.)", "SiUnitAndSolidAngleUnit: Count of Parameters"),
         ("PRODUCT_CONTEXT('',", "PRODUCT_CONTEXT(", "Context: Count of Parameters"),
+        ("ENDSEC;\nEND-ISO", "#9001=REPRESENTATION('density',(#9001),#9);\nENDSEC;\nEND-ISO", "illegal type"),
+        ("ENDSEC;\nEND-ISO", "#9001=SHAPE_REPRESENTATION('',(#1),#9);\nENDSEC;\nEND-ISO", "illegal type"),
     ],
 )
 def test_faults_beside_the_geometry_become_a_note(old, new, reason, tmp_path, box_step):

@@ -69,6 +69,12 @@ def test_a_spline_face_is_read_as_what_it_is(name):
     assert outward == pytest.approx(same, abs=1e-6)
 
 
+def test_edges_that_are_of_no_solid_are_in_nobodys_way():
+    loose = cq.Edge.makeLine(cq.Vector(99, 0, 0), cq.Vector(99, 1, 0))
+    part = load(cq.Compound.makeCompound([on_splines(stepped()), loose]))
+    assert {face.kind for face in part.solids[0].faces} == {face.kind for face in load(stepped()).solids[0].faces}
+
+
 def test_splines_that_only_come_near_are_read_to_their_tolerance():
     expected, found = load(stepped()).solids[0], load(approximated(stepped(), 1e-5)).solids[0]
     assert sorted(face.kind for face in found.faces) == sorted(face.kind for face in expected.faces)

@@ -258,7 +258,7 @@ def _end_gaps(samples: EdgeSamples, vertices: FloatArray, largest_gap: float, un
         edge = int(np.argmax(~(gaps <= largest_gap)))
         raise CadError(
             f"edge {edge} ends {gaps[edge] * units.scale:.3g} off its vertices, near "
-            f"({units.place(vertices[edge, 0])}), so the model is damaged. Export it again from its CAD program."
+            f"({units.place(vertices[edge, 0])}), more than a mesh may leave open. Export it again, more exactly."
         )
     return gaps
 
@@ -268,8 +268,8 @@ def _refuse_torn(along: FaceSamples, number: int, largest_gap: float) -> None:
     if not along.gap <= largest_gap:
         x, y, z = along.place
         raise CadError(
-            f"edge {along.edge} lies {along.gap:.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), so the model is "
-            "damaged. Export it again from its CAD program."
+            f"edge {along.edge} lies {along.gap:.3g} off face {number} at ({x:.4g}, {y:.4g}, {z:.4g}), "
+            "more than a mesh may leave open. Export it again, more exactly."
         )
 
 
