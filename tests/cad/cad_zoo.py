@@ -38,6 +38,7 @@ def zoo():
         "frustum": w(cq.Solid.makeCone(1, 0.5, 2)),
         "mirrored_frustum": w(cq.Solid.makeCone(1, 0.5, 2)).mirror("XY"),
         "beyond_an_apex": capped(Geom_ConicalSurface(TILTED, 0.5, 2.0), -12.0, -8.0),
+        "below_an_apex": capped(Geom_ConicalSurface(TILTED, 0.5, 0.0), -5.0, -2.0),
         "beyond_an_axis": capped(Geom_ToroidalSurface(TILTED, 8.0, 54.0), acos(-8 / 54) + 0.1, acos(-8 / 54) + 0.3),
         "hyperbola": w(cq.Solid.makeCone(1, 0.5, 2)).cut(w().box(2, 2, 8).translate((1.3, 0, 0))),
         "parabola": w(cq.Solid.makeCone(2, 0, 2)).cut(

@@ -26,7 +26,7 @@ def exact_feet(record, box, points, guess, by_guess, uv):  # type: ignore[no-unt
     straight = not by_guess or (kind == CONE and b == 0.0)
     # Beyond the apex of a cone, or the axis of a torus that is thicker than wide, radii are negative.
     middle = 0.5 * (box[0, 1] + box[1, 1])
-    beyond = a > 0.0 and (a + b * np.cos(middle) if kind == TORUS else a + middle * np.sin(b)) < 0.0
+    beyond = (a > 0.0 and a + b * np.cos(middle) < 0.0) if kind == TORUS else a + middle * np.sin(b) < 0.0
     for m in range(points.shape[0]):
         x = y = z = 0.0
         for c in range(3):
