@@ -108,8 +108,8 @@ def touching_of(solid: Solid, failure: CadSweepError) -> CadError | None:
         return None
     first, second = (solid.faces[f].label() for f in touching[:2])
     error = CadError(
-        f"two faces touch at ({solid.units.place(touching[2])}) without an edge in common: no hexahedra fit into the "
-        "wall between them, which runs out to nothing",
+        f"two faces touch at ({solid.units.place(touching[2])}) without an edge in common: the wall between them "
+        "runs out to nothing",
         where=f"{first} and {second}",
         try_="move one of them, so that they cross or keep apart",
     )
