@@ -17,7 +17,7 @@ from ...arrays import FloatArray, IntArray
 from .feet_kernels import descended_feet, exact_feet, grid_places, turning_stops
 from .nearest_kernels import block_boxes, near_on_lines, nearest_rows, other_walls
 from .patch import Patch, packed
-from .surfaces import Cone, Offset, Plane, Torus, grid_points, knots_of
+from .surfaces import ELEMENTARY, Cone, Offset, Plane, Torus, grid_points, knots_of
 
 _GRID = 33
 """Places of the grid along each parameter, at least."""
@@ -56,7 +56,7 @@ class Feet:
     @property
     def is_exact(self) -> bool:
         """Whether nearest parameters have a closed form."""
-        return isinstance(self.patch.geometry, Plane | Cone | Torus)
+        return isinstance(self.patch.geometry, ELEMENTARY)
 
     def nearest(self, points: FloatArray, *, close: float = np.inf) -> tuple[FloatArray, FloatArray]:
         """Nearest parameters (m, 2), and the distances there (m,).

@@ -19,6 +19,7 @@ from ...arrays import FloatArray
 from ...brep import Edge, Solid
 from ..shapes import EDGE, FACE, explore, surface_range, typed
 from .face_surface import FaceSurface
+from .surfaces import ELEMENTARY
 
 _SMOOTH = 1e-6
 """Radians from pi within which two faces count as tangent."""
@@ -81,7 +82,7 @@ def prolonged_kinks(solid: Solid, dividing: Collection[int]) -> set[int]:
 
 def is_elementary(solid: Solid, face: int) -> bool:
     """Whether a face's surface has a closed form: plane, cylinder, cone, sphere or torus."""
-    return hasattr(getattr(solid.faces[face].surface, "geometry", None), "project")
+    return isinstance(getattr(solid.faces[face].surface, "geometry", None), ELEMENTARY)
 
 
 def _direction(edge: Edge, vertex: int) -> FloatArray:

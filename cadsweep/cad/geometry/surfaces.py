@@ -164,6 +164,10 @@ class Torus:
         return self.frame.handedness * side * (cos * radial + sin * self.frame.z)
 
 
+ELEMENTARY = Plane | Cone | Torus
+"""Surfaces of which the nearest parameters have a closed form: planes, cylinders, cones, spheres and tori."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Extruded:
     """``curve(u) + v direction``."""
