@@ -51,7 +51,7 @@ from .model import Model, Named
 _SMALLEST, _GREATEST = 1e-1, 1e6
 """Sizes in millimetres between which a file is read in millimetres."""
 
-_EXTERNAL = re.compile(rb"DOCUMENT_FILE\s*\(\s*'([^']+\.(?:stp|step|p21))'", re.IGNORECASE)
+_EXTERNAL = re.compile(rb"DOCUMENT_FILE\s*\(\s*'([^']+\.(?i:stp|step|p21))'")
 _OF_HEADER = re.compile(r"^Parameter | for file_")
 _NUMBERED = re.compile(r"^(NAUO)?\d+$")
 """Names of placements that programs make up."""
