@@ -36,6 +36,7 @@ from ..run import Run, Tries
 from ..wishes.cell_asks import CellAsks
 from ..wishes.stack_hints import StackHints, grade_levels, resolve_stack_hints, weigh_layers
 from ..wishes.stack_walls import StackWalls, plan_stack_walls
+from .islands import without_islands
 from .stack_merging import merged_stack
 from .stack_narrow import narrow_hints
 from .stack_plane import mesh_plane
@@ -48,6 +49,9 @@ MOST_DIRECTIONS = 6
 
 MOST_UNASKED = 500_000
 """Hexahedra of a stack where nobody says how large they are to be."""
+
+_SAME = 1.0 - 1e-9
+"""Cosine from which on two directions are one."""
 
 MOST_STACKS = 3
 """Stacks of one solid that are tried before the first one's error is raised."""
@@ -199,7 +203,7 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
             break
         try:
             with tries.one():
-                mesh = _mesh_stack(part, known, options, run)
+                mesh = _mesh_stack(*_followed(part, known), options, run)
         except InputError:
             raise
         except CadSweepError as error:
@@ -216,6 +220,15 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
     if not isinstance(refused, NotSweepableError):
         notes.append(f"meshed as columns between caps, as its sweeps were given up: {refused.message}")
     return replace(best, info={**best.info, "notes": notes})
+
+
+def _followed(part: Part, known: _Known) -> tuple[Part, _Known]:
+    """The part without outlines that the layers of a stack cannot follow, and that stack; or both as they were."""
+    merged = without_islands(part, known.stack)
+    found, _ = _search(only_solid(merged)) if merged is not None else ([], [])
+    same = (own for own in found if abs(own.stack.direction @ known.stack.direction) > _SAME)
+    again = next(same, None)
+    return (part, known) if merged is None or again is None else (merged, again)
 
 
 def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> AnyMesh:

@@ -16,10 +16,10 @@ from ... import cad, rows
 from ...blocks.joined import neighbours_of
 from ...brep import Part
 from ...contacts import say_leave_out
-from ...errors import CadError, CadSweepError, InputError
+from ...errors import CadSweepError, InputError
 from ...mesh import HexMesh
 from ...options import SweepOptions
-from ..candidates import GOOD_ENOUGH, POOR
+from ..candidates import GOOD_ENOUGH
 from ..origin import AnyMesh, worst_of
 from ..remedies import MOST_HEXES
 from ..run import Run, Tries, silent
@@ -27,6 +27,7 @@ from ..tips import AFTER, bridged, mesh_bridged_or_plain
 from ..wishes.local_sizes import for_all_solids
 from ..wishes.named_faces import solids_with
 from ..wishes.shared_hints import check_words, meant_here, resolve_wishes
+from .apart import MeshOne, mesh_alone, mesh_separate
 from .complex import Complex
 from .complexes import find_plans, plan_again
 from .groups import as_blocks, blocks_together, make_group, put_together
@@ -42,10 +43,6 @@ MOST_MESHED = 3
 """Plans of solids in contact that are meshed before the best is taken, or they are not meshed together."""
 
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
-
-
-MeshOne = Callable[[Part, SweepOptions, Run], AnyMesh]
-"""Meshes a part of one solid by whatever way applies."""
 
 
 def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
@@ -156,8 +153,8 @@ def _mesh_group(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) 
     if len(part.solids) > 1:
         return mesh_bridged_or_plain(part, options, run, _mesh_together)
     if any(face.name in part.contacts for face in part.solids[0].faces):
-        return _mesh_separate(part, options, run, mesh_one)
-    return _mesh_alone(part, options, run, mesh_one)
+        return mesh_separate(part, options, run, mesh_one)
+    return mesh_alone(part, options, run, mesh_one)
 
 
 def _at_fault(part: Part, cells: Sequence[int], error: CadSweepError) -> int:
@@ -217,7 +214,7 @@ def _helps_apart(part: Part, names: Sequence[str], options: SweepOptions, mesh_o
         one = subset(alone, cells)
         if one.models[0].name in names:
             try:
-                _mesh_separate(one, own, Run(on_progress=silent), mesh_one)
+                mesh_separate(one, own, Run(on_progress=silent), mesh_one)
             except CadSweepError as error:
                 log.info("nor by itself: %s", error)
                 return False
@@ -284,46 +281,3 @@ def _by_solid(part: Part, mesh: AnyMesh) -> AnyMesh:
     way = mesh.info["way"]
     names = dict.fromkeys(part.models[owner].name for owner in part.owners)
     return replace(mesh, info={**mesh.info, "way": dict.fromkeys(names, way) if isinstance(way, str) else way})
-
-
-def _mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
-    """One solid by itself, with the outlines of its contacts or, where a mesh with these is refused or poor, without.
-
-    Cuts come last: a solid is not cut for an outline that nothing needs.
-    """
-    first: CadSweepError | None = None
-    made: list[AnyMesh] = []
-    for decompose in (False, True) if options.decompose else (False,):
-        own = replace(options, decompose=decompose)
-        try:
-            made.append(_mesh_alone(part, own, run, mesh_one))
-        except CadSweepError as error:
-            if isinstance(error, InputError | CadError):
-                raise
-            first = first or error
-        original = cad.part_apart(part) if _is_poor(made, run) else None
-        if original is not None and len(original.solids[0].faces) < len(part.solids[0].faces):
-            try:
-                made.append(_mesh_alone(original, own, run, mesh_one))
-            except CadSweepError as error:
-                log.info("nor without the outlines of contacts: %s", error)
-        if not _is_poor(made, run):
-            break
-    if made:
-        return max(made, key=worst_of)
-    assert first is not None
-    raise first
-
-
-def _is_poor(made: Sequence[AnyMesh], run: Run) -> bool:
-    """Whether there is no mesh yet, or time for one that is not poor."""
-    return not made or (max(map(worst_of, made)) < POOR and not run.is_over())
-
-
-def _mesh_alone(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) -> AnyMesh:
-    """One solid by itself, with what is asked of it."""
-    name = part.models[0].name
-    own = replace(meant_here(part, options), interfaces="shared", only=None, skip=None)
-    if options.sizes and name in options.sizes:
-        own = replace(own, size=options.sizes[name])
-    return mesh_one(part, own, run)
