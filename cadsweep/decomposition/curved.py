@@ -20,7 +20,7 @@ import logging
 from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from ..arrays import FloatArray
 from ..brep import Cut, Part, Solid
 from ..errors import PlanError
 from .costs import BLOCKED, CELL, CONTRADICTION, cell_cost
-from .tools import Cutter, Fill, Tools
+from .tools import Fill, Tools
 
 log = logging.getLogger(__name__)
 
@@ -46,8 +46,8 @@ MOST_OPENINGS, MOST_OPENING_FACES = 100, 6000
 MOST_FACES_OF_ALL = 7000
 """Faces that are read or cut best first and in turns together: no part that is known needs more than 5,900."""
 MANY_FACES = 200
-"""Faces of a part beyond which fewer are read or cut in all, as the square of them: cutters of a cell of 500 faces take
-seconds, and so does each cut, so that a part that is not cut at once is refused within seconds as well."""
+"""Faces of a solid beyond which fewer are read or cut in all, as the square of them: cutters of a cell of 500 faces
+take seconds, and so does each cut, so that a part that is not cut at once is refused within seconds as well."""
 MANY_FACES_OF_ALL = 260
 """The same for best first and turns together, so that a part of 600 faces is still cut once."""
 TURN = 20
@@ -58,14 +58,6 @@ LEAD = 1.0
 """How much cheaper a part becomes by a cut that keeps features apart, at least."""
 FLAT = 1e-4
 """Radians from pi up to which two faces at an edge are one surface."""
-
-
-class Step(NamedTuple):
-    """A cutter, the cell that it parts, and others that are parted with it where that is its way."""
-
-    cutter: Cutter
-    cell: Solid
-    others: tuple[Solid, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,8 +85,6 @@ class Found:
         By how much it goes before others of its cost, for cuts that keep features apart.
     until : int
         Count of parts up to which it does.
-    steps : tuple of Step
-        What was cut by what, so that the same can be done to these cells where they are part of something else.
     """
 
     part: Part
@@ -107,7 +97,6 @@ class Found:
     prices: float = 0.0
     lent: float = 0.0
     until: int = 0
-    steps: tuple[Step, ...] = ()
 
     def rank(self, n_parts: int) -> float:
         """What it costs, less what is lent, when so many parts have been looked at."""
@@ -167,7 +156,7 @@ class CellSearch:
         self.tools = tools
         if most_openings is None:
             most_openings = MOST_OPENINGS if len(part.solids) == 1 else 0
-        n_faces = sum(len(solid.faces) for solid in part.solids)
+        n_faces = max(len(solid.faces) for solid in part.solids)
         self.share = min(1.0, (MANY_FACES / n_faces) ** 2)
         self.most_of_all = min(1.0, (MANY_FACES_OF_ALL / n_faces) ** 2) * MOST_FACES_OF_ALL
         self.most_parts, self.most_faces, self.most_openings = most_parts, self.share * MOST_FACES, most_openings
@@ -274,14 +263,13 @@ class CellSearch:
                 if cutter.leads and child.cost - lent > found.cost - found.lent - LEAD:
                     lent = child.cost - found.cost + found.lent + LEAD
                     until = max(until, self.n_parts + CREDIT)
-                solids = found.part.solids
-                step = Step(cutter, solids[cell], tuple(solids[j] for j in found.blocked))
-                yield replace(child, lent=lent, until=until, steps=(*found.steps, step))
+                yield replace(child, lent=lent, until=until)
 
     def targets(self, found: Found) -> list[tuple[int, list[int]]]:
         """The cells that may be cut, and the faces that are in the way there."""
         if found.blocked:
-            return [(found.blocked[0], [f for c, f in found.conflict if c == found.blocked[0]])]
+            first = {found.part.owners[cell]: cell for cell in reversed(found.blocked)}
+            return [(cell, []) for cell in found.blocked if cell in first.values()]
         by_cell: dict[int, list[int]] = {}
         for cell, face in found.conflict:
             by_cell.setdefault(cell, []).append(face)

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray
-from ..brep import Face, Solid
+from ..brep import Edge, Face, Solid
 from ..errors import NotSweepableError
 from .normals import Normals
 
 WALL = 1e-6
 """Cosine between a normal and the direction up to which a face lies along it: a part in a million of its height."""
+UPRIGHT = 5e-5
+"""Lean up to which an edge between two walls lies along the direction, as a share of its length."""
 STEEPEST = 0.05
 """Cosine below which a cap is too steep to carry layers: some 3 degrees from the direction."""
 ROUNDED = 1e-3
@@ -27,6 +29,8 @@ ROUNDED_LEAN = 0.35
 LEAST_ACROSS = 2
 MOST_ACROSS = 3
 """Quads from the wall to the end of a rounding: of more, the one at the wall would be too steep."""
+_ALONG = np.array([0.25, 0.5, 0.75, 1.0])
+"""Where an edge is looked at."""
 _SAME = 1e-9
 """1 - cosine of directions that are the same."""
 SMOOTH = 1e-3
@@ -66,9 +70,15 @@ def find_stations(solid: Solid, sides: Sides) -> tuple[int, ...]:
     return tuple(
         edge.id
         for edge in solid.edges
-        if not sides.caps.keys() & set(edge.faces)
-        and abs(edge.tangents[0] @ sides.direction) < (1.0 - _SAME) * float(np.linalg.norm(edge.tangents[0]))
+        if not sides.caps.keys() & set(edge.faces) and not _runs_along(edge, sides.direction)
     )
+
+
+def _runs_along(edge: Edge, direction: FloatArray) -> bool:
+    """Whether all of an edge lies along a direction; an arc may only begin and end so."""
+    offsets = edge.curve.evaluate(_ALONG) - edge.curve.evaluate(np.zeros(1))
+    across = offsets - np.outer(offsets @ direction, direction)
+    return float(np.linalg.norm(across, axis=1).max()) <= UPRIGHT * float(np.linalg.norm(offsets, axis=1).max())
 
 
 def read_sides(normals: Normals, direction: FloatArray) -> Sides:

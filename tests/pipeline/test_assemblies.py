@@ -10,7 +10,7 @@ import cadquery as cq
 
 import cadsweep as cs
 from cadsweep.errors import CadError, CoarseMeshError, InputError, InvertedHexError, NotSweepableError
-from cadsweep.pipeline.complexes import complexes
+from cadsweep.pipeline.complexes import assemblies
 from cadsweep.quality import volume_and_area
 
 pytestmark = pytest.mark.cad
@@ -468,21 +468,22 @@ def test_the_record_says_of_each_solid_how_it_was_filled():
     assert cs.sweep_mesh(far, size=5.0).record.way == "sweep"
 
 
-def test_solids_that_no_search_cuts_together_are_cut_as_each_is_cut_alone(monkeypatch):
-    """The search for cuts of both together ends at once; what each is cut into by itself is carried through both."""
-    real = complexes.CellSearch
-
-    def search(part, tools):
-        return real(part, tools, most_parts=1) if len(part.solids) == len(part.models) > 1 else real(part, tools)
-
-    monkeypatch.setattr(complexes, "CellSearch", search)
-    crossed = cq.Workplane().box(40, 30, 20).faces(">Z").workplane().center(-8, 0).hole(8)
-    crossed = crossed.faces(">X").workplane(centerOption="CenterOfMass").hole(6, 10)
-    lid = cq.Workplane().box(40, 30, 5).translate((0, 0, 12.5))
-    mesh = cs.sweep_mesh(assembly(block=crossed, lid=lid), size=4.0, interfaces="shared")
-    assert len(mesh.interfaces) == 1
-    assert len(mesh.info["sweeps"]) > 2
-    assert mesh.quality().min_scaled_jacobian > 0.1
+def test_of_many_solids_at_fault_a_third_is_taken_out_at_once_those_that_touch_least():
+    bar = cq.Workplane().box(120, 20, 8, centered=(False, True, False))
+    model = {"bar": bar}
+    for j in range(6):
+        model[f"block_{j}"] = cq.Workplane().box(10, 10, 10).translate((12 + 20 * j, 0, 13))
+    for j in range(4):
+        model[f"cap_{j}"] = cq.Workplane().box(10, 10, 4).translate((12 + 20 * j, 0, 20))
+    part = cs.load(assembly(**model))
+    error = cs.NotSweepableError("none of them sweeps")
+    error.solids = tuple(f"block_{j}" for j in range(6))
+    out = assemblies._at_fault(part, range(len(part.solids)), error)
+    assert {part.models[owner].name for owner in out} == {"block_4", "block_5"}
+    error.solids = ("block_0", "block_4")
+    assert {part.models[owner].name for owner in assemblies._at_fault(part, range(len(part.solids)), error)} == {
+        "block_4"
+    }
 
 
 def test_a_stack_in_contact_is_cut_into_its_columns():

@@ -8,6 +8,7 @@ import pytest
 
 import cadsweep as cs
 from cadsweep.pipeline import routes
+from cadsweep.quality.metrics import quad_areas
 from cadsweep.sweep import Sweep
 
 
@@ -207,3 +208,16 @@ def test_hexahedra_between_slanted_caps_come_column_by_column_layer_on_layer():
         layer = len(floors - roofs)
         assert len(own) % layer == 0
         np.testing.assert_array_equal(own[layer:, :4], own[:-layer, 4:])
+
+
+def test_an_outline_within_a_wall_that_no_layers_follow_is_given_up_and_keeps_its_name():
+    """A round patch on a wall rises and falls over one line of the plane; its arcs begin and end upright."""
+    step = cq.Workplane().box(30, 30, 20).cut(cq.Workplane().box(10, 30, 8).translate((10, 0, 6)))
+    step = step.cut(cq.Workplane().box(12, 8, 8).translate((-9, 11, 6)))
+    plug = cq.Workplane("YZ", origin=(-15, 0, 0)).circle(4).extrude(6)
+    part = cq.Workplane(step.cut(plug).val().fuse(plug.val()))  # not cleaned: the plug's end stays a face
+    part.faces(cq.selectors.NearestToPointSelector((-15, 0, 0))).tag("patch")
+    mesh = cs.sweep_mesh(part, size=2.0)
+    assert mesh.record.way == "columns"
+    area = quad_areas(mesh.points, mesh.boundaries["patch"]).sum()
+    assert area == pytest.approx(np.pi * 4**2, rel=0.15)  # the quads whose middles lie in it

@@ -223,12 +223,22 @@ def mesh_stacks_instead(part: Part, options: SweepOptions, run: Run, refused: Ca
 
 
 def _followed(part: Part, known: _Known) -> tuple[Part, _Known]:
-    """The part without outlines that the layers of a stack cannot follow, and that stack; or both as they were."""
+    """The part without outlines that the layers of a stack cannot follow, and that stack of it.
+
+    Raises
+    ------
+    NotSweepableError
+        They cannot be left out.
+    """
     merged = without_islands(part, known.stack)
-    found, _ = _search(only_solid(merged)) if merged is not None else ([], [])
+    if merged is part:
+        return part, known
+    found, reasons = _search(only_solid(merged))
     same = (own for own in found if abs(own.stack.direction @ known.stack.direction) > _SAME)
     again = next(same, None)
-    return (part, known) if merged is None or again is None else (merged, again)
+    if again is None:
+        raise NotSweepableError(reasons[0], reasons=reasons)
+    return merged, again
 
 
 def _mesh_stack(part: Part, known: _Known, options: SweepOptions, run: Run) -> AnyMesh:

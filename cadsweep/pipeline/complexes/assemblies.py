@@ -7,6 +7,7 @@ by its own surfaces); those that share faces, edges or vertices are planned toge
 from __future__ import annotations
 
 import logging
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -42,6 +43,9 @@ MOST_APART = 2
 MOST_MESHED = 3
 """Plans of solids in contact that are meshed before the best is taken, or they are not meshed together."""
 
+_SAID = 5
+"""Solids that a note names."""
+
 _ONE_SWEEP = ("source", "target", "bias", "fractions", "rail_layers")
 
 
@@ -73,16 +77,13 @@ def mesh_assembly(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
         except CadSweepError as error:
             if isinstance(error, InputError):
                 raise  # what the user asked for, and no solid, is at fault
-            owner = _at_fault(part, cells, error)
-            name = part.models[owner].name
             if len(cells) > 1 and options.interfaces == "auto" and not asked.periodic:
-                part = separated(part, {owner})
-                notes.append(f"'{name}' shares no nodes with what it touches: {error.message}")
-                alone = [cell for cell in cells if part.owners[cell] == owner]
-                others = [cell for cell in cells if cell not in alone]
-                rest = touching_groups(subset(part, others))
-                waiting = [alone, *([others[c] for c in group] for group in rest), *waiting]
+                out = _at_fault(part, cells, error)
+                part = separated(part, out)
+                notes.append(f"{_say_apart([part.models[owner].name for owner in sorted(out)])}: {error.message}")
+                waiting = [*([cells[c] for c in group] for group in touching_groups(subset(part, cells))), *waiting]
                 continue
+            name = part.models[part.owners[cells[0]]].name
             if options.skip_unmeshable and len(cells) == 1 and (made or waiting):
                 left_out.append(name)
                 notes.append(f"'{name}' is left out, as it cannot be meshed: {error.message}")
@@ -157,16 +158,21 @@ def _mesh_group(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne) 
     return mesh_alone(part, options, run, mesh_one)
 
 
-def _at_fault(part: Part, cells: Sequence[int], error: CadSweepError) -> int:
-    """The solid of a group that is taken out of it: of those at fault the one that shares the fewest faces."""
+def _at_fault(part: Part, cells: Sequence[int], error: CadSweepError) -> set[int]:
+    """The solids of a group that are taken out of it: a third of those at fault, first those that share few faces."""
     owners = list(dict.fromkeys(part.owners[cell] for cell in cells))
     named = [owner for owner in owners if part.models[owner].name in error.solids] or owners
-    beyond = neighbours_of(part)
-    shared = dict.fromkeys(named, 0)
-    for cell, _ in beyond:
-        if part.owners[cell] in shared:
-            shared[part.owners[cell]] += 1
-    return min(named, key=lambda owner: shared[owner])
+    shared = Counter(part.owners[cell] for cell, _ in neighbours_of(part))
+    return set(sorted(named, key=lambda owner: shared[owner])[: max(1, len(named) // 3)])
+
+
+def _say_apart(names: Sequence[str]) -> str:
+    """That solids were taken out of their group, in words."""
+    if len(names) == 1:
+        return f"'{names[0]}' shares no nodes with what it touches"
+    more = f" and {len(names) - _SAID} others" if len(names) > _SAID else ""
+    said = ", ".join(f"'{name}'" for name in names[:_SAID])
+    return f"{said}{more} share no nodes with what they touch, and are meshed each by itself"
 
 
 def _explained(part: Part, own: Part, error: CadSweepError, options: SweepOptions, mesh_one: MeshOne) -> CadSweepError:

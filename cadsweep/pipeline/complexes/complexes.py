@@ -11,11 +11,9 @@ from dataclasses import replace
 from functools import partial
 from math import pi
 
-import numpy as np
-
 from ... import cad, decomposition, recognition, rows, stacks
 from ...blocks.joined import neighbours_of
-from ...brep import Cut, Part, Solid
+from ...brep import Part, Solid
 from ...decomposition.curved import CellSearch, Found, find_cells
 from ...decomposition.tools import Cutter, Tools
 from ...errors import CadSweepError, NotSweepableError, PlanError
@@ -34,9 +32,6 @@ COLUMNS = "cut: columns"
 
 _FEW = 2
 """Re-entrant edges of a cell up to which all readings of its faces are worth their time."""
-
-_SAME = 1e-5
-"""Share of its volume and size by which a cell and its copy with more on it may differ."""
 
 _MOST_CONTACTS = 3
 """Contacts of a solid that a refusal lists."""
@@ -82,11 +77,6 @@ def find_plans(part: Part, run: Run, *, decompose: bool = True) -> Iterator[Comp
         yield as_complex(solution, part)
     log.info("%d parts looked at", search.n_parts)
     best = search.best
-    if best.plan is None and len(part.models) > 1 and not run.is_late():
-        with run.stage("decomposition"):
-            best = _cut_as_alone(part, run) or best
-        if best.plan is not None:
-            yield as_complex(best, part)
     if best.plan is None:
         raise _refused(best.part, recognition.sweeps_of_each(best.part.solids), None, best)
 
@@ -185,54 +175,6 @@ def with_outlines_alike(part: Part, cells: Sequence[int]) -> Part | None:
 def say_open(n: int) -> str:
     """The stage as the progress shows it: how many cells are in the way still."""
     return f"decomposition, {n} cells open" if n else "decomposition"
-
-
-def _cut_as_alone(part: Part, run: Run) -> Found | None:
-    """Solids cut as each is cut by itself, which goes on through what they touch, and further; None where it ends."""
-    tools, cuts, cut = cutting_tools(run), list[Cut](), part
-    for owner in range(len(part.models)):
-        cells = [cell for cell, own in enumerate(part.owners) if own == owner]
-        if len(cells) != 1 or recognise(part.solids[cells[0]]):
-            continue
-        own = subset(part, cells)
-        alone = cad.part_apart(own) or own
-        found, _ = find_cells(cad.divide_corners(alone) or alone, tools)
-        if found.plan is None:
-            continue
-        then = _cut_alike(cut, owner, found, tools)
-        if then is not None:
-            cut = then
-            cuts += found.cuts
-    if cut is part or run.is_late():
-        return None
-    log.info("solids cut as alone: %d cells", len(cut.solids))
-    found, _ = find_cells(cad.divide_corners(cut) or cut, tools)
-    return replace(found, cuts=(*cuts, *found.cuts))
-
-
-def _cut_alike(part: Part, owner: int, found: Found, tools: Tools) -> Part | None:
-    """A part whose solid is cut as it was by itself; None where a cut of it parts nothing here."""
-    for step in found.steps:
-        first, *others = (_same_cell(part, owner, solid) for solid in (step.cell, *step.others))
-        pieces = None
-        if first is not None:
-            pieces = tools.split(part, first, step.cutter, [cell for cell in others if cell is not None])
-        then = None if pieces is None else pieces.imprinted()
-        if then is None:
-            return None
-        part = then
-    return part
-
-
-def _same_cell(part: Part, owner: int, solid: Solid) -> int | None:
-    """The cell of a part that takes the place of a solid, whatever is imprinted on it; None where there is none."""
-    low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
-    for cell, own in enumerate(part.solids):
-        same = abs(own.volume - solid.volume) <= _SAME * solid.volume and part.owners[cell] == owner
-        off = max(np.abs(own.vertices.min(axis=0) - low).max(), np.abs(own.vertices.max(axis=0) - high).max())
-        if same and off <= _SAME * solid.size:
-            return cell
-    return None
 
 
 def recognise(solid: Solid) -> list[Fill]:
