@@ -40,7 +40,17 @@ def drilled(radius):
     return cq.Workplane("YZ").circle(radius).extrude(60, both=True)
 
 
+def vase():
+    """A revolved spline, with a blind hole that a stack or a cut needs its planes and radii for."""
+    wall = cq.Workplane("XZ").lineTo(20, 0).spline([(26, 15), (15, 35), (18, 50)], includeCurrent=True).lineTo(0, 50)
+    return wall.close().revolve(360, (0, 0), (0, 1)).faces(">Z").workplane().hole(10, 20)
+
+
 SHAPES = {
+    "revolved spline with a hole": vase,
+    "mirrored quarter of a revolved spline": lambda: (
+        vase().intersect(cq.Workplane().box(99, 99, 200, (False, False, True))).mirror("XZ")
+    ),
     "counterbored block": stepped,
     "ball": lambda: cq.Workplane().sphere(7),
     "ball with a bore along its poles": lambda: (
@@ -69,6 +79,19 @@ def test_a_spline_face_is_read_as_what_it_is(name):
     assert outward == pytest.approx(same, abs=1e-6)
 
 
+def test_in_a_file_of_splines_alone_those_that_are_elementary_are_read_so_beside_a_free_form_face():
+    """In one that has planes besides, a flat spline was drawn as a spline: its parameters go with those of others."""
+    outline = [(30, 0), (25, 15), (8, 20), (-12, 18), (-28, 8), (-25, -12), (-5, -20), (18, -16)]
+    plate = cq.Workplane().spline(outline, periodic=True).close().extrude(8)
+    plate = plate.faces(">Z").workplane(origin=(0, 0, 8)).circle(6).extrude(6)
+    kinds = {face.kind for face in load(on_splines(plate)).solids[0].faces}
+    assert kinds == {"plane", "cylinder", "bspline"}
+    mesh = cs.sweep_mesh(on_splines(plate))
+    assert mesh.record.way == "columns"
+    loft = cq.Workplane().rect(20, 16).workplane(offset=10).circle(6).loft()
+    assert not any("read as th" in note for note in load(loft).notes)
+
+
 def test_edges_that_are_of_no_solid_are_in_nobodys_way():
     loose = cq.Edge.makeLine(cq.Vector(99, 0, 0), cq.Vector(99, 1, 0))
     part = load(cq.Compound.makeCompound([on_splines(stepped()), loose]))
@@ -90,12 +113,6 @@ def test_what_needs_planes_and_radii_meshes_from_splines():
     assert mesh.n_hexes == own.n_hexes
     assert mesh.info["quality"].min_scaled_jacobian == pytest.approx(own.info["quality"].min_scaled_jacobian, abs=1e-3)
     assert "lid" in mesh.boundaries
-
-
-def test_a_solid_with_free_form_faces_stays_as_it_was_drawn():
-    outline = [(0, 0), (2, 0), (2, 1), (0, 2)]
-    (found,) = load(on_splines(cq.Workplane().spline(outline, periodic=True).close().extrude(2))).solids
-    assert sorted(face.kind for face in found.faces) == ["bspline"] * 4
 
 
 def turned_away(points, normals, rng):

@@ -98,13 +98,24 @@ def _cone(points: FloatArray, normals: FloatArray) -> _Fitted:
     return Elementary("cone", apex, axis, (half,)), out * np.cos(half) - along * np.sin(half)
 
 
-def _torus(points: FloatArray, normals: FloatArray) -> _Fitted:
+def fit_axis(points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """A place on the axis that normals at points all but meet, and its direction; None where they are all parallel.
+
+    Best for points about the origin, some units apart.
+    """
     motion = np.linalg.svd(np.column_stack([np.cross(points, normals), normals]), full_matrices=False)[2][5]
     turning = float(np.linalg.norm(motion[:3]))
     if turning < _HAS_TURN:
-        return None, points
+        return None
     axis = motion[:3] / turning
-    place = np.cross(axis, motion[3:] / turning)
+    return np.cross(axis, motion[3:] / turning), axis
+
+
+def _torus(points: FloatArray, normals: FloatArray) -> _Fitted:
+    line = fit_axis(points, normals)
+    if line is None:
+        return None, points
+    place, axis = line
     out, along = _from_axis(points, place, axis)
     (major, rise), minor = fit_sphere(np.column_stack([out, along]))
     if major <= minor:  # not a ring

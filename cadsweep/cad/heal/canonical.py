@@ -1,4 +1,4 @@
-"""Faces on splines that are planes, cylinders, cones, spheres or tori get these surfaces, and their edges true curves.
+"""Faces on splines that are elementary, or of revolution, get these surfaces, and their edges true curves.
 
 Place in the flow: part of healing, before :mod:`.elementary`. Some programs write every face as a B-spline; whatever
 parts a solid, stacks layers or turns about an axis asks for planes and radii, which such faces have without saying so.
@@ -9,8 +9,11 @@ new surfaces are made by projection, as for a file that has none. All of it is d
 it is one valid solid with the same faces, which hold the same places. (Its volume tells nothing:
 OpenCASCADE's integrals over splines are some per cent off.)
 
-Not handled: solids that have free-form faces besides (parameters of what they share would have to follow); ellipses;
-surfaces of revolution that are none of the five.
+A solid of which some faces are elementary in the file, and a spline is not, stays as it is: it was drawn so, and
+parameters of what its splines share would have to follow. In a file that has nothing but splines, as some programs
+write all they have, those that are something else are read as that.
+
+Not handled: ellipses; surfaces of extrusion.
 """
 
 from __future__ import annotations
@@ -33,18 +36,21 @@ from OCP.Geom import (
     Geom_Line,
     Geom_Plane,
     Geom_SphericalSurface,
+    Geom_SurfaceOfRevolution,
     Geom_ToroidalSurface,
+    Geom_TrimmedCurve,
 )
 from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_SurfaceType
 from OCP.GeomAdaptor import GeomAdaptor_Surface
-from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt, gp_Pnt2d, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt, gp_Pnt2d, gp_Vec
 from OCP.ShapeBuild import ShapeBuild_Edge
 from OCP.ShapeFix import ShapeFix_Edge, ShapeFix_Shape
 from OCP.TopAbs import TopAbs_State
 from OCP.TopLoc import TopLoc_Location
+from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from ...arrays import BoolArray, FloatArray
-from ..geometry.elementary_fit import Elementary, fit_elementary, fit_sphere, regular
+from ..geometry.elementary_fit import Elementary, fit_axis, fit_elementary, fit_sphere, regular
 from ..shapes import EDGE, FACE, SOLID, bounds, explore, index_map, mapped, space_range, subshapes, typed
 from ..trial import attempted
 from .tracing import Traced
@@ -81,12 +87,17 @@ _N_ACROSS = 9
 
 
 def make_canonical(traced: Traced) -> list[str]:
-    """Give spline faces that are elementary their surfaces, in a copy; return a note on how many."""
+    """Give spline faces that are elementary, or of revolution, their surfaces, in a copy; return a note on how many."""
     size = float(np.linalg.norm(np.diff(bounds(traced.shape), axis=0)))
-    splines = [face for face in subshapes(traced.shape, FACE) if _is_spline(face)]
-    known = list(takewhile(lambda own: own[1] is not None, ((face, _surface(face, size)) for face in splines)))
-    # The flat side of a loft is one of a kind with its bent ones: their parameters go together, as they were drawn.
-    if not known or len(known) < len(splines):
+    faces = subshapes(traced.shape, FACE)
+    splines = [face for face in faces if _is_spline(face)]
+    tried: Iterable[tuple[Any, Any | None]] = ((face, _surface(face, size)) for face in splines)
+    # The flat side of a loft is one of a kind with its bent ones: their parameters go together, as they were drawn. A
+    # file that has nothing but splines was drawn otherwise.
+    if len(splines) < len(faces):
+        tried = takewhile(lambda own: own[1] is not None, tried)
+    known = [own for own in tried if own[1] is not None]
+    if not known or len(known) < len(splines) < len(faces):
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     shape = tool.Shape()
@@ -96,7 +107,7 @@ def make_canonical(traced: Traced) -> list[str]:
         _drop_parameter_curves(face, explore(face, EDGE))
     for face, surface in found:
         BRep_Builder().UpdateFace(face, surface, TopLoc_Location(), BRep_Tool.Tolerance_s(face))
-    _make_true(shape, size)
+    _make_true(shape, size, [face for face, _ in found])
     for face, _ in found:
         _add_parameter_curves(face, explore(face, EDGE))
     repair = ShapeFix_Shape(shape)
@@ -111,8 +122,8 @@ def make_canonical(traced: Traced) -> list[str]:
     within = {kind: index_map(traced.shape, kind) for kind in (FACE, EDGE)}  # of loose edges there are no copies
     traced.replace(shape, lambda sub: tool.ModifiedShape(sub) if within[sub.ShapeType()].Contains(sub) else sub)
     traced.replace(solids[0], repair.Context().Apply)
-    its = "1 spline face is a plane, cylinder, cone, sphere or torus, and read as that"
-    more = f"{len(found)} spline faces are planes, cylinders, cones, spheres or tori, and read as these"
+    its = "1 spline face is a plane, a cylinder or another surface of revolution, and read as that"
+    more = f"{len(found)} spline faces are planes, cylinders or other surfaces of revolution, and read as these"
     return [more if len(found) > 1 else its]
 
 
@@ -128,7 +139,7 @@ def _surface(face: Any, size: float) -> Any | None:
     near = min(max(NEAR * size, *(BRep_Tool.Tolerance_s(edge) for edge in edges)), FAR * size)
     seen = _fitted(own, BRepTools.UVBounds_s(face), near)
     if seen is None:
-        return None
+        return _revolved(own, BRepTools.UVBounds_s(face), near)
     found, points, normals, clear = seen
     seams = [edge for j, edge in enumerate(edges) if any(edge.IsSame(other) for other in edges[:j])]
     if found.kind == "plane":
@@ -164,6 +175,34 @@ def _fitted(
         if found is None:
             break
     return None if found is None else (found, points, unit, clear)
+
+
+def _revolved(surface: Any, box: Sequence[float], near: float) -> Any | None:
+    """The surface of revolution that a spline is over a box of its parameters; None where it is none."""
+    for n in (_N_FIRST, _N_ACROSS):
+        points, normals = _samples(surface, box, n)
+        clear = regular(normals)
+        unit = normals[clear] / np.linalg.norm(normals[clear], axis=1)[:, None]
+        center, extent = points.mean(axis=0), float(np.ptp(points, axis=0).max())
+        found = fit_axis((points[clear] - center) / extent, unit) if clear.any() and extent > 0.0 else None
+        if found is None:
+            return None
+        place, axis = center + extent * found[0], found[1]
+        along = ((points - place) @ axis).reshape(n, n)
+        out = np.linalg.norm(points - place - along.reshape(-1, 1) * axis, axis=1).reshape(n, n)
+        around = next((k for k in (0, 1) if max(np.ptp(along, axis=k).max(), np.ptp(out, axis=k).max()) < near), None)
+        if around is None:
+            return None
+    u0, u1, v0, v1 = box
+    iso, ends = (surface.UIso(0.5 * (u0 + u1)), (v0, v1)) if around == 0 else (surface.VIso(0.5 * (v0 + v1)), (u0, u1))
+    line = gp_Ax1(gp_Pnt(*place.tolist()), gp_Dir(*axis.tolist()))
+    # Angles count from opposite of the middle of the face, which is where a closed one begins.
+    meridian = Geom_TrimmedCurve(iso, *ends)
+    meridian.Rotate(line, pi)
+    made = Geom_SurfaceOfRevolution(meridian, line)
+    there = normals.reshape(n, n, 3)[n // 2, n // 2]
+    own = _samples(made, (pi, pi, *ends), n)[1].reshape(n, n, 3)[0, n // 2]
+    return made if own @ there > 0.0 else Geom_SurfaceOfRevolution(meridian, line.Reversed())
 
 
 def _pole(center: FloatArray, points: FloatArray, clear: BoolArray) -> FloatArray:
@@ -226,23 +265,28 @@ def _lie_in(face: Any, on: Sequence[Any], off: Sequence[Any]) -> bool:
     )
 
 
-def _make_true(shape: Any, size: float) -> None:
-    """Give spline edges between elementary faces, in place, lines and circles where they are these."""
+def _make_true(shape: Any, size: float, found: Sequence[Any]) -> None:
+    """Give spline edges between elementary faces and those `found`, in place, lines and circles where they are that."""
     faces = subshapes(shape, FACE)
     edges = index_map(shape, EDGE)
+    replaced = TopTools_IndexedMapOfShape()
+    for face in found:
+        replaced.Add(face)
     beside: list[list[Any]] = [[] for _ in range(edges.Extent())]
     for face in faces:
         for edge in explore(face, EDGE):
             if number := edges.FindIndex(edge):
                 beside[number - 1].append(face)
     for edge, own in zip(mapped(edges, EDGE), beside, strict=True):
-        kinds = [GeomAdaptor_Surface(BRep_Tool.Surface_s(face)).GetType() for face in own]
-        if any(kind in _FREE for kind in kinds) or BRepAdaptor_Curve(edge).GetType() not in _SPLINE_CURVES:
+        others = (BRep_Tool.Surface_s(face) for face in own if not replaced.Contains(face))
+        if any(GeomAdaptor_Surface(other).GetType() in _FREE for other in others):
             continue
-        found = _true_curve(edge, size)
-        if found is None:
+        if BRepAdaptor_Curve(edge).GetType() not in _SPLINE_CURVES:
             continue
-        curve, last = found
+        true = _true_curve(edge, size)
+        if true is None:
+            continue
+        curve, last = true
         for face in own:
             _drop_parameter_curves(face, [edge])
         builder = BRep_Builder()
