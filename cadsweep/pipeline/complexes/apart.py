@@ -41,27 +41,32 @@ def mesh_separate(part: Part, options: SweepOptions, run: Run, mesh_one: MeshOne
     """
     first: CadSweepError | None = None
     made: list[AnyMesh] = []
-    original = cad.part_apart(part)
-    if original is None or len(original.solids[0].faces) == len(part.solids[0].faces):
-        versions = [part]
-    else:
-        versions = [original, part] if _has_close_outlines(part) else [part, original]
+    without_first = _has_close_outlines(part)
     for decompose in (False, True) if options.decompose else (False,):
         own = replace(options, decompose=decompose)
-        for version in versions:
-            if not _is_poor(made, run):
-                break
+        for outlined in (not without_first, without_first):
+            version = None if not _is_poor(made, run) else part if outlined else _without_outlines(part)
+            if version is None:
+                continue
             try:
                 made.append(mesh_alone(version, own, run, mesh_one))
             except CadSweepError as error:
-                if isinstance(error, InputError | CadError) and version is part:
+                if isinstance(error, InputError | CadError) and outlined:
                     raise
-                log.info("%s outlines of contacts: %s", "with" if version is part else "without", error)
+                log.info("%s outlines of contacts: %s", "with" if outlined else "without", error)
                 first = first or error
     if made:
         return max(made, key=worst_of)
     assert first is not None
     raise first
+
+
+def _without_outlines(part: Part) -> Part | None:
+    """The part without the outlines of its contacts; None where it has none."""
+    original = cad.part_apart(part)
+    if original is None or len(original.solids[0].faces) == len(part.solids[0].faces):
+        return None
+    return original
 
 
 def _has_close_outlines(part: Part) -> bool:
