@@ -76,6 +76,8 @@ _SMALL_LOOP = 16
 """Nodes of a loop below which it is so coarse that all settings are worth a try."""
 _MANY_ODD_CORNERS = 4
 """Corners at odd places beyond which subdivision cuts them off."""
+_ROUNDING = 1e-9
+"""Radians by which two directions that are one may differ."""
 _APART = 0.05
 """How far loops that touch are drawn apart for gmsh, in segments."""
 MANY = 250
@@ -232,7 +234,8 @@ def parted(loops: Sequence[FloatArray]) -> tuple[list[FloatArray], IntArray]:
         # The inside lies between where a way goes on and, counter-clockwise from there, where it came from.
         turn = np.arctan2(back[:, 1], back[:, 0])[:, None] - np.arctan2(ahead[:, 1], ahead[:, 0])
         # The least of all together: where loops touch along a tangent, the nearest one by one would be twice the same.
-        rows, columns = scipy.optimize.linear_sum_assignment(turn % (2.0 * np.pi))
+        # No turn is a full one by rounding.
+        rows, columns = scipy.optimize.linear_sum_assignment((turn + _ROUNDING) % (2.0 * np.pi))
         following[visits[rows]] = after[visits[columns]]
     found: list[IntArray] = []
     left = set(range(len(places)))

@@ -10,8 +10,8 @@ it is one valid solid with the same faces, which hold the same places. (Its volu
 OpenCASCADE's integrals over splines are some per cent off.)
 
 A solid of which some faces are elementary in the file, and a spline is not, stays as it is: it was drawn so, and
-parameters of what its splines share would have to follow. In a file that has nothing but splines, as some programs
-write all they have, those that are something else are read as that.
+parameters of what its splines share would have to follow. In one that has nothing but splines and is round somewhere,
+as some programs write all they have, those that are something else are read as that.
 
 Not handled: ellipses; surfaces of extrusion.
 """
@@ -93,11 +93,12 @@ def make_canonical(traced: Traced) -> list[str]:
     splines = [face for face in faces if _is_spline(face)]
     tried: Iterable[tuple[Any, Any | None]] = ((face, _surface(face, size)) for face in splines)
     # The flat side of a loft is one of a kind with its bent ones: their parameters go together, as they were drawn. A
-    # file that has nothing but splines was drawn otherwise.
+    # file that has nothing but splines, and round ones among them, was drawn otherwise.
     if len(splines) < len(faces):
         tried = takewhile(lambda own: own[1] is not None, tried)
     known = [own for own in tried if own[1] is not None]
-    if not known or len(known) < len(splines) < len(faces):
+    are_some = len(splines) == len(faces) and any(not isinstance(surface, Geom_Plane) for _, surface in known)
+    if not known or not (are_some or len(known) == len(splines)):
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     shape = tool.Shape()
