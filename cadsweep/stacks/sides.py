@@ -29,7 +29,7 @@ ROUNDED_LEAN = 0.35
 LEAST_ACROSS = 2
 MOST_ACROSS = 3
 """Quads from the wall to the end of a rounding: of more, the one at the wall would be too steep."""
-_ALONG = np.array([0.25, 0.5, 0.75, 1.0])
+_ALONG = np.linspace(0.0, 1.0, 5)
 """Where an edge is looked at."""
 _SAME = 1e-9
 """1 - cosine of directions that are the same."""
@@ -76,7 +76,8 @@ def find_stations(solid: Solid, sides: Sides) -> tuple[int, ...]:
 
 def _runs_along(edge: Edge, direction: FloatArray) -> bool:
     """Whether all of an edge lies along a direction; an arc may only begin and end so."""
-    offsets = edge.curve.evaluate(_ALONG) - edge.curve.evaluate(np.zeros(1))
+    points = edge.curve.evaluate(_ALONG)
+    offsets = points - points[0]
     across = offsets - np.outer(offsets @ direction, direction)
     return float(np.linalg.norm(across, axis=1).max()) <= UPRIGHT * float(np.linalg.norm(offsets, axis=1).max())
 

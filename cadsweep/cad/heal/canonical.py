@@ -97,8 +97,8 @@ def make_canonical(traced: Traced) -> list[str]:
     if len(splines) < len(faces):
         tried = takewhile(lambda own: own[1] is not None, tried)
     known = [own for own in tried if own[1] is not None]
-    are_some = len(splines) == len(faces) and any(not isinstance(surface, Geom_Plane) for _, surface in known)
-    if not known or not (are_some or len(known) == len(splines)):
+    was_converted = len(splines) == len(faces) and any(not isinstance(surface, Geom_Plane) for _, surface in known)
+    if not known or not (was_converted or len(known) == len(splines)):
         return []
     tool = BRepBuilderAPI_Copy(traced.shape)
     shape = tool.Shape()
