@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from .abreast import rails_abreast
 from .background import limited as limited_sizes
+from .background import triangulated
 from .boundary import CellBoundary, boundary_of, mesh_boundary, surface_mesh
 from .chains import Chain, ChainPiece, chains_of, divided, say_chains, turned
 from .grading import (
@@ -62,6 +63,7 @@ __all__ = [
     "rails_abreast",
     "say_chains",
     "surface_mesh",
+    "triangulated",
     "turn_grid",
     "turned",
     "turned_round",

@@ -51,7 +51,17 @@ class Background:
 def count_interpolated(loops: Sequence[FloatArray]) -> float:
     """About how many quads fill a polygon where sizes inside are those of the outline, interpolated."""
     places = np.concatenate(loops)
-    return _count_quads(loops, places, scipy.spatial.Delaunay(places).simplices, mean_sides(loops))
+    return _count_quads(loops, places, triangulated(places), mean_sides(loops))
+
+
+def triangulated(places: FloatArray) -> IntArray:
+    """Triangles (t, 3) of places (n, 2); of places on one line, flat ones from each to the next."""
+    try:
+        return np.asarray(scipy.spatial.Delaunay(places).simplices, dtype=np.int64)
+    except scipy.spatial.QhullError:
+        way = places[np.linalg.norm(places - places[0], axis=1).argmax()] - places[0]
+        order = np.argsort(places @ way, kind="stable").astype(np.int64)
+        return np.stack([order[:-1], order[1:], order[1:]], axis=1)
 
 
 def _count_quads(loops: Sequence[FloatArray], places: FloatArray, triangles: IntArray, sizes: FloatArray) -> float:
@@ -112,7 +122,7 @@ def make_background(
     _, kept = np.unique(np.round(places / (1e-6 * spacing)), axis=0, return_index=True)
     kept = np.sort(kept)
     places, sizes = places[kept], sizes[kept]
-    triangles = scipy.spatial.Delaunay(places).simplices.astype(np.int64)
+    triangles = triangulated(places)
     return Background(places=places, triangles=triangles, sizes=limited(places, triangles, sizes, growth - 1.0))
 
 

@@ -10,6 +10,7 @@ import scipy
 
 from ..arrays import FloatArray, IntArray, distinct
 from ..brep import quarter_turns
+from .background import triangulated
 from .chart import Chart
 from .lattice import CELL, numbered, places_around
 from .outline import SMOOTH, Outline
@@ -108,7 +109,7 @@ def _interpolated(at: FloatArray, nodes: FloatArray, places: IntArray) -> FloatA
     scipy's own interpolation asks LAPACK once for every triangle: on a busy machine its threads wait for each other
     for seconds.
     """
-    triangles = scipy.spatial.Delaunay(nodes).simplices
+    triangles = triangulated(nodes)
     a, b, c = (nodes[triangles[:, j]] for j in range(3))
     along, across = b - a, c - a
     twice = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]

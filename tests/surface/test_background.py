@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cadsweep.polygons import is_inside
-from cadsweep.surface.background import GROWTH, limited, make_background, typical_length
+from cadsweep.surface.background import GROWTH, limited, make_background, triangulated, typical_length
 from cadsweep.surface.chart import Chart
 from cadsweep.surface.filling import must_grow
 from cadsweep.surface.flatten import conformal_map, make_locator
@@ -19,6 +19,14 @@ def rectangle(width, height, *, n):
     return np.concatenate(
         [a + t[:, None] * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
     )
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0), (3.0, -2.0), (0.1, 0.7)])
+def test_places_on_one_line_are_graded_along_it(way):
+    at = np.array([3.0, 0.0, 1.0, 2.0, 7.0])
+    places = at[:, None] * np.array(way) / np.linalg.norm(way)
+    sizes = limited(places, triangulated(places), np.array([9.0, 1.0, 9.0, 9.0, 9.0]), 0.5)
+    np.testing.assert_allclose(sizes, 1.0 + 0.5 * at, rtol=1e-12)
 
 
 def test_sizes_rise_no_faster_than_they_may_and_no_further_than_they_must():

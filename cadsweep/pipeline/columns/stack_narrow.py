@@ -10,12 +10,11 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import scipy
 
 from ... import stacks
 from ...arrays import FloatArray, IntArray
 from ...stack import Stack
-from ...surface import limited_sizes
+from ...surface import limited_sizes, triangulated
 from ..wishes.stack_hints import StackHints
 
 _WIDE = 1.0
@@ -72,8 +71,7 @@ def _graded(stack: Stack, widths: stacks.Widths, own: dict[int, FloatArray]) -> 
     )
     least = np.full(len(first), np.inf)
     np.minimum.at(least, number.ravel(), np.concatenate(list(own.values())))
-    triangles = scipy.spatial.Delaunay(places[first]).simplices.astype(np.int64)
-    graded = limited_sizes(places[first], triangles, least, _GROWTH)[number.ravel()]
+    graded = limited_sizes(places[first], triangulated(places[first]), least, _GROWTH)[number.ravel()]
     offsets = np.cumsum([len(along) for along in own.values()])[:-1]
     return dict(zip(own, np.split(graded, offsets), strict=True))
 
